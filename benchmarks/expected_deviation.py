@@ -40,7 +40,7 @@ from docs.scripts.page import replace as replace_part
 from docs.scripts.page import table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-SHIPPED = ("cone", "gcode_groove", "measured_line", "bm3", "iso9283")
+SHIPPED = ("measured_line", "gcode_groove", "iso9283", "cone", "milling_20000")
 # Range of a gear of which the file states none, over its stiffness.
 _SPREAD = 1.5
 _SEED = 2026

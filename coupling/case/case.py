@@ -59,6 +59,11 @@ class PlacedRobot:
     discrepancy: Discrepancy | None = None
     provenance: Provenance = field(default_factory=Provenance)
 
+    @property
+    def table(self) -> str:
+        """Name of its table in the case file."""
+        return "robot" if self.name == "forming" else self.name
+
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a path of its tool in the world as its program has it."""
         return path if self.touch_off is None else self.touch_off.programmed(path)

@@ -28,6 +28,7 @@ from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ProcessSchema
+from coupling.process.authors_code import authors_code
 from coupling.process.plugin import find_process
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
@@ -90,16 +91,18 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     if file.plant is not None:
         with _errors_of(f"{path}: plant"):
             models = [
-                (own.description, own.torque_curve, own.drive, own.mounting) for own in robots
+                (robot.description, robot.torque_curve, robot.drive, robot.mounting)
+                for robot in robots
             ]
             plant = file.plant.plant(models, path.parent)
     with _errors_of(str(path)):
         if workspace is not None:
             task = replace(task, workspace=workspace)
         if file.support is not None:
-            task = _supported(task, file.support, process_table)
+            task = _with_support(task, file.support, process_table)
         motion, task = task.motion, replace(task.sampled, watch=watch)
-        process = process_table.process(task)
+        with authors_code(lambda what: CaseError(f"process: {what}")):
+            process = process_table.process(task)
     if file.discrepancy is not None:
         with _errors_of(f"{path}: discrepancy"):
             robots = [_measured(robots, file.discrepancy, motion.path)]
@@ -150,16 +153,16 @@ def _errors_of(where: str) -> Iterator[None]:
 
 
 def _variant(
-    path: Path, table: str, key: str, data: dict[str, Any], known: Mapping[str, type[Schema]]
+    path: Path, table: str, key: str, data: dict[str, Any], variants: Mapping[str, type[Schema]]
 ) -> Any:
     """Validate a table whose schema is chosen by one of its keys."""
     if key not in data:
-        expected = ", ".join(known)
+        expected = ", ".join(variants)
         raise CaseError(f"{path}: {table}: key {key!r} is missing: expected one of {expected}")
     name = str(data[key])
-    if name not in known:
-        raise CaseError(f"{path}: {table}: {key}: {one_of(known, name)}")
-    return validate(data, known[name], CaseError, f"{path}: {table}", path.parent)
+    if name not in variants:
+        raise CaseError(f"{path}: {table}: {key}: {one_of(variants, name)}")
+    return validate(data, variants[name], CaseError, f"{path}: {table}", path.parent)
 
 
 def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
@@ -182,14 +185,14 @@ def _task(
 
     def task(corners: Corners) -> Task:
         untilted = tool_path.untilted(part, corners)
-        own = tool_path.task(part, corners, untilted)
+        tool_task = tool_path.task(part, corners, untilted)
         if diameter is None:
-            return own
-        return untilted.on_sphere(own, tool_path.tilt, 0.5 * diameter)
+            return tool_task
+        return untilted.on_sphere(tool_task, tool_path.tilt, 0.5 * diameter)
 
-    found = task(NONE)
-    corners = process_table.corners(found)
-    return (task(corners) if len(corners) else found), corners
+    task_of_part = task(NONE)
+    corners = process_table.corners(task_of_part)
+    return (task(corners) if len(corners) else task_of_part), corners
 
 
 def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:
@@ -234,9 +237,9 @@ def _touched_off(
     """
     tools = [task.forming]
     if file.support is not None:
-        tools.append(_supported(task, file.support, process_table).desired.tools[1])
+        tools.append(_with_support(task, file.support, process_table).desired.tools[1])
     part = task.part
-    found: list[PlacedRobot] = []
+    placed_robots: list[PlacedRobot] = []
     for robot, tool in zip(robots, tools, strict=True):
         points = part.points(file.part.touched)
         rotation = tool.rotations[0][0]
@@ -244,15 +247,15 @@ def _touched_off(
             robot.description, robot.torque_curve, robot.home, robot.world_from_base
         )
         try:
-            if not found:
-                own = TouchOff.of(points, resting.tool_at(points, rotation))
-                part = own.real_from_shown @ part
+            if not placed_robots:
+                touch_off = TouchOff.of(points, resting.tool_at(points, rotation))
+                part = touch_off.real_from_shown @ part
             else:
-                own = TouchOff.of(resting.command_for(points, rotation), points)
+                touch_off = TouchOff.of(resting.command_for(points, rotation), points)
         except PlanningError as cause:
             raise CaseError(f"{robot.name} robot: {cause}") from cause
-        found.append(replace(robot, touch_off=own))
-    return part, found
+        placed_robots.append(replace(robot, touch_off=touch_off))
+    return part, placed_robots
 
 
 def _measured(robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolPath) -> PlacedRobot:
@@ -264,7 +267,7 @@ def _measured(robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolP
     return replace(robots[0], discrepancy=table.along(desired))
 
 
-def _supported(task: Task, table: SupportTable, process_table: ProcessSchema) -> Task:
+def _with_support(task: Task, table: SupportTable, process_table: ProcessSchema) -> Task:
     """Return the task with a supporting tool, where the process knows two tools."""
     diameter = process_table.forming_tool_diameter
     if diameter is None:

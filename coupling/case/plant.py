@@ -123,10 +123,10 @@ class _PlantRobotTable(_DifferingParameters):
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""
-        found = self.model_dump(exclude_none=True, mode="json")
+        table = self.model_dump(exclude_none=True, mode="json")
         if self.description is not None:
-            found["description"] = resolved_description(self.description, folder)
-        return found
+            table["description"] = resolved_description(self.description, folder)
+        return table
 
 
 class PlantTable(_PlantRobotTable):
@@ -167,10 +167,10 @@ class PlantTable(_PlantRobotTable):
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the tables with files of the user's as absolute paths."""
-        found = super().resolved(folder)
+        table = super().resolved(folder)
         if self.support is not None:
-            found["support"] = self.support.resolved(folder)
-        return found
+            table["support"] = self.support.resolved(folder)
+        return table
 
 
 # Standard deviations beyond which a normal distribution is cut off.

@@ -36,14 +36,14 @@ _PLANE = 0.02
 
 def _one_of(names: Iterable[str]) -> BeforeValidator:
     """Refuse what is none of the names."""
-    known = list(names)
+    allowed = list(names)
 
     def check(value: object) -> object:
-        if value not in known:
-            raise ValueError(one_of(known, value))
+        if value not in allowed:
+            raise ValueError(one_of(allowed, value))
         return value
 
-    return BeforeValidator(check, json_schema_input_type=Literal.__getitem__(tuple(known)))
+    return BeforeValidator(check, json_schema_input_type=Literal.__getitem__(tuple(allowed)))
 
 
 OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
@@ -263,9 +263,9 @@ class DiscrepancyTable(Schema):
         Raises:
             CaseError: If the file cannot be read, or was measured along another path.
         """
-        found = Discrepancy.read(self.file)
+        discrepancy = Discrepancy.read(self.file)
         try:
-            found.require_along(desired)
+            discrepancy.require_along(desired)
         except CaseError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        return found
+        return discrepancy

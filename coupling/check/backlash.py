@@ -37,13 +37,13 @@ _GEARS = ("backlash", "hysteresis")
 
 
 def gear_replays(
-    moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch
+    moving: MovingRobot, model: SimulatedModel, motion: DesiredMotion, watch: Watch
 ) -> tuple[Replay, ...]:
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
         model: The same robot, simulated.
-        wanted: Path, joint angles of the undeflected robot along it and wrench on the tool.
+        motion: Path, joint angles of the undeflected robot along it and wrench on the tool.
         watch: Function called with the progress of the work.
 
     Returns:
@@ -60,9 +60,9 @@ def gear_replays(
     robots = [robot for robot in robots if robot.robot is not model.robot]
     if not robots:
         return ()
-    command = exact_command(moving, wanted, watch)
-    desired = SampledPath.of(wanted.path).refined(_WATCHED).path
-    loads = wanted.wrench.refined(desired.time)
+    command = exact_command(moving, motion, watch)
+    desired = SampledPath.of(motion.path).refined(_WATCHED).path
+    loads = motion.wrench.refined(desired.time)
     return tuple(
         Replay.of(robot.what, robot.simulate(command, loads, "dynamic"), desired)
         for robot in robots
@@ -70,24 +70,24 @@ def gear_replays(
 
 
 def exact_command(
-    moving: MovingRobot, wanted: DesiredMotion, watch: Watch = unwatched
+    moving: MovingRobot, motion: DesiredMotion, watch: Watch = unwatched
 ) -> JointPath:
     """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
 
     Args:
         watch: Function called with the progress of the work.
     """
-    task = moving.task(wanted)
+    task = moving.task(motion)
 
-    def progress(done: int, total: int) -> None:
-        watch(Progress("solving for the motion of the links", done, total))
+    def progress(completed: int, total: int) -> None:
+        watch(Progress("solving for the motion of the links", completed, total))
 
     links = solve_links(moving.model, task, progress=progress).theta
     time = fine_times(links)
-    wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), wanted.wrench)
+    wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), motion.wrench)
     chain = moving.model.chain
     outputs = np.stack([links.at(time, order)[:, chain.drive] for order in range(3)])
-    own = np.stack([wind_up.angle, wind_up.rate, np.gradient(wind_up.rate, time, axis=0)])
-    outputs[:, :, moving.model.gear_joint] -= own
+    states = np.stack([wind_up.angle, wind_up.rate, np.gradient(wind_up.rate, time, axis=0)])
+    outputs[:, :, moving.model.gear_joint] -= states
     motors = chain.kinematic_errors.at_motor(outputs)
     return JointPath(time, *((values,) for values in motors))

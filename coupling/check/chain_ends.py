@@ -72,13 +72,13 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
         raise RobotFileError(f"expected joints that turn behind {root!r}, got none")
     longest = max(map(len, chains.values()))
     for name in _TIPS:
-        named = [
+        names = [
             link
             for link, joints in chains.items()
             if len(joints) >= min(_ENOUGH, longest) and _is_called(link, name)
         ]
-        if named:
-            return _ends(tree, root, _the_one(named, chains), base is None, "by its name")
+        if names:
+            return _ends(tree, root, _the_one(names, chains), base is None, "by its name")
     full = [link for link, joints in chains.items() if len(joints) == longest]
     last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
     chosen = _the_one(last, chains)

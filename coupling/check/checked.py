@@ -78,31 +78,31 @@ def checked(
     Raises:
         PlanningError: If a robot cannot follow its path.
     """
-    found = []
+    robots = []
     with Models(_KIND, watch) as models:
-        for placed, wanted in zip(
+        for placed, motion in zip(
             case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
         ):
-            path, q = wanted.path, wanted.rigid.q[0]
+            path, q = motion.path, motion.rigid.q[0]
             moving = MovingRobot(placed.description, placed.torque_curve)
-            task = moving.task(wanted)
+            task = moving.task(motion)
             links = stiff_links(moving, task)
             loads = loads_along(moving, links, task.wrench)
             gears, motors = diagnosed(moving, loads), motor_demands(moving, links, loads)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)
             slips = any(joint.hysteresis for joint in moving.robot.joints)
-            wrong, unknown = _gear_replays(moving, slips, models, wanted, watch)
+            wrong, unknown = _gear_replays(moving, slips, models, motion, watch)
             backlash, hysteresis = (
-                tuple(own for own in wrong if own.name.startswith(kind))
+                tuple(replay for replay in wrong if replay.name.startswith(kind))
                 for kind in ("backlash", "hysteresis")
             )
-            found.append(
+            robots.append(
                 CheckedRobot(
                     placed.description.name,
                     placed.world_from_base,
                     path,
                     float(arc_length(path.position[0])[-1]),
-                    drive_motions(wanted.rigid, limits),
+                    drive_motions(motion.rigid, limits),
                     clearance_around(placed.description, path, q),
                     gears,
                     motors,
@@ -110,22 +110,22 @@ def checked(
                     hysteresis if slips else None,
                     unknown,
                     (
-                        *exceeded(placed.ratings, wanted.wrench, gears),
-                        *(warning for own in motors for warning in own.warnings),
+                        *exceeded(placed.ratings, motion.wrench, gears),
+                        *(warning for replay in motors for warning in replay.warnings),
                     ),
                 )
             )
-    return tuple(found)
+    return tuple(robots)
 
 
 def _gear_replays(
-    moving: MovingRobot, slips: bool, models: Models, wanted: DesiredMotion, watch: Watch
+    moving: MovingRobot, slips: bool, models: Models, motion: DesiredMotion, watch: Watch
 ) -> tuple[tuple[Replay, ...], str]:
     """Return what an error of the gears leaves, or why it is not known, which keeps no other finding."""
     if not (slips or np.any(moving.backlash)):
         return (), ""
     try:
         model = models.of(moving.robot, moving.torque_curve)
-        return gear_replays(moving, model, wanted, watch), ""
+        return gear_replays(moving, model, motion, watch), ""
     except (BuildError, HostError, RobotFileError, SimulationError) as error:
         return (), str(error)

@@ -84,7 +84,9 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     ways = walk.ways(q[start].T, position[start].T, rotations[start], along, group)
     free = dict(zip(DIRECTIONS, ways[: len(DIRECTIONS)].tolist(), strict=True))
     ends = (position[middle][:, None] + ways[single] * rays).T
-    vertical, horizontal = (np.vstack([own, own[:1]]) for own in (ends[:_RAYS], ends[_RAYS:]))
+    vertical, horizontal = (
+        np.vstack([ray_ends, ray_ends[:1]]) for ray_ends in (ends[:_RAYS], ends[_RAYS:])
+    )
     conditioning, _ = walk.posture(q[rows].T)
     return Clearance(
         float(conditioning.min()), free, vertical, horizontal, link_points(robot, q[0])
@@ -119,21 +121,21 @@ class _Walk:
             direction: Their directions, (3, n).
             group: Numbers of their groups, (n,).
         """
-        turned = rotations.as_matrix().transpose(1, 2, 0)
-        columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
+        rotation_columns = rotations.as_matrix().transpose(1, 2, 0)
+        columns = [np.ascontiguousarray(rotation_columns[:, k]) for k in range(3)]
         way, q, (_, side) = np.zeros(group.max() + 1), q.copy(), self.posture(q)
         live = np.arange(len(group))
         for step, most in _STEPS:
             ended = []
             for _ in range(most):
                 target = position[:, live] + (way[group[live]] + step) * direction[:, live]
-                wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-                there, came = reached(self.serial, wanted, q[:, live], _ITERATIONS)
+                targets = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
+                there, came = reached(self.serial, targets, q[:, live], _ITERATIONS)
                 conditioning, on_side = self.posture(there)
-                held = came & (conditioning > _SINGULAR) & self._within(there)
-                held &= on_side == side[live]  # no step leads across a singular posture
-                ended.append(live[~held])
-                goes_on = ~np.isin(group[live], group[live[~held]])
+                is_reached = came & (conditioning > _SINGULAR) & self._within(there)
+                is_reached &= on_side == side[live]  # no step leads across a singular posture
+                ended.append(live[~is_reached])
+                goes_on = ~np.isin(group[live], group[live[~is_reached]])
                 live = live[goes_on]
                 q[:, live] = there[:, goes_on]
                 way[np.unique(group[live])] += step
@@ -149,12 +151,14 @@ class _Walk:
         Returns:
             `Following.conditioning` and, of a robot of six joints, 1 or -1, (n,) each.
         """
-        still = np.zeros((3, q.shape[1]))
-        at = following(self.serial, q, still, TipMotion(still, still, still, still))
+        rest_rates = np.zeros((3, q.shape[1]))
+        at = following(
+            self.serial, q, rest_rates, TipMotion(rest_rates, rest_rates, rest_rates, rest_rates)
+        )
         if len(q) != _SQUARE:
             return at.conditioning, np.ones(q.shape[1])
-        own = at.posture
-        jacobian = np.concatenate([own.lever, own.axis], axis=1).transpose(2, 1, 0)
+        arm = at.posture
+        jacobian = np.concatenate([arm.lever, arm.axis], axis=1).transpose(2, 1, 0)
         return at.conditioning, np.sign(np.linalg.det(jacobian))
 
     def _within(self, q: np.ndarray) -> np.ndarray:

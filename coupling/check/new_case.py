@@ -133,22 +133,22 @@ def new_case(
         raise CaseError(f"--process: {one_of(STARTS, process)}")
     start = STARTS[process]
     choice = choice or RobotChoice()
-    made = new_robot(robot, choice, folder) if is_foreign(robot) else None
+    new_description = new_robot(robot, choice, folder) if is_foreign(robot) else None
     source = example(f"cases/{_example_name(start, process, two_robots)}.toml")
     shown = load_case(source)
     case, texts = document(source, CaseError), dict[str, str]()
-    if made is None:
+    if new_description is None:
         file = find_robot(robot)
-        described, named = load_robot(file), Path(os.path.relpath(file, folder)).as_posix()
+        described, name_in_case = load_robot(file), Path(os.path.relpath(file, folder)).as_posix()
         if robot in shipped_robots():
-            named = file.name
-            texts[named] = file.read_text(encoding="utf-8")
+            name_in_case = file.name
+            texts[name_in_case] = file.read_text(encoding="utf-8")
     else:
-        described, named = _loaded(robot, choice), made.file
-        texts |= made.texts
+        described, name_in_case = _loaded(robot, choice), new_description.file
+        texts |= new_description.texts
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
-        case[table]["description"] = named
+        case[table]["description"] = name_in_case
         if any(joint.drive for joint in described.joints):
             case[table]["drive"] = "servo"
     title = "by the elastic robot of the paper"
@@ -157,26 +157,34 @@ def new_case(
         try:
             _seat(case, shown, described, tables)
         except PlanningError as cause:
-            if made is None:
+            if new_description is None:
                 raise
             # The robot file is of use without a case.
-            return NewCase(made.texts, "the robot file alone", (*made.remarks, f"No case: {cause}"))
+            return NewCase(
+                new_description.texts,
+                "the robot file alone",
+                (*new_description.remarks, f"No case: {cause}"),
+            )
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
         case["process"][own_file.key] = own_file.value
     head = f"# Made by elastic-robot init from the example {source.name}, for {robot}.\n#\n"
     text = head + tomlkit.dumps(case).replace("by the elastic robot of the paper", title)
-    return NewCase({CASE: text, **texts}, start.about, () if made is None else made.remarks)
+    return NewCase(
+        {CASE: text, **texts},
+        start.about,
+        () if new_description is None else new_description.remarks,
+    )
 
 
 def _loaded(robot: str, choice: RobotChoice) -> Robot:
     """Return the robot of a file that is still to be written."""
     with tempfile.TemporaryDirectory() as scratch:
-        made = new_robot(robot, choice, Path(scratch))
-        for name, text in made.texts.items():
+        new_description = new_robot(robot, choice, Path(scratch))
+        for name, text in new_description.texts.items():
             Path(scratch, name).write_text(text, encoding="utf-8")
         try:
-            return load_robot(Path(scratch, made.file))
+            return load_robot(Path(scratch, new_description.file))
         except RobotFileError as cause:
             text = str(cause).replace(f"{scratch}{os.sep}", "")
             raise RobotFileError(f"{robot}: {text}") from cause
@@ -206,8 +214,8 @@ def _example_name(start: Start, process: str, two_robots: bool) -> str:
     if not two_robots:
         return start.case
     if start.cell is None:
-        known = ", ".join(name for name, other in STARTS.items() if other.cell)
-        raise CaseError(f"--two-robots: expected a process for two tools, {known}, got {process!r}")
+        names = ", ".join(name for name, other in STARTS.items() if other.cell)
+        raise CaseError(f"--two-robots: expected a process for two tools, {names}, got {process!r}")
     return start.cell
 
 
@@ -219,7 +227,7 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     half_size = float(np.abs(points).max())
     for seat in part_placements(robot, base_from_tool, half_size, _TRIED):
         home = np.round(np.rad2deg(seat.home), 1) + 0.0
-        if not all(_follows(robot, np.deg2rad(home), path) for path in _moved(shown, seat)):
+        if not all(_follows(robot, np.deg2rad(home), path) for path in _shifted_paths(shown, seat)):
             continue
         for table in tables:
             case[table]["home_deg"] = home.tolist()
@@ -234,19 +242,19 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     )
 
 
-def _moved(shown: Case, seat: PartPlacement) -> list[ToolPath]:
+def _shifted_paths(shown: Case, seat: PartPlacement) -> list[ToolPath]:
     """Return the paths of an example's tools with its part at a seat, each in its robot's base."""
     paths = []
     for table, path in zip(shown.robots, shown.desired.tools, strict=True):
         rows = np.unique(np.linspace(0, len(path.time) - 1, _SAMPLES).astype(int))
         shift = np.zeros(6)
         shift[:3] = seat.position - shown.task.part.position
-        moved = path.at_rows(rows).displaced(shift)
+        shifted = path.at_rows(rows).displaced(shift)
         if table.name == "support":
             # It stands on the other side of the part, turned by half a turn about the vertical.
             centre = [2.0 * seat.position[0], 0.0, 0.0]
-            moved = moved.transformed(Frame.of_rpy(centre, [0.0, 0.0, np.pi]).inverse())
-        paths.append(moved)
+            shifted = shifted.transformed(Frame.of_rpy(centre, [0.0, 0.0, np.pi]).inverse())
+        paths.append(shifted)
     return paths
 
 

@@ -87,10 +87,10 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
             text = str(cause).removeprefix(f"{urdf}: ")
             raise RobotFileError(f"{name_or_path}: {text}") from cause
     texts = {} if foreign.file else {f"{foreign.name}.urdf": foreign.text}
-    named = f"{foreign.name}.urdf"
+    urdf_name = f"{foreign.name}.urdf"
     if foreign.file:
-        named = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
-    skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, named)
+        urdf_name = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
+    skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, urdf_name)
     file = f"{foreign.name}.toml"
     return NewRobot(file, {file: skeleton.text(), **texts}, tuple(skeleton.remarks()))
 
@@ -201,8 +201,8 @@ class _Skeleton:
         if abs(out @ axis) < _SAME and len(ends) > 1:
             out = ends[-1] - ends[-2]
         x = axis if out @ axis >= -_SAME else -axis
-        left = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
-        y = left - (left @ x) * x
+        leftward = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
+        y = leftward - (leftward @ x) * x
         y /= np.linalg.norm(y)
         base_from_tool = np.stack([x, y, np.cross(x, y)], axis=1)
         quarters = pin.rpy.matrixToRpy(self.chain.base_from_tip.rotation.T @ base_from_tool)
@@ -217,7 +217,7 @@ class _Skeleton:
 
         A link between others may be without mass; the last one, which nothing else moves, may not.
         """
-        masses = [body.mass for body in self.chain.carried]
+        masses = [body.mass for body in self.chain.inertias]
         if not any(masses):
             return list(range(len(masses)))
         last = max(number for number, mass in enumerate(masses) if mass > 0.0)
@@ -231,17 +231,17 @@ class _Skeleton:
     def _impossible(self) -> list[int]:
         """Numbers of the bodies whose inertia no body has."""
         numbers = []
-        parts = zip(self.chain.joints, self.chain.carried, strict=True)
-        for number, (joint, carried) in enumerate(parts):
+        parts = zip(self.chain.joints, self.chain.inertias, strict=True)
+        for number, (joint, inertia) in enumerate(parts):
             try:
-                body_of(carried, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
+                body_of(inertia, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
             except ValueError:
                 numbers.append(number)
         return numbers
 
     def _body(self, number: int) -> list[str]:
         """Return the lines of an estimated body: a rod from its joint to the next one."""
-        mass = self.chain.carried[number].mass
+        mass = self.chain.inertias[number].mass
         count = len(self.chain.joints)
         if number in self._estimated:
             shares = _LIGHTER ** np.arange(count)

@@ -78,5 +78,5 @@ def class_of(length: float) -> str:
         >>> class_of(0.8), class_of(2.9)
         ('light', 'heavy')
     """
-    fitting = [name for name, own in CLASSES.items() if length <= own.longest]
+    fitting = [name for name, gear_class in CLASSES.items() if length <= gear_class.longest]
     return fitting[0] if fitting else "heavy"

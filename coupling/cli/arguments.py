@@ -65,12 +65,12 @@ def store_folder(run_folder: Path, store: Path | None, no_store: bool) -> Path |
         if store is not None:
             raise StoreError("expected either --store or --no-store, got both")
         return None
-    found = store or run_folder.parent / STORE
-    if found.resolve().is_relative_to(run_folder.resolve()):
+    folder = store or run_folder.parent / STORE
+    if folder.resolve().is_relative_to(run_folder.resolve()):
         raise StoreError(
-            f"{found}: the store is in the run folder, which --overwrite replaces: name another folder"
+            f"{folder}: the store is in the run folder, which --overwrite replaces: name another folder"
             " with --store"
         )
-    if is_run(found):
-        raise StoreError(f"{found}: expected a store of evaluations, got a run folder")
-    return found
+    if is_run(folder):
+        raise StoreError(f"{folder}: expected a store of evaluations, got a run folder")
+    return folder

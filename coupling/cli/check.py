@@ -78,7 +78,7 @@ def check(
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
-    touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
+    touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
     sections = [*check_summary(robots, loads), *warned((), (*moving, *said)), Section("", others)]

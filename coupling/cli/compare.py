@@ -25,7 +25,7 @@ def compare(
     from coupling.report.terminal import print_sections
 
     require_output(output, ".html", ResultError)
-    found = Comparison.of(first, second)
-    page = write_comparison(found, output)
-    print_sections(console, comparison_summary(found))
+    comparison = Comparison.of(first, second)
+    page = write_comparison(comparison, output)
+    print_sections(console, comparison_summary(comparison))
     console.print(f"Page: {page}")

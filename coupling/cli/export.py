@@ -99,7 +99,7 @@ def export(
 
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
     shortest = None if shortest_ms is None else 1e-3 * shortest_ms
-    wanted = {
+    languages = {
         language: ExportOptions(
             _language(language),
             _targets(language, targets),
@@ -114,8 +114,8 @@ def export(
     file = command or (None if source.is_dir() else source)
     place = source if file is None else file.parent / file.stem
     folders = {
-        language: (output or place) / language if output is None or len(wanted) > 1 else output
-        for language in wanted
+        language: (output or place) / language if output is None or len(languages) > 1 else output
+        for language in languages
     }
     for folder in folders.values():
         require_writable(folder, overwrite)
@@ -123,17 +123,17 @@ def export(
         commands = read()
         exports = {
             language: export_commands(commands, options, view.watch)
-            for language, options in wanted.items()
+            for language, options in languages.items()
         }
     for language, programs in exports.items():
-        options = wanted[language]
+        options = languages[language]
         write_export(folders[language], programs, options, overwrite)
         for program in programs:
             for line in _lines(program, options, len(programs) > 1):
                 console.print(line)
         console.print(f"Programs: {folders[language]}")
     if any(
-        program.loss > wanted[language].tolerance
+        program.loss > languages[language].tolerance
         for language, programs in exports.items()
         for program in programs
     ):
@@ -160,10 +160,10 @@ def _targets(name: str, targets: str | None) -> Targets:
         ProgramError: If the language has none of this kind.
     """
     kinds = _language(name).targets
-    wanted = targets or kinds[0]
-    if wanted not in kinds:
-        raise ProgramError(f"--targets: {name}: {one_of(kinds, wanted)}")
-    return next(known for known in kinds if known == wanted)
+    kind = targets or kinds[0]
+    if kind not in kinds:
+        raise ProgramError(f"--targets: {name}: {one_of(kinds, kind)}")
+    return next(candidate for candidate in kinds if candidate == kind)
 
 
 def _reader(
@@ -177,8 +177,8 @@ def _reader(
     from coupling.export.commands import command_in_run, command_of_table, commands_of_run
 
     if source.is_dir():
-        for option, given in (("--robot", robot), ("--wrench", wrench)):
-            if given is not None:
+        for option, value in (("--robot", robot), ("--wrench", wrench)):
+            if value is not None:
                 raise ProgramError(
                     f"{option}: expected a command as CSV with this option, got the folder {source},"
                     " which has its own"
@@ -198,53 +198,53 @@ def _reader(
     return partial(command_of_table, source, robot, wrench)
 
 
-def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:
-    who = f"{one.robot} robot: " if several else ""
+def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:
+    who = f"{program.robot} robot: " if several else ""
     if not options.language.dense:
-        yield from _spacing(one, options)
+        yield from _spacing(program, options)
     yield (
-        f"{who}{', '.join(file.name for file in one.files)}: {one.points} points of"
-        f" {one.candidates}, {one.bytes} bytes, at least {1e3 * one.shortest:.0f} ms apart"
+        f"{who}{', '.join(file.name for file in program.files)}: {program.points} points of"
+        f" {program.candidates}, {program.bytes} bytes, at least {1e3 * program.shortest:.0f} ms apart"
     )
-    loss = f"loss {1e6 * one.loss:.2f} um"
-    if one.command is None or one.read_back is None:
+    loss = f"loss {1e6 * program.loss:.2f} um"
+    if program.command is None or program.read_back is None:
         yield f"  difference of the tool's paths under the program, read back, and the command: {loss}"
     else:
         yield (
-            f"  deviation: {1e6 * one.command.maximum:.2f} um under the command,"
-            f" {1e6 * one.read_back.maximum:.2f} um under the program, read back; {loss}"
+            f"  deviation: {1e6 * program.command.maximum:.2f} um under the command,"
+            f" {1e6 * program.read_back.maximum:.2f} um under the program, read back; {loss}"
         )
-    if one.loss > options.tolerance:
+    if program.loss > options.tolerance:
         yield (
-            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: {one.advice}"
+            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: {program.advice}"
         )
-    if one.loss_on_joint_lines is not None:
+    if program.loss_on_joint_lines is not None:
         yield (
             f"  loss if the controller does not smooth, drives straight from set point to set point:"
-            f" {1e6 * one.loss_on_joint_lines:.2f} um"
+            f" {1e6 * program.loss_on_joint_lines:.2f} um"
         )
-    if one.remark:
-        yield f"  Warning: {one.remark}"
-    nearest = one.nearest
+    if program.remark:
+        yield f"  Warning: {program.remark}"
+    nearest = program.nearest
     near = (
         "Warning: near a singular posture" if nearest.value < _NEAR else "nearest singular posture"
     )
     yield f"  {near}: {nearest.kind}, {nearest.value:.2g} at {nearest.time:.3f} s (0 is singular)"
-    if not one.counted:
+    if not program.counted:
         yield (
             "  joint angles, flange and base are as defined in the robot file, which has no"
             " [controller]: compare them with the controller's before use"
         )
 
 
-def _spacing(one: ExportedProgram, options: ExportOptions) -> Iterator[str]:
+def _spacing(program: ExportedProgram, options: ExportOptions) -> Iterator[str]:
     """Yield how close the targets are, and whether that is closer than is usual."""
     usual = options.language.shortest
     text = (
-        f"{100 * one.share_of_shortest:.0f} % of the targets are {1e3 * one.shortest:.0f} ms apart, the"
-        f" closest, the median {1e3 * one.median:.0f} ms"
+        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * program.shortest:.0f} ms"
+        f" apart, the closest, the median {1e3 * program.median:.0f} ms"
     )
-    if one.shortest < usual - 1e-6:
+    if program.shortest < usual - 1e-6:
         yield (
             f"Warning: {text}: a controller may not plan them in time: --shortest-ms {1e3 * usual:.0f}"
         )

@@ -12,16 +12,16 @@ _PACKAGE = Path(__file__).parents[1]
 _REPORT = "please report it, with what the same command shows with --debug"
 
 
-def told(error: Exception) -> str:
+def describe_failure(error: Exception) -> str:
     """Return one sentence for an exception.
 
     Errors of this package tell the user what to do.  Others are the machine's, such as a full disk, or
     this program's own faults, which the sentence calls so.
 
     Example:
-        >>> told(FileNotFoundError(2, "No such file or directory", "line.toml"))
+        >>> describe_failure(FileNotFoundError(2, "No such file or directory", "line.toml"))
         'line.toml: No such file or directory'
-        >>> told(ZeroDivisionError("float division by zero"))[:71]
+        >>> describe_failure(ZeroDivisionError("float division by zero"))[:71]
         'a fault of this program (ZeroDivisionError: float division by zero): pl'
     """
     from elastic_robot.errors import ElasticRobotError

@@ -38,7 +38,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
 
 def write_findings(
     target: Path,
-    found: IdentifiedResult | LearnedResult | MotionResult,
+    result: IdentifiedResult | LearnedResult | MotionResult,
     summary: Sequence[Section],
     page: str,
     error: type[CouplingError],
@@ -48,9 +48,9 @@ def write_findings(
     print_sections(console, summary)
     report = target.with_suffix(".html")
     write_atomically(report, page, error)  # says whose the figures are
-    write_atomically(target.with_suffix(".json"), found.text() + "\n", error)
+    write_atomically(target.with_suffix(".json"), result.text() + "\n", error)
     console.print(f"Report: {report}")
-    if found.refusal:
+    if result.refusal:
         raise typer.Exit(_REFUSED)
 
 

@@ -138,13 +138,13 @@ def identify(
     target = robot_target(output, f"{table.stem}_identified", IdentifyError)
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
-    own = identified if measured.loop is None else identify_loops
-    found = own(described, measured, options)
-    result = figures(found)
+    identify_measured = identified if measured.loop is None else identify_loops
+    identified_result = identify_measured(described, measured, options)
+    result = figures(identified_result)
     page = identify_page(f"{table.name}: {described.name}", result)
     write_findings(target, result, identify_summary(result), page, IdentifyError)
     source = f"{table.name}, {measured.count} measurements"
-    write_robot(target, identified_text(found, start, target, source), IdentifyError)
+    write_robot(target, identified_text(identified_result, start, target, source), IdentifyError)
 
 
 def _plan(
@@ -159,7 +159,7 @@ def _plan(
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
 
-    done: tuple[Measurements, MeasurementNoise] | None = None
+    known_measurements: tuple[Measurements, MeasurementNoise] | None = None
     if file is not None:
         measured = read_measurements(file, len(robot.joints))
         if measured.loop is not None:
@@ -168,13 +168,13 @@ def _plan(
             )
         position, rotation, force, moment = deviations
         noise = noise_of(measured, position or wish.position, rotation or 1e-4, force, moment)
-        done = (measured, noise)
+        known_measurements = (measured, noise)
     target = output or Path("results", "plan.csv")
     require_replaceable_plan(target)
     make_folder_of(target, IdentifyError)
-    found = planned(robot, torque_curve, wish, done)
-    write_plan(found, target)
-    print_plan(found, target)
+    plan_result = planned(robot, torque_curve, wish, known_measurements)
+    write_plan(plan_result, target)
+    print_plan(plan_result, target)
 
 
 def _with_noise(wish: PlanRequest, position: float | None, force: float | None) -> PlanRequest:
@@ -185,6 +185,6 @@ def _with_noise(wish: PlanRequest, position: float | None, force: float | None) 
     )
 
 
-def _require(word: str, known: Iterable[str], option: str) -> None:
-    if word not in known:
-        raise IdentifyError(f"{option}: {one_of(known, word)}")
+def _require(word: str, known_words: Iterable[str], option: str) -> None:
+    if word not in known_words:
+        raise IdentifyError(f"{option}: {one_of(known_words, word)}")

@@ -39,10 +39,10 @@ def identify_from_motion(
     target = robot_target(output, f"{files[0].stem}_identified", IdentifyError)
     recordings = [read_recording(file, described) for file in files]
     held_out = [read_recording(file, described) for file in hold_out]
-    found = identify_motion(described, recordings, held_out, bandwidth, leave_out)
-    result = motion_figures(found)
+    motion_result = identify_motion(described, recordings, held_out, bandwidth, leave_out)
+    result = motion_figures(motion_result)
     names = ", ".join(recording.name for recording in recordings)
     page = motion_page(f"{names}: {described.name}", result)
     write_findings(target, result, motion_summary(result), page, IdentifyError)
-    text = moved_text(found, result, start, target, f"motion of {names}")
+    text = moved_text(motion_result, result, start, target, f"motion of {names}")
     write_robot(target, text, IdentifyError)

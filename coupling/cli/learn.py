@@ -83,21 +83,25 @@ def learn(
     if start.resolve() == target.resolve():
         raise LearnError(f"{target}: expected another file than the run's robot file")
     with RunView(console) as view, Models("native", view.watch) as models:
-        found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
-    result = figures(found)
+        learned_result = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
+    result = figures(learned_result)
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     page = learn_page(title, result)
     write_findings(target, result, learn_summary(result), page, LearnError)
-    write_robot(target, learned_text(found, target), LearnError)
+    write_robot(target, learned_text(learned_result, target), LearnError)
     last = pairs[-1][0]
     text = next_case_text(load_toml(last / "case.toml", CaseError), target)
     write_atomically(case, f"# Case of {target.name}, by elastic-robot learn\n\n{text}", LearnError)
     if no_next:
         console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
         return
-    kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
+    evaluations = store_folder(
+        folder, store or (None if no_store else last.parent / STORE), no_store
+    )
     with RunView(console) as view:
-        done = conduct(case, folder, overwrite, kept, "compensate", run_compensation, view.watch)
-    print_run(done, folder)
-    if not done.run.correction.converged:
+        finished = conduct(
+            case, folder, overwrite, evaluations, "compensate", run_compensation, view.watch
+        )
+    print_run(finished, folder)
+    if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)

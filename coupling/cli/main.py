@@ -38,7 +38,7 @@ from coupling.cli import (
 )
 from coupling.cli import next as next_
 from coupling.cli.console import errors
-from coupling.cli.failures import told
+from coupling.cli.failures import describe_failure
 from coupling.cli.streams import lasting_streams
 from coupling.errors import reason_of
 
@@ -117,8 +117,8 @@ for _command in _COMMANDS:
 app.command("next", cls=_Command)(next_.next_command)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_asked: bool) -> None:
+    if is_asked:
         import elastic_robot
 
         typer.echo(f"elastic-robot {elastic_robot.__version__}")
@@ -158,8 +158,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             finally:
                 output.flush()
         except (KeyboardInterrupt, _StoppedError) as stop:
-            kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
-            text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
+            notes = _notes(stop.__cause__ or stop) or ["nothing was written"]
+            text = "\n".join([f"stopped; {notes[0]}", *notes[1:]])
             errors.print(text)
             sys.exit(INTERRUPTED)
         except SystemExit as end:
@@ -174,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         except Exception as error:
             if shows_trace:
                 errors.print("".join(traceback.format_exception(error)).rstrip())
-            text = "\n".join([f"error: {told(error)}", *_notes(error)])
+            text = "\n".join([f"error: {describe_failure(error)}", *_notes(error)])
             errors.print(text, style="red")
             sys.exit(BAD_INPUT)
 

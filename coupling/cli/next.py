@@ -96,8 +96,8 @@ def next_command(
     no_store: NoStore = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
-    known = _known(frame_known, own_frame, tip_known)
-    options = _options(move, known, cutoff_hz, repeatability, seed)
+    frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
+    options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed)
     _advance(runs, output, options, overwrite, store, no_store)
 
 
@@ -132,7 +132,11 @@ def mirror(
 
 
 def _options(
-    move: str, known: FrameAccuracy, cutoff: float | None, repeatability: str | None, seed: int
+    move: str,
+    frame_accuracy: FrameAccuracy,
+    cutoff: float | None,
+    repeatability: str | None,
+    seed: int,
 ) -> NextOptions:
     from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
@@ -140,24 +144,24 @@ def _options(
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
     if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0.0):
         raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
-    again = REPEATABILITY
+    repeatability_m = REPEATABILITY
     if repeatability is not None:
-        again = _length("--repeatability", repeatability, "0.05mm")
-    return NextOptions(known, move, cutoff, seed, again)
+        repeatability_m = _length("--repeatability", repeatability, "0.05mm")
+    return NextOptions(frame_accuracy, move, cutoff, seed, repeatability_m)
 
 
-def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
+def _frame_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
     """Return what is known of the measuring device, from options."""
     from coupling.identification.next.options import ANYWHERE, FrameAccuracy
 
     if own_frame and frame is not None:
         raise LearnError("expected either --own-frame or --frame-known, got both")
-    known = ANYWHERE if own_frame else FrameAccuracy()
+    accuracy = ANYWHERE if own_frame else FrameAccuracy()
     if frame is not None:
-        known = frame_of(frame)
+        accuracy = frame_of(frame)
     if tip is None:
-        return known
-    return replace(known, tip=_length("--tip-known", tip, "0.5mm"))
+        return accuracy
+    return replace(accuracy, tip=_length("--tip-known", tip, "0.5mm"))
 
 
 def _length(option: str, text: str, example: str) -> float:
@@ -181,7 +185,7 @@ def frame_of(text: str) -> FrameAccuracy:
 
     parts = text.replace(" ", "").split(",")
     units = (_LENGTHS, _ANGLES)
-    values = [_value(part, own) for part, own in zip(parts, units, strict=False)]
+    values = [_value(part, unit) for part, unit in zip(parts, units, strict=False)]
     if len(parts) > len(units) or None in values:
         raise LearnError(
             f"--frame-known: expected a length and an angle, as 0.05mm or 0.05mm,0.05mrad, got {text!r}"
@@ -192,11 +196,11 @@ def frame_of(text: str) -> FrameAccuracy:
 
 
 def _value(text: str, units: dict[str, float]) -> float | None:
-    found = re.fullmatch(r"([0-9.]+(?:e[+-]?[0-9]+)?)([a-z]+)", text)
-    if found is None or found[2] not in units:
+    match = re.fullmatch(r"([0-9.]+(?:e[+-]?[0-9]+)?)([a-z]+)", text)
+    if match is None or match[2] not in units:
         return None
     try:
-        value = float(found[1]) * units[found[2]]
+        value = float(match[1]) * units[match[2]]
     except ValueError:
         return None
     return value if 0.0 < value < math.inf else None
@@ -244,28 +248,28 @@ def _advance(
         RunView(console) as view,
         Models("native", view.watch) as models,
     ):
-        found = plan(sources, options, models, view.watch)
-        begun = figures(found)
-        print_sections(console, next_summary(begun))
-        case = write_inputs(place, found, begun)
-        beside = store or (None if no_store else pairs[-1][0].parent / STORE)
-        kept = store_folder(output, beside, no_store)
+        command_plan = plan(sources, options, models, view.watch)
+        plan_figures = figures(command_plan)
+        print_sections(console, next_summary(plan_figures))
+        case = write_inputs(place, command_plan, plan_figures)
+        shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
+        evaluations = store_folder(output, shared_store, no_store)
 
-        def work(own: Case, watch: Watch) -> Run:
-            return expected(own, found, watch)
+        def work(case_of_run: Case, watch: Watch) -> Run:
+            return expected(case_of_run, command_plan, watch)
 
-        done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
+        finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
-        result = figures(found, done.run.forecast)
+        result = figures(command_plan, finished.run.forecast)
         write_atomically(claimed(place / PLAN), result.text() + "\n", LearnError)
         write_atomically(claimed(place / REPORT), next_page(title, result), LearnError)
-    print_run(done, output)
+    print_run(finished, output)
     console.print(f"Report on the learning: {place / REPORT}")
-    if not done.run.correction.converged:
+    if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def expected(case: Case, found: CommandPlan, watch: Watch) -> Run:
+def expected(case: Case, command_plan: CommandPlan, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation
@@ -273,4 +277,4 @@ def expected(case: Case, found: CommandPlan, watch: Watch) -> Run:
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
-    return replace(run, forecast=forecast(found, correction.joints, wrench))
+    return replace(run, forecast=forecast(command_plan, correction.joints, wrench))

@@ -44,23 +44,27 @@ def place(
 
     folder = output or Path("results", f"{case.stem}_placed")
     objective = _objective(optimise)
-    kept = store_folder(folder, store, no_store)
+    evaluations = store_folder(folder, store, no_store)
     with (
         RunView(console) as view,
-        logged_folder("place", case, folder, overwrite, kept, view.watch) as (work, log, watch),
+        logged_folder("place", case, folder, overwrite, evaluations, view.watch) as (
+            work,
+            log,
+            watch,
+        ),
     ):
 
-        def process_of(one: Case) -> Process:
-            return kept_process(one, kept, watch)
+        def process_of(case: Case) -> Process:
+            return kept_process(case, evaluations, watch)
 
         loaded = load_case(case, work, watch)
         require_one_robot(loaded)
-        found = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
+        placement = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
         watch(Progress("writing the folder", 0, 1))
-        write_placement(work, found)
+        write_placement(work, placement)
         write_place_report(work)
         watch(Progress("writing the folder", 1, 1))
-        log.finish(found.durations)
+        log.finish(placement.durations)
     print_sections(console, place_summary(read_placement(folder).figures))
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
 
@@ -68,9 +72,9 @@ def place(
 def _objective(word: str | None) -> Objective | None:
     from coupling.case.place import Objective
 
-    for known in get_args(Objective):
-        if word == known:
-            return known
+    for objective in get_args(Objective):
+        if word == objective:
+            return objective
     if word is None:
         return None
     raise CaseError(f"--optimise: {one_of(get_args(Objective), word)}")

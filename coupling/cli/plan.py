@@ -55,8 +55,13 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
 def print_plan(plan: MeasurementPlan, file: Path) -> None:
     """Print the confidence intervals that the planned measurements are expected to give."""
     rows = [
-        (own.name, f"{own.start:.4g}", _percent(own.before), _percent(own.after))
-        for own in plan.expected
+        (
+            expectation.name,
+            f"{expectation.start:.4g}",
+            _percent(expectation.before),
+            _percent(expectation.after),
+        )
+        for expectation in plan.expected
     ]
     away = np.linalg.norm(plan.measurements.deflection, axis=1)
     parts = (

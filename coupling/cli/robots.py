@@ -55,8 +55,8 @@ def _every_number(names: list[str]) -> Iterator[str]:
             yield f"  {line}"
         try:
             listed, robot = urdf_numbers(file), load_robot(file)
-            known = load_provenance(file, robot)
-            said = (*known.remarks, *remarks_on_robot(robot, known.numbers))
+            provenance = load_provenance(file, robot)
+            said = (*provenance.remarks, *remarks_on_robot(robot, provenance.numbers))
         except ElasticRobotError as error:  # a URDF that is not installed here, for instance
             yield f"  Cannot be used: {error}"
             continue

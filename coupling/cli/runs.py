@@ -85,24 +85,24 @@ def _run(
     from coupling.run.console import RunView
 
     folder = output or Path("results", file.stem)
-    kept = store_folder(folder, store, no_store)
+    evaluations = store_folder(folder, store, no_store)
     with RunView(console) as view:
-        done = conduct(file, folder, overwrite, kept, kind, work, view.watch)
-    print_run(done, folder)
-    if done.not_stored:
-        text = f"Warning: {done.not_stored} evaluations could not be kept in {kept}"
+        finished = conduct(file, folder, overwrite, evaluations, kind, work, view.watch)
+    print_run(finished, folder)
+    if finished.not_stored:
+        text = f"Warning: {finished.not_stored} evaluations could not be kept in {evaluations}"
         console.print(text, style="yellow")
-    if not done.run.correction.converged:
+    if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def print_run(done: FinishedRun, folder: Path) -> None:
+def print_run(finished: FinishedRun, folder: Path) -> None:
     """Say what a run found and where it is."""
     from coupling.report.run_report import run_summary
     from coupling.report.terminal import print_sections
 
-    print_sections(console, run_summary(done.stored))
-    seconds = sum(done.run.durations.values())
+    print_sections(console, run_summary(finished.stored))
+    seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):
         text = (
@@ -110,7 +110,7 @@ def print_run(done: FinishedRun, folder: Path) -> None:
             f" export {shlex.quote(str(folder))} --to {language} --overwrite"
         )
         console.print(text, style="yellow")
-    outlook = done.stored.figures.outlook
+    outlook = finished.stored.figures.outlook
     if outlook is not None and not outlook.gains:
         text = "Do not send this command to a robot: it may be worse than none, see above."
         console.print(text, style="yellow")

@@ -24,18 +24,18 @@ _BYTES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 def _age(text: str) -> float:
     """Return an age [s]."""
-    found = re.fullmatch(r"(\d{1,6}(?:\.\d{1,6})?)([hdw])", text)
-    if found is None:
+    match = re.fullmatch(r"(\d{1,6}(?:\.\d{1,6})?)([hdw])", text)
+    if match is None:
         raise typer.BadParameter(f"expected a number of hours, days or weeks as 30d, got {text!r}")
-    return 3600.0 * float(found[1]) * _HOURS[found[2]]
+    return 3600.0 * float(match[1]) * _HOURS[match[2]]
 
 
 def _size(text: str) -> int:
     """Return a size [bytes]."""
-    found = re.fullmatch(r"(\d{1,15}(?:\.\d{1,6})?)\s?([kMGT]?B|)", text)
-    if found is None:
+    match = re.fullmatch(r"(\d{1,15}(?:\.\d{1,6})?)\s?([kMGT]?B|)", text)
+    if match is None:
         raise typer.BadParameter(f"expected a size as 10GB or 500MB, got {text!r}")
-    return int(float(found[1]) * _BYTES[found[2]])
+    return int(float(match[1]) * _BYTES[match[2]])
 
 
 def store(
@@ -72,11 +72,11 @@ def store(
         raise typer.BadParameter("expected --clear with --older-than, --keep or both")
     if verify and clear:
         raise typer.BadParameter("expected one of --verify and --clear")
-    kept = Store(folder)
-    entries = kept.entries()
+    evaluations = Store(folder)
+    entries = evaluations.entries()
     if clear:
         gone = to_clear(entries, time.time(), older_than, keep)
-        kept.clear(gone)
+        evaluations.clear(gone)
         console.print(f"{folder}: {_sum(gone)} removed, {_sum(entries, gone)} left")
     elif verify:
         problems = {entry: problem for entry in entries if (problem := entry.problem())}
@@ -94,8 +94,8 @@ def store(
 def _sum(entries: list[Entry], without: list[Entry] | None = None) -> str:
     """Return the number and the size of entries, in words."""
     gone = {entry.file for entry in without or ()}
-    left = [entry for entry in entries if entry.file not in gone]
-    return f"{len(left)} evaluations, {_in_words(sum(entry.size for entry in left))}"
+    remaining = [entry for entry in entries if entry.file not in gone]
+    return f"{len(remaining)} evaluations, {_in_words(sum(entry.size for entry in remaining))}"
 
 
 _COLUMNS = "{:16}  {:16}  {:>9} {:>9} {:>8} {:>2}  {:12}  {}"

@@ -22,7 +22,7 @@ class LastingStream:
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
-        self.failure: OSError | None = None
+        self.failure: OSError | ValueError | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -31,7 +31,7 @@ class LastingStream:
         """Write a text, or lose it."""
         try:
             return int(self._stream.write(text))
-        except OSError as cause:
+        except (OSError, ValueError) as cause:  # a plugin may have closed it
             self._give_up(cause)
             return len(text)
 
@@ -39,14 +39,14 @@ class LastingStream:
         """Write what is kept back, or lose it."""
         try:
             self._stream.flush()
-        except OSError as cause:
+        except (OSError, ValueError) as cause:  # a plugin may have closed it
             self._give_up(cause)
 
-    def _give_up(self, cause: OSError) -> None:
+    def _give_up(self, cause: OSError | ValueError) -> None:
         """Write to nothing from now on: what is kept back would fail again at the end of Python."""
         if not isinstance(cause, BrokenPipeError):
             self.failure = cause
-        with suppress(OSError), open(os.devnull, "wb") as nothing:
+        with suppress(OSError, ValueError), open(os.devnull, "wb") as nothing:
             os.dup2(nothing.fileno(), self._stream.fileno())
 
 

@@ -225,8 +225,7 @@ def _met(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchH
 
 
 def _axes(case: Case, placed: PlacedRobot) -> ControllerAxes:
-    table = "robot" if placed.name == "forming" else "support"
-    file = find_robot(case.resolved[table]["description"])
+    file = find_robot(case.resolved[placed.table]["description"])
     return controller_axes(file, len(placed.description.joints))
 
 

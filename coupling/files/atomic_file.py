@@ -111,7 +111,7 @@ def require_writable_place(place: Path, error: type[Exception]) -> None:
     Raises:
         Exception: The error that is given.
     """
-    above = next(one for one in place.resolve().parents if one.exists())
+    above = next(parent for parent in place.resolve().parents if parent.exists())
     if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
         raise error(
             f"{place}: cannot be made: {above} is no folder to write into: name another place (--output)"

@@ -29,7 +29,7 @@ def exclusively(
 
     Args:
         folder: The folder, which need not be there; the one that it is in is made.
-        error: Raised where another command writes it, or no file can be made beside it.
+        error: Raised where another command writes it, or no file can be made in it or beside it.
         who: Function that says which one does, in words.
 
     Example:
@@ -43,6 +43,12 @@ def exclusively(
         another command writes it: wait for its end, or name another folder
     """
     target = folder.resolve()
+    # It could be renamed nevertheless, after all the work, and its files could not be moved.
+    if target.is_dir() and not os.access(target, os.W_OK | os.X_OK):
+        raise error(
+            f"{folder}: expected a folder that this user may write into, got one of another user or one"
+            " that is read-only: name another folder"
+        )
     lock = FileLock(target.with_name(f".{target.name}.lock"))
     with writing(folder, error):
         target.parent.mkdir(parents=True, exist_ok=True)

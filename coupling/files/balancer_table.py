@@ -124,9 +124,9 @@ def gas_spring_points(
         _require(length > _FOLDED * length.max(), "a length > 0 [m]", angle, length)
         _require(volume > 0.0, "a volume of its gas > 0 [m^3]", angle, volume)
         pressure = spring.pressure_Pa * (spring.gas_volume_m3 / volume) ** spring.exponent
-        made: np.ndarray = sign * spring.area_m2 * pressure * by_angle
-        _require(np.isfinite(made), "a finite torque [N m]", angle, made)
-        return made
+        torque_points: np.ndarray = sign * spring.area_m2 * pressure * by_angle
+        _require(np.isfinite(torque_points), "a finite torque [N m]", angle, torque_points)
+        return torque_points
 
     between = np.linspace(*limits, _LOOKED_AT)
     exact = torque(between)

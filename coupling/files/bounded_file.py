@@ -1,4 +1,4 @@
-"""Reading whole files that may be endless: devices, pipes, and mistaken names of huge ones."""
+"""Reading whole files: devices, pipes, sockets and mistaken names of huge ones are refused."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from coupling.errors import reason_of
 
 
 def read_bounded(file: Path, most: int, error: type[Exception]) -> bytes:
-    """Return the content of a file or pipe.
+    """Return the content of a file.
 
     Args:
         file: The file.
@@ -23,14 +23,13 @@ def read_bounded(file: Path, most: int, error: type[Exception]) -> bytes:
         Traceback (most recent call last):
         ValueError: /dev/zero: expected a file, got a device: name a file
     """
+    require_bounded(file, most, error)
     try:
-        mode = file.stat().st_mode
         with file.open("rb") as stream:
-            content = b"" if _is_device(mode) else stream.read(most + 1)
-    except (OSError, ValueError) as cause:  # a name with a null character
+            content = stream.read(most + 1)
+    except OSError as cause:
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    _require_no_device(file, mode, error)
-    if len(content) > most:
+    if len(content) > most:  # a file of a system, whose size is 0
         raise _too_large(file, most, error)
     return content
 
@@ -45,24 +44,22 @@ def require_bounded(file: Path, most: int, error: type[Exception]) -> None:
         status = file.stat()
         if stat.S_ISDIR(status.st_mode):
             raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-    except (OSError, ValueError) as cause:
+    except (OSError, ValueError) as cause:  # a name with a null character
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    _require_no_device(file, status.st_mode, error)
-    if stat.S_ISFIFO(
-        status.st_mode
-    ):  # is read again for its numbers, and one nobody writes to waits
-        raise error(f"{file}: expected a file, got a pipe, which cannot be read twice")
+    for is_kind, kind in _KINDS.items():
+        if is_kind(status.st_mode):
+            raise error(f"{file}: expected a file, got a {kind}: name a file")
     if status.st_size > most:
         raise _too_large(file, most, error)
 
 
-def _is_device(mode: int) -> bool:
-    return stat.S_ISCHR(mode) or stat.S_ISBLK(mode)  # many of which have no end
-
-
-def _require_no_device(file: Path, mode: int, error: type[Exception]) -> None:
-    if _is_device(mode):
-        raise error(f"{file}: expected a file, got a device: name a file")
+# What is no file: it has no end, or waits for one who writes to it, or cannot be read twice.
+_KINDS = {
+    stat.S_ISCHR: "device",
+    stat.S_ISBLK: "device",
+    stat.S_ISFIFO: "pipe",
+    stat.S_ISSOCK: "socket",
+}
 
 
 def _too_large(file: Path, most: int, error: type[Exception]) -> Exception:

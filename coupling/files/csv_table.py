@@ -49,18 +49,18 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     Returns:
         Values in the order of `columns`, any unit, (rows, columns).
     """
-    found = read_header(file, error)
-    missing = [name for name in columns if name not in found]
+    header = read_header(file, error)
+    missing = [name for name in columns if name not in header]
     if missing:
-        hint = ": separate columns by commas" if len(found) == 1 and ";" in found[0] else ""
+        hint = ": separate columns by commas" if len(header) == 1 and ";" in header[0] else ""
         raise error(
             f"{file}: columns {', '.join(missing)} are missing: expected {', '.join(columns)}, got"
-            f" {', '.join(found) or 'an empty file'}{hint}"
+            f" {', '.join(header) or 'an empty file'}{hint}"
         )
-    twice = [name for name in columns if found.count(name) > 1]
+    twice = [name for name in columns if header.count(name) > 1]
     if twice:
         raise error(
-            f"{file}: expected each column once, got {twice[0]} {found.count(twice[0])} times: rename"
+            f"{file}: expected each column once, got {twice[0]} {header.count(twice[0])} times: rename"
             " those that are not meant"
         )
     try:
@@ -70,14 +70,14 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     except (OSError, ValueError) as cause:
         reason, _, _ = str(cause).partition(";")  # behind it stands what a programmer may do
         raise error(f"{file}: is not a table of numbers: {reason}") from cause
-    if rows.shape[0] == 0 or rows.shape[1] != len(found):
+    if rows.shape[0] == 0 or rows.shape[1] != len(header):
         got = f"{rows.shape[0]} rows of {rows.shape[1]}" if len(rows) else "none"
-        raise error(f"{file}: expected rows of {len(found)} numbers, one for each name, got {got}")
+        raise error(f"{file}: expected rows of {len(header)} numbers, one for each name, got {got}")
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, column = bad[0]
         raise error(
-            f"{file}: {found[column]}: expected a finite number, got {rows[row, column]} in row"
+            f"{file}: {header[column]}: expected a finite number, got {rows[row, column]} in row"
             f" {row + 1}"
         )
-    return rows[:, [found.index(name) for name in columns]]
+    return rows[:, [header.index(name) for name in columns]]

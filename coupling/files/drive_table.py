@@ -63,12 +63,12 @@ class ServoTable(Schema):
 
     @model_validator(mode="after")
     def _one_form(self) -> ServoTable:
-        for one, other in (
+        for first, other in (
             ("rate_bandwidth_Hz", "rate_gain"),
             ("integral_time_s", "integral_gain"),
         ):
-            if getattr(self, one) is not None and getattr(self, other) is not None:
-                raise ValueError(f"expected either {one} or {other}, got both")
+            if getattr(self, first) is not None and getattr(self, other) is not None:
+                raise ValueError(f"expected either {first} or {other}, got both")
         if self.rate_bandwidth_Hz is None and self.rate_gain is None:
             raise ValueError("expected rate_bandwidth_Hz or rate_gain, got neither")
         return self

@@ -86,8 +86,10 @@ def _of_xacro(path: Path) -> ForeignRobot:
 
 
 def _of_descriptions(name: str) -> ForeignRobot:
-    known = extra("robot_descriptions", "descriptions", f"{name}, a name of robot_descriptions,")
-    if name not in known.DESCRIPTIONS:
+    descriptions = extra(
+        "robot_descriptions", "descriptions", f"{name}, a name of robot_descriptions,"
+    )
+    if name not in descriptions.DESCRIPTIONS:
         raise RobotFileError(
             f"{name}: expected a name of robot_descriptions, got another: its list is"
             " robot_descriptions list"

@@ -159,7 +159,7 @@ def other_format(content: bytes, kinds: Collection[str]) -> str | None:
         return f"got {binary}: give a text file in ASCII or UTF-8"
     text = content[:_LOOKED_AT].removeprefix(codecs.BOM_UTF8).decode("latin-1")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
-    for known in _FORMATS:
-        if known.pattern.search(text):
-            return None if known.kind in kinds else f"got {known.name}: {known.remedy}"
+    for candidate in _FORMATS:
+        if candidate.pattern.search(text):
+            return None if candidate.kind in kinds else f"got {candidate.name}: {candidate.remedy}"
     return None

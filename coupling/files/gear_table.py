@@ -157,13 +157,13 @@ class GearTable(Schema):
             backlash = self._backlash(self.lost_motion_arcmin, width, rated, stiffness)
         whole = 2.0 * backlash / ARCMIN
         if width <= whole:
-            given = "backlash" if self.lost_motion_arcmin is None else "lost_motion_arcmin"
+            key = "backlash" if self.lost_motion_arcmin is None else "lost_motion_arcmin"
             raise ValueError(
                 f"hysteresis_width_arcmin: expected more than {whole:.6g}, the whole backlash by"
-                f" {given}, got {width:.6g}"
+                f" {key}, got {width:.6g}"
             )
-        own = (width - whole) * ARCMIN
-        slip_torque = 0.5 * stiffness * own
+        hysteresis_width = (width - whole) * ARCMIN
+        slip_torque = 0.5 * stiffness * hysteresis_width
         # From the rated torque T to zero the gear turns by (T - 2 F) / k; an element slips after 2 a.
         enough = 2.0 * slip_torque * (1.0 + 2.0 * _SLIP_ANGLES[-1])
         if enough > rated:
@@ -172,7 +172,7 @@ class GearTable(Schema):
                 f" {slip_torque:.6g} N m together by hysteresis_width_arcmin = {width:.6g} and stiffness"
                 f" = {stiffness:.6g} N m/rad, got {rated:.6g}"
             )
-        return backlash, sheet_elements(own, stiffness)
+        return backlash, sheet_elements(hysteresis_width, stiffness)
 
     @staticmethod
     def _backlash(lost: float, width: float, rated: float, stiffness: float) -> float:

@@ -101,11 +101,11 @@ class MeasuredTable:
 
     def require_whole(self, group: Sequence[str]) -> None:
         """Refuse a group of columns that is there in part."""
-        found = [name for name in group if name in self.header]
-        if found and len(found) < len(group):
+        present = [name for name in group if name in self.header]
+        if present and len(present) < len(group):
             raise self._error_class(
                 f"{self._path}: expected all of the columns {', '.join(group)}, or none, got"
-                f" {', '.join(found)}"
+                f" {', '.join(present)}"
             )
 
     def of(self, names: Sequence[str]) -> np.ndarray:
@@ -116,21 +116,21 @@ class MeasuredTable:
         """Return the standard deviations of columns, any unit, (rows, names); NaN without."""
         columns = []
         for name in names:
-            own = DEVIATION + name
+            column = DEVIATION + name
             values = np.full(len(self.lines), np.nan)
-            if own in self.header:
-                values = self._column(own)
+            if column in self.header:
+                values = self._column(column)
                 if not np.all(values >= 0.0):
-                    raise self.row_error(own, int(np.argmin(values)), "a number >= 0")
+                    raise self.row_error(column, int(np.argmin(values)), "a number >= 0")
             columns.append(values)
         return np.column_stack(columns)
 
     def names(self) -> tuple[str, ...]:
         """Return the names of the rows; those without one are called by their line."""
         at = self._index("name") if "name" in self.header else None
-        given = ["" if at is None else row[at].strip() for _, row in self.lines]
+        names = ["" if at is None else row[at].strip() for _, row in self.lines]
         return tuple(
-            name or f"line {number}" for name, (number, _) in zip(given, self.lines, strict=True)
+            name or f"line {number}" for name, (number, _) in zip(names, self.lines, strict=True)
         )
 
     def _column(self, name: str) -> np.ndarray:

@@ -107,7 +107,7 @@ def _write_inertia(
 ) -> None:
     if model.body_mass[body] == 0.0:
         return
-    link = next(own for own in root.findall("link") if own.get("name") == name)
+    link = next(candidate for candidate in root.findall("link") if candidate.get("name") == name)
     inertial = SubElement(link, "inertial")
     _write_origin(
         inertial, link_from_body * _placement(model.body_ipos[body], model.body_iquat[body])

@@ -65,7 +65,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     if isinstance(file, UrdfRobotFile):
         files.append(urdf_of(path, file)[0])
         remarks = list(_remarks(path, file))
-    checksums = {own.name: _checksum(own) for own in files}
+    checksums = {source.name: _checksum(source) for source in files}
     return Provenance(checksums, ranges, tuple(remarks), tuple(numbers(data)))
 
 
@@ -145,7 +145,7 @@ def _remarks(path: Path, file: UrdfRobotFile) -> Iterator[str]:
     if (
         len(chain.masses) >= _ALIKE
         and len(values) == 1
-        and replaced < {own.name for own in chain.joints}
+        and replaced < {chain_joint.name for chain_joint in chain.joints}
     ):
         yield (
             f"{source.name}: all {len(chain.masses)} links that move have the same mass,"

@@ -42,7 +42,10 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
     efforts: dict[int, float] = {}
     if isinstance(file, UrdfRobotFile):  # its tables name joints in any order
         in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
-        rated = [(in_order[plain_name(own.name)], own.gear_torque_Nm) for own in file.joint]
+        rated = [
+            (in_order[plain_name(rated_joint.name)], rated_joint.gear_torque_Nm)
+            for rated_joint in file.joint
+        ]
         efforts = urdf_efforts(path, file)
     else:
         rated = [(k, joint.gear_torque_Nm) for k, joint in enumerate(file.joint, start=1)]

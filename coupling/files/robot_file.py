@@ -183,14 +183,14 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
 def _complete(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot that a file describes by itself."""
     file = validate(data, RobotFile, RobotFileError, str(path))
-    joints, own = [], np.eye(3)
+    joints, link_rotation = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
         try:
             rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
         except ValueError as cause:
             raise RobotFileError(f"{where}: {cause}") from cause
-        joints.append(_elastic(rigid, joint, own, own, where))
+        joints.append(_elastic(rigid, joint, link_rotation, link_rotation, where))
     return Robot(
         name=file.name,
         joints=tuple(joints),
@@ -251,14 +251,14 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
         RobotFileError: If no body has the numbers of one.
     """
     keys = _by_name(file.joint, chain, path)
-    parts = zip(chain.joints, chain.carried, chain.base_from_joint, strict=True)
-    for number, (joint, carried, base_from_joint) in enumerate(parts):
+    parts = zip(chain.joints, chain.inertias, chain.base_from_joint, strict=True)
+    for number, (joint, inertia, base_from_joint) in enumerate(parts):
         table = keys.get(joint.name)
         # The first body turns about its joint's axis only, unless this tilts.
         alone = number == 0 and not (table and table.tilt)
         try:
             body, remark = body_of(
-                carried,
+                inertia,
                 file.urdf.mass_scale,
                 table,
                 base_from_joint.rotation,
@@ -271,13 +271,13 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
 
 def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, UrdfJoint]:
     """Return the tables of the joints by their names in the URDF."""
-    known = [joint.name for joint in chain.joints]
+    names = [joint.name for joint in chain.joints]
     keys: dict[str, UrdfJoint] = {}
     for joint in joints:
         name = plain_name(joint.name)
-        if name not in known:
+        if name not in names:
             raise RobotFileError(
-                f"{path}: joint: {one_of(known, joint.name, ' (the joints between base and TCP)')}"
+                f"{path}: joint: {one_of(names, joint.name, ' (the joints between base and TCP)')}"
             )
         if name in keys:
             raise RobotFileError(f"{path}: joint {joint.name!r}: expected one table, got two")
@@ -304,10 +304,12 @@ def _elastic(
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):
         try:
-            given = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
+            elastic_tilt = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
         except ValueError as cause:
             raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
-        tilts.append(replace(given, axis=tuple((base_from_file @ given.axis).tolist())))
+        tilts.append(
+            replace(elastic_tilt, axis=tuple((base_from_file @ elastic_tilt.axis).tolist()))
+        )
     try:
         elastic = replace(
             rigid,
@@ -359,11 +361,11 @@ def _balancer(
         raise ValueError(f"balancer: {cause}") from cause
 
 
-def _payload(given: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
+def _payload(table: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
     """Return the payload in the last body's frame."""
-    if given is None:
+    if table is None:
         return None
     try:
-        return given.body().placed(last_from_file.rotation, last_from_file.translation)
+        return table.body().placed(last_from_file.rotation, last_from_file.translation)
     except ValueError as cause:
         raise RobotFileError(f"{path}: payload: {cause}") from cause

@@ -59,21 +59,21 @@ def by_source(numbers: Sequence[Number]) -> dict[str, list[str]]:
     kinds: dict[str, set[str]] = {}
     for number in numbers:
         kinds.setdefault(kind(number.place), set()).add(number.source)
-    found: dict[str, list[str]] = {}
+    names_by_source: dict[str, list[str]] = {}
     for number in numbers:
         whole = kind(number.place)
         place = whole if len(kinds[whole]) == 1 else number.place
-        listed = found.setdefault(number.source or UNKNOWN, [])
+        listed = names_by_source.setdefault(number.source or UNKNOWN, [])
         if place not in listed:
             listed.append(place)
-    return found
+    return names_by_source
 
 
 def lost_places(data: Mapping[str, Any]) -> list[str]:
     """Return the keys of [sources] that are not the place of any number."""
-    known = [place for place, _ in places(data)]
+    stated_places = [place for place, _ in places(data)]
     keys = data.get(SOURCES, {})
-    return [key for key in keys if not any(_covers(key, place) for place in known)]
+    return [key for key in keys if not any(_covers(key, place) for place in stated_places)]
 
 
 def require_places(data: Mapping[str, Any]) -> None:
@@ -83,8 +83,8 @@ def require_places(data: Mapping[str, Any]) -> None:
         ValueError: With the key, and what it may be.
     """
     for key in lost_places(data):
-        known = dict.fromkeys(_INDEX.sub("", place) for place, _ in places(data))
-        raise ValueError(f"{SOURCES}: {one_of(known, key, ' (with or without [number])')}")
+        stated_places = dict.fromkeys(_INDEX.sub("", place) for place, _ in places(data))
+        raise ValueError(f"{SOURCES}: {one_of(stated_places, key, ' (with or without [number])')}")
 
 
 def places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
@@ -119,9 +119,9 @@ def _source(place: str, sources: Mapping[str, str]) -> str:
 
 def _covers(key: str, place: str) -> bool:
     """Return whether each part of a key is that of the place, with its number or without."""
-    own, whole = key.split("."), place.split(".")
-    return len(own) <= len(whole) and all(
-        part in (at, _INDEX.sub("", at)) for part, at in zip(own, whole, strict=False)
+    key_parts, whole = key.split("."), place.split(".")
+    return len(key_parts) <= len(whole) and all(
+        part in (at, _INDEX.sub("", at)) for part, at in zip(key_parts, whole, strict=False)
     )
 
 

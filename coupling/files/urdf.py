@@ -48,13 +48,13 @@ def find_urdf(reference: str, folder: Path) -> Path:
                 f" {_PACKAGE}NAME/PATH"
             )
         return path
-    name, _, rest = reference.removeprefix(_PACKAGE).partition("/")
+    name, _, path_in_package = reference.removeprefix(_PACKAGE).partition("/")
     packages = [package for package in _package_folders(name) if package.is_dir()]
     for package in packages:
-        if (package / rest).is_file():
-            return package / rest
+        if (package / path_in_package).is_file():
+            return package / path_in_package
     if packages:
-        raise RobotFileError(f"{reference}: there is no file {rest!r} in {packages[0]}")
+        raise RobotFileError(f"{reference}: there is no file {path_in_package!r} in {packages[0]}")
     raise RobotFileError(
         f"{reference}: no package {name!r} is installed: expected an importable Python package or a"
         " folder of that name on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
@@ -85,7 +85,7 @@ class UrdfChain:
 
     Attributes:
         joints: Base to tip, with the URDF's names, limits and maximum rates, without bodies.
-        carried: Mass, centre and inertia about it of what each carries up to the next one, in its body
+        inertias: Mass, centre and inertia about it of what each carries up to the next one, in its body
             frame, as the URDF has them.
         base_from_joint: Placement of each joint's URDF frame at zero angles; it turns a direction
             given in that frame into base axes.
@@ -96,7 +96,7 @@ class UrdfChain:
     """
 
     joints: tuple[Joint, ...]
-    carried: tuple[pin.Inertia, ...]
+    inertias: tuple[pin.Inertia, ...]
     base_from_joint: tuple[pin.SE3, ...]
     base_from_tip: pin.SE3
     efforts: tuple[float, ...]
@@ -166,7 +166,7 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
         base_from_link = base_from_link * joint.parent_from_joint
         placements[joint.name] = base_from_link
     joints: list[Joint] = []
-    carried, masses = [], dict[str, float]()
+    inertias, masses = [], dict[str, float]()
     centre = np.zeros(3)
     on_way = {joint.name for joint in driven}
     for joint in driven:
@@ -177,7 +177,7 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
             if body.mass > 0.0:
                 masses[link] = body.mass
             inertia += joint_from_link.act(body)
-        turned = pin.SE3(placement.rotation, np.zeros(3)).act(inertia)
+        rotated = pin.SE3(placement.rotation, np.zeros(3)).act(inertia)
         try:
             joints.append(
                 Joint(
@@ -191,16 +191,20 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
             )
         except ValueError as cause:
             raise ValueError(f"joint {joint.name!r}: {cause}") from cause
-        carried.append(turned)
+        inertias.append(rotated)
         centre = placement.translation
     return UrdfChain(
         tuple(joints),
-        tuple(carried),
+        tuple(inertias),
         tuple(placements[joint.name] for joint in driven),
         base_from_link,
         tuple(joint.effort for joint in driven),
         masses,
-        tuple(own.name for own in driven if own.kind == "revolute" and own.limits is None),
+        tuple(
+            driven_joint.name
+            for driven_joint in driven
+            if driven_joint.kind == "revolute" and driven_joint.limits is None
+        ),
     )
 
 

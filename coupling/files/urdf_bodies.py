@@ -10,7 +10,7 @@ from elastic_robot.description import Body
 
 
 def body_of(
-    carried: pin.Inertia,
+    inertia: pin.Inertia,
     scale: float,
     keys: UrdfJoint | None,
     base_from_file: np.ndarray,
@@ -19,7 +19,7 @@ def body_of(
     """Return the body behind a joint, in its frame, and a remark where its inertia was completed.
 
     Args:
-        carried: Mass [kg], centre [m] and inertia about it [kg m^2] that the URDF has there, body axes.
+        inertia: Mass [kg], centre [m] and inertia about it [kg m^2] that the URDF has there, body axes.
         scale: Factor of its masses and inertias.
         keys: Table of the joint in the robot file, whose mass, com and inertia replace the URDF's.
         base_from_file: Rotation from the axes of that table, which are the URDF joint's, (3, 3).
@@ -29,10 +29,10 @@ def body_of(
     Raises:
         ValueError: If no body has these numbers.
     """
-    mass, centre, matrix = carried.mass * scale, carried.lever, carried.inertia * scale
+    mass, centre, matrix = inertia.mass * scale, inertia.lever, inertia.inertia * scale
     if keys is not None:
         for needed in ("mass", "com", "inertia"):
-            if keys.has_part_of_body and carried.mass == 0.0 and getattr(keys, needed) is None:
+            if keys.has_part_of_body and inertia.mass == 0.0 and getattr(keys, needed) is None:
                 raise ValueError(
                     f"expected mass, com and inertia, as the URDF has no mass there, got no {needed}"
                 )

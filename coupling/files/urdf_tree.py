@@ -216,11 +216,11 @@ def parse_xml(text: bytes) -> Element:
 
 def _links(root: Element) -> dict[str, Element]:
     """Return the links by their names."""
-    named = [(_name(link, "link"), link) for link in root.findall("link")]
-    if not named:
+    links = [(_name(link, "link"), link) for link in root.findall("link")]
+    if not links:
         raise ValueError("expected links, got none: a xacro file must be converted to a URDF first")
-    _require_once("link", (name for name, _ in named))
-    return dict(named)
+    _require_once("link", (name for name, _ in links))
+    return dict(links)
 
 
 def _joints(root: Element, links: dict[str, Element]) -> dict[str, TreeJoint]:

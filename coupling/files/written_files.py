@@ -74,13 +74,14 @@ def _is_name(name: object) -> bool:
     return plain not in ("", ".", "..", LIST) and not set(plain) & set("/\\\0")
 
 
-def begin_folder(folder: Path, kind: str, own: Iterable[str] = ()) -> None:
+def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> None:
     """Make a folder in which a command lists what it writes, or go on with one.
 
     Args:
         folder: The folder.
         kind: Kind of what is written there, such as "run".
-        own: Names that are the command's though no list has them, as an earlier version wrote them.
+        known_names: Names that are the command's though no list has them, as an earlier version wrote
+            them.
 
     Raises:
         OSError: If it cannot be made or written.
@@ -96,9 +97,9 @@ def begin_folder(folder: Path, kind: str, own: Iterable[str] = ()) -> None:
         ['measured.csv']
     """
     folder.mkdir(parents=True, exist_ok=True)
-    found = _Written.of(folder)
-    names = found.names | set(own)
-    if (found.kind, found.names) != (kind, names) or not (folder / LIST).is_file():
+    written = _Written.of(folder)
+    names = written.names | set(known_names)
+    if (written.kind, written.names) != (kind, names) or not (folder / LIST).is_file():
         _Written(kind, names).write(folder)
 
 
@@ -124,14 +125,14 @@ def claim(folder: Path, names: Iterable[str]) -> None:
     Raises:
         OSError: If the list cannot be written, or a file not renamed.
     """
-    found, wanted = _Written.of(folder), frozenset(names)
-    for name in wanted:
+    written, claimed = _Written.of(folder), frozenset(names)
+    for name in claimed:
         place = folder / name.removesuffix(WHOLE).removesuffix(_LISTED)
         is_shared = name.endswith((WHOLE, _LISTED)) and place.is_dir()
-        if os.path.lexists(place) and not is_shared and not found.has(place):
+        if os.path.lexists(place) and not is_shared and not written.has(place):
             os.rename(place, _free_name(place))
-    if not wanted <= found.names:
-        replace(found, names=found.names | wanted).write(folder)
+    if not claimed <= written.names:
+        replace(written, names=written.names | claimed).write(folder)
 
 
 def claimed(file: Path) -> Path:
@@ -159,18 +160,18 @@ def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:
     """
     if not (folder / LIST).is_file():
         return
-    found, kept = _Written.of(folder), frozenset(keep)
-    going = replace(found, names=found.names - kept)
+    written, protected = _Written.of(folder), frozenset(keep)
+    going = replace(written, names=written.names - protected)
     for place in list(folder.iterdir()):
-        if going.has(place) or (_DRAFT.fullmatch(place.name) and found.has(place)):
+        if going.has(place) or (_DRAFT.fullmatch(place.name) and written.has(place)):
             shutil.rmtree(place) if _is_folder(place) else place.unlink()
         elif _is_folder(place) and f"{place.name}{_LISTED}" in going.names:
             remove_written(place)
-    if not kept and all(place.name == LIST for place in folder.iterdir()):
+    if not protected and all(place.name == LIST for place in folder.iterdir()):
         (folder / LIST).unlink()
         folder.rmdir()
     else:
-        replace(found, names=found.names & kept).write(folder)
+        replace(written, names=written.names & protected).write(folder)
 
 
 def hand_over(old: Path, new: Path) -> None:

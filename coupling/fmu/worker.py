@@ -13,6 +13,7 @@ import math
 import os
 import pickle
 import queue
+import signal
 import subprocess
 import sys
 import tempfile
@@ -150,7 +151,18 @@ class WorkerProcess:
         self._said.seek(max(self._said.seek(0, os.SEEK_END) - _LAST_WORDS, 0))
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         last = f": {lines[-1]}" if lines else ""
-        return WorkerEndedError(f"the process that runs the FMU has ended{last}")
+        return WorkerEndedError(f"the process that runs the FMU has ended{self._status()}{last}")
+
+    def _status(self) -> str:
+        """Return in words how the process has ended, "" where it has ended by its own code."""
+        status = None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            status = self._process.wait(_LOOK)
+        if status is None or status == 0:
+            return ""
+        if status > 0 or -status not in signal.valid_signals():
+            return f" with exit status {status}"
+        return f" by {signal.Signals(-status).name}"
 
 
 def _read_answers(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:

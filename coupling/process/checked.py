@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import traceback
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import CouplingError, ProcessError
+from coupling.errors import ProcessError
 from coupling.path.histories import ToolPath
+from coupling.process.authors_code import authors_code
 from coupling.process.base import Process, ProcessResponse, ProcessWrapper, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
@@ -35,16 +34,8 @@ class CheckedProcess(ProcessWrapper):
         Raises:
             ProcessError: If it has none, fails, or gives what is no answer to the path.
         """
-        try:
+        with authors_code(lambda what: ProcessError(f"the process {self.name} failed: {what}")):
             response = self.process.evaluate(path)
-        except CouplingError:
-            raise
-        except (Exception, SystemExit) as cause:  # whatever is wrong with the author's code
-            where = traceback.extract_tb(cause.__traceback__)[-1]
-            raise ProcessError(
-                f"the process {self.name} failed: {type(cause).__name__}: {cause}"
-                f" ({Path(where.filename).name}, line {where.lineno})"
-            ) from cause
         problem = _problem(response, path)
         if problem:
             raise ProcessError(f"the process {self.name} gave an invalid result: {problem}")

@@ -60,11 +60,13 @@ class ProcessVariables:
     Attributes:
         inputs, outputs: Variables by their columns.
         has_variable_step: Whether the FMU can take steps of different lengths.
+        needs_tool: Whether it says that it runs only where its tool is installed.
     """
 
     inputs: Mapping[str, FmuVariable]
     outputs: Mapping[str, FmuVariable]
     has_variable_step: bool
+    needs_tool: bool
 
     def require_steps(self, time: np.ndarray, where: str) -> None:
         """Refuse times [s], (n,), at uneven steps where the FMU declares that it cannot take them.
@@ -133,6 +135,7 @@ def read_variables(
         checked("inputs", inputs, ("input",)),
         checked("outputs", outputs, ("output", "local", "calculatedParameter")),
         _has_variable_step(description),
+        bool(description.coSimulation and description.coSimulation.needsExecutionTool),
     )
 
 
@@ -235,3 +238,22 @@ def _require_parameter(
         isinstance(value, bool) or not isinstance(value, int)
     ):
         raise CaseError(f"{where}: {name}: expected a whole number, got {value!r}")
+    _require_within(where, variable, value)
+
+
+def _require_within(where: str, variable: ModelVariable, value: object) -> None:
+    """Refuse a start value beyond the limits that the FMU, or the type of the variable, declares."""
+    if isinstance(value, str | bool):
+        return
+    low, high = (
+        _limit(getattr(variable, end) or getattr(variable.declaredType, end, None), at)
+        for end, at in (("min", -np.inf), ("max", np.inf))
+    )
+    if not low <= float(value) <= high:  # type: ignore[arg-type]
+        raise CaseError(
+            f"{where}: {variable.name}: expected {low:g} to {high:g}, as the FMU declares, got {value!r}"
+        )
+
+
+def _limit(declared: str | None, otherwise: float) -> float:
+    return otherwise if declared is None else float(declared)

@@ -10,6 +10,7 @@ from types import ModuleType
 
 from coupling.errors import CaseError, one_of
 from coupling.process import PROCESSES
+from coupling.process.authors_code import authors_code
 from coupling.process.base import ProcessSchema
 
 
@@ -53,8 +54,6 @@ def _imported(file: Path) -> ModuleType:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses look their module up by name
-    try:
+    with authors_code(lambda what: CaseError(f"{file}: cannot be imported: {what}")):
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as cause:  # whatever is wrong with the author's file
-        raise CaseError(f"{file}: cannot be imported: {type(cause).__name__}: {cause}") from cause
     return module

@@ -29,6 +29,10 @@ ResponseColumn = Literal[
     "fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz"
 ]
 
+_NEEDS_TOOL = (
+    " (it declares needsExecutionTool: is the tool that it was exported for installed here?)"
+)
+
 
 @dataclass(frozen=True)
 class ProcessFmu(WithIdentity):
@@ -95,7 +99,8 @@ class ProcessFmu(WithIdentity):
                 finally:
                     worker.close()
             except FmuError as cause:
-                raise ProcessError(f"{self.file}: {cause}") from cause
+                tool = _NEEDS_TOOL if self.variables.needs_tool else ""
+                raise ProcessError(f"{self.file}: {cause}{tool}") from cause
 
     def _report(self, completed: int, total: int) -> None:
         self.watch(Progress("evaluating the process", completed, total))

@@ -35,7 +35,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
         f" force {figures.peak_force_N:.1f} N."
     ]
     if answers:
-        computed = [own.seconds for own in answers if own.origin == "computed"]
+        computed = [answer.seconds for answer in answers if answer.origin == "computed"]
         spent = (
             f"{len(computed)} computed in {sum(computed):.3g} s, {sum(computed) / len(computed):.3g} s"
             " each"
@@ -51,8 +51,8 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
 def evaluations_table(answers: Sequence[AnswerResult]) -> list[Table]:
     """Return the process's answers one by one, where they are few."""
     rows = [
-        (str(k), own.origin, f"{own.seconds:.3f}", own.key[:_KEY])
-        for k, own in enumerate(answers, start=1)
+        (str(k), answer.origin, f"{answer.seconds:.3f}", answer.key[:_KEY])
+        for k, answer in enumerate(answers, start=1)
     ]
     columns = ("answer", "from", "took [s]", "key in the store")
     return [Table(columns, rows)] if 0 < len(rows) <= _LISTED else []
@@ -95,23 +95,23 @@ def inputs(figures: RunResult, case: str) -> list[Section]:
 def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str]:
     """Return what the touch-off of robots came to, by their names; nothing for those without."""
     said = []
-    for name, found in robots:
-        if found is None:
+    for name, touch_off in robots:
+        if touch_off is None:
             continue
         part, rpy, shift, turn = (
             ", ".join(f"{factor * value:.{digits}f}" for value in values)
             for values, factor, digits in (
-                (found.part_position_m, 1.0, 6),
-                (found.part_rpy_deg, 1.0, 4),
-                (found.shift_m, UM, 1),
-                (found.turn_rad, 1e3, 3),
+                (touch_off.part_position_m, 1.0, 6),
+                (touch_off.part_rpy_deg, 1.0, 4),
+                (touch_off.shift_m, UM, 1),
+                (touch_off.turn_rad, 1e3, 3),
             )
         )
         said.append(
             f"{name} robot: the part, touched off by the robot with its sag, is at {part} m, roll,"
             f" pitch, yaw {rpy} deg. The frame that the controller shows deviates from that by"
             f" {shift} um and {turn} mrad, world axes. Residual of the touched points:"
-            f" {UM * found.residual_m:.2f} um."
+            f" {UM * touch_off.residual_m:.2f} um."
         )
     return said
 
@@ -123,10 +123,10 @@ def real_part(figures: RunResult, case: RunCase) -> dict[str, Any]:
         figures: Content of result.json.
         case: Excerpt of its case.
     """
-    found = figures.robots[0].touch_off
-    if found is None:
+    touch_off = figures.robots[0].touch_off
+    if touch_off is None:
         return case.part.model_dump()
-    return {"position_m": found.part_position_m, "rpy_deg": found.part_rpy_deg}
+    return {"position_m": touch_off.part_position_m, "rpy_deg": touch_off.part_rpy_deg}
 
 
 def case_of(run: StoredRun) -> RunCase:

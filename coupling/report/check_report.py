@@ -83,13 +83,13 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
         return []
     rows = [
         (
-            f"joint {own.joint}",
-            *(f"{own.torque[factor]:.4g}" for factor in (WARM, 1.0, COLD)),
-            *motor_limit(own.torque[1.0], own.limit),
-            f"{own.time[1.0]:.3f}",
-            own.beyond,
+            f"joint {motor.joint}",
+            *(f"{motor.torque[factor]:.4g}" for factor in (WARM, 1.0, COLD)),
+            *motor_limit(motor.torque[1.0], motor.limit),
+            f"{motor.time[1.0]:.3f}",
+            motor.beyond,
         )
-        for own in motors
+        for motor in motors
     ]
     columns = (
         *("motor [N m]", "friction -30 %", "as in the file", "friction +30 %"),
@@ -107,24 +107,24 @@ _MOTORS = Note(
 def _of_gears(robot: CheckedRobot) -> Iterator[str]:
     """Yield what a wrong backlash and hysteresis would leave, and whether any gear reverses."""
     if any(gear.backlash for gear in robot.gears):
-        yield _left("backlash", robot.backlash, robot.unknown)
+        yield _worst_deviation("backlash", robot.backlash, robot.unknown)
         if not any(gear.at_risk for gear in robot.gears):
             yield "No gear reverses: an error of the backlash causes little but a constant deviation."
     else:
         yield "No gear has backlash in this model."
     if robot.hysteresis is not None:
-        yield _left("hysteresis", robot.hysteresis, robot.unknown)
+        yield _worst_deviation("hysteresis", robot.hysteresis, robot.unknown)
 
 
-def _left(what: str, wrong: Sequence[Replay], unknown: str) -> str:
+def _worst_deviation(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     """Return what an error of the gears leaves, or why that is not known."""
     if not wrong:
         return f"The effect of an error of the {what} is not known: {unknown}"
-    most = 1e6 * max(own.deviation.maximum for own in wrong)
-    rest = 1e6 * max(own.deviation.maximum_less_constant for own in wrong)
+    most = 1e6 * max(replay.deviation.maximum for replay in wrong)
+    less_constant = 1e6 * max(replay.deviation.maximum_less_constant for replay in wrong)
     return (
-        f"With {' or '.join(own.name for own in wrong)} in all gears the deviation under the exact"
-        f" command is up to {most:.1f} um, {rest:.1f} um less a constant (simulated)."
+        f"With {' or '.join(replay.name for replay in wrong)} in all gears the deviation under the exact"
+        f" command is up to {most:.1f} um, {less_constant:.1f} um less a constant (simulated)."
     )
 
 

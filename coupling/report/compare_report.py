@@ -36,47 +36,47 @@ _DEVIATIONS = (
 )
 
 
-def write_comparison(found: Comparison, file: Path) -> Path:
+def write_comparison(comparison: Comparison, file: Path) -> Path:
     """Write the page of two runs side by side; return the file.
 
     Raises:
         ResultError: If the case of a run is damaged, or the page cannot be written.
     """
-    text = comparison_page(found)
+    text = comparison_page(comparison)
     write_page(file, text, ResultError)
     return file
 
 
-def comparison_page(found: Comparison) -> str:
+def comparison_page(comparison: Comparison) -> str:
     """Return the page as one self-contained HTML text."""
-    drawn = [part for own in found.robots() for part in _sections(found, *own)]
-    sections = [*_head(found), *drawn, _inputs(found)]
-    return document(f"{found.names[0]} and {found.names[1]}", sections)
+    drawn = [part for robot in comparison.robots() for part in _sections(comparison, *robot)]
+    sections = [*_head(comparison), *drawn, _inputs(comparison)]
+    return document(f"{comparison.names[0]} and {comparison.names[1]}", sections)
 
 
-def comparison_summary(found: Comparison) -> list[Section]:
+def comparison_summary(comparison: Comparison) -> list[Section]:
     """Return what two runs come to and in what they differ."""
-    commands = [_commands(found, *own) for own in found.robots()]
-    return [*_head(found), *commands, _inputs(found)]
+    commands = [_commands(comparison, *robot) for robot in comparison.robots()]
+    return [*_head(comparison), *commands, _inputs(comparison)]
 
 
-def _head(found: Comparison) -> list[Section]:
+def _head(comparison: Comparison) -> list[Section]:
     """Return verdicts, and the figures of both runs beside each other."""
     verdicts = [
         replace(verdict(run.figures, case_of(run).process.model), title=name)
-        for name, run in zip(found.names, found.runs, strict=True)
+        for name, run in zip(comparison.names, comparison.runs, strict=True)
     ]
-    return [*verdicts, Section("Figures", [_figures(found)])]
+    return [*verdicts, Section("Figures", [_figures(comparison)])]
 
 
-def _figures(found: Comparison) -> Table:
+def _figures(comparison: Comparison) -> Table:
     """Return the figures of both runs beside each other."""
-    own, other = (run.figures for run in found.runs)
+    first, second = (run.figures for run in comparison.runs)
 
     def row(
         name: str, figure: Callable[[RunResult], float | None], digits: int = 2
     ) -> tuple[str, ...]:
-        return (name, *(_cell(figure(figures), digits) for figures in (own, other)))
+        return (name, *(_cell(figure(figures), digits) for figures in (first, second)))
 
     def deviation(figures: RunResult, stage: int, key: str) -> float | None:
         whole = figures.deviations
@@ -97,15 +97,15 @@ def _figures(found: Comparison) -> Table:
         row("evaluations of the process", lambda figures: figures.process_evaluations, 0),
         row("rows of the command", lambda figures: figures.command.rows, 0),
     ]
-    names = dict.fromkeys(entry.name for figures in (own, other) for entry in figures.robustness)
+    names = dict.fromkeys(entry.name for figures in (first, second) for entry in figures.robustness)
     for name in names:
         values = [
             next((r.deviation_m.maximum for r in f.robustness if r.name == name), None)
-            for f in (own, other)
+            for f in (first, second)
         ]
         cells = (_cell(value and UM * value, 2) for value in values)
         rows.append((f"left on a robot with {name} [um]", *cells))
-    return Table(("", *found.names), rows)
+    return Table(("", *comparison.names), rows)
 
 
 def _cell(value: float | None, digits: int) -> str:
@@ -113,16 +113,16 @@ def _cell(value: float | None, digits: int) -> str:
 
 
 def _sections(
-    found: Comparison, robot: str, first: StoredRobot, second: StoredRobot
+    comparison: Comparison, robot: str, first: StoredRobot, second: StoredRobot
 ) -> list[Section]:
     """Return the sections of one robot in both runs."""
-    whose, mark = _whose(found, robot)
-    pairs = list(zip(found.names, found.runs, (first, second), strict=True))
+    whose, mark = _whose(comparison, robot)
+    pairs = list(zip(comparison.names, comparison.runs, (first, second), strict=True))
     views = []
-    for name, run, own in pairs:
-        *_, (stage, path) = own.actual.items()
+    for name, run, stored in pairs:
+        *_, (stage, path) = stored.actual.items()
         part = real_part(run.figures, case_of(run))
-        views.append(PathView(f"{name}: {stage}", own.desired, path, part))
+        views.append(PathView(f"{name}: {stage}", stored.desired, path, part))
     along = f"Deviation along the path{whose}"
     above = f"The part from above{whose}"
     difference = command_difference(first, second)
@@ -130,34 +130,38 @@ def _sections(
         Section(along, [_ALONG], f"deviation{mark}", [_deviations(pairs)]),
         Section(above, [_ABOVE], f"above{mark}", from_above(views)),
         replace(
-            _commands(found, robot, first, second),
+            _commands(comparison, robot, first, second),
             name=f"commands{mark}",
             figures=[] if difference is None else [_angles(difference)],
         ),
     ]
 
 
-def _whose(found: Comparison, robot: str) -> tuple[str, str]:
+def _whose(comparison: Comparison, robot: str) -> tuple[str, str]:
     """Return how headings and names of figures tell robots apart."""
-    several = len(found.runs[0].robots) > 1
+    several = len(comparison.runs[0].robots) > 1
     return (f", {robot} robot", f"_{robot}") if several else ("", "")
 
 
-def _commands(found: Comparison, robot: str, first: StoredRobot, second: StoredRobot) -> Section:
+def _commands(
+    comparison: Comparison, robot: str, first: StoredRobot, second: StoredRobot
+) -> Section:
     """Return how far the commands of a robot are apart."""
     difference = command_difference(first, second)
     joints = [] if difference is None else [_joints(difference)]
-    title = f"Commands: {found.names[1]} minus {found.names[0]}{_whose(found, robot)[0]}"
+    title = (
+        f"Commands: {comparison.names[1]} minus {comparison.names[0]}{_whose(comparison, robot)[0]}"
+    )
     return Section(title, [f"{_in_words(first, second)}.", *joints])
 
 
 def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
     """Draw the deviations of both runs on one scale."""
     lines = []
-    for (name, _, own), color in zip(pairs, _COLOURS, strict=True):
-        *_, last = own.actual
-        for stage, path in own.actual.items():
-            distance = shown_distance(path.distance_to(own.desired))
+    for (name, _, stored), color in zip(pairs, _COLOURS, strict=True):
+        *_, last = stored.actual
+        for stage, path in stored.actual.items():
+            distance = shown_distance(path.distance_to(stored.desired))
             dash = "solid" if stage == last else "dot"
             lines.append(DrawnLine(f"{name}: {stage}", color, path.time, distance, dash=dash))
     return over_time(lines, "distance [um]", 400, yaxis=log_axis())
@@ -166,8 +170,8 @@ def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
 def _angles(difference: CommandDifference) -> go.Figure:
     """Draw the difference of two commands."""
     lines = [
-        DrawnLine(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
-        for joint, own in enumerate(np.degrees(difference.angle).T)
+        DrawnLine(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, angle, 1.3)
+        for joint, angle in enumerate(np.degrees(difference.angle).T)
     ]
     return over_time(lines, "angle [deg]", 320, yaxis={"exponentformat": "none"})
 
@@ -176,11 +180,11 @@ def _joints(difference: CommandDifference) -> Table:
     rows = [
         (
             f"joint {joint + 1}",
-            f"{degrees(np.abs(own).max()):.4f}",
-            f"{degrees(np.sqrt(np.mean(own**2))):.4f}",
-            f"{difference.time[np.abs(own).argmax()]:.3f}",
+            f"{degrees(np.abs(angle).max()):.4f}",
+            f"{degrees(np.sqrt(np.mean(angle**2))):.4f}",
+            f"{difference.time[np.abs(angle).argmax()]:.3f}",
         )
-        for joint, own in enumerate(difference.angle.T)
+        for joint, angle in enumerate(difference.angle.T)
     ]
     return Table(("angle [deg]", "max", "rms", "at t = [s]"), rows)
 
@@ -189,22 +193,22 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
     """Return how far two commands are apart, in plain text."""
     difference = command_difference(first, second)
     if difference is None:
-        counts = [own.joints.q[0].shape[1] for own in (first, second)]
+        counts = [stored.joints.q[0].shape[1] for stored in (first, second)]
         return f"Not comparable: {counts[0]} and {counts[1]} joints"
     angle, joint, time = difference.largest
     if angle == 0.0:
         return "Identical"
     text = f"Largest difference {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
-    ends = [float(own.joints.time[-1]) for own in (first, second)]
+    ends = [float(stored.joints.time[-1]) for stored in (first, second)]
     if abs(ends[0] - ends[1]) > 1e-9:
         text += f", in the time common to both: they take {ends[0]:.3f} and {ends[1]:.3f} s"
     return text
 
 
-def _inputs(found: Comparison) -> Section:
-    rows = found.inputs()
+def _inputs(comparison: Comparison) -> Section:
+    rows = comparison.inputs()
     none = "None: case, robots and programs are the same."
-    listed = Table(("input", *found.names), rows, "words") if rows else none
+    listed = Table(("input", *comparison.names), rows, "words") if rows else none
     return Section("Inputs that differ", [listed])
 
 

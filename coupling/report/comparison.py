@@ -58,10 +58,10 @@ class Comparison:
         if first.resolve() == second.resolve():
             raise ResultError(f"{second}: expected another run than the first, got the same folder")
         runs = read_run(first), read_run(second)
-        own, other = (" and ".join(run.robots) for run in runs)
-        if own != other:
+        first_robots, second_robots = (" and ".join(run.robots) for run in runs)
+        if first_robots != second_robots:
             raise ResultError(
-                f"{second}: expected a run of the robots {own}, as {first}, got {other}"
+                f"{second}: expected a run of the robots {first_robots}, as {first}, got {second_robots}"
             )
         names = first.resolve().name, second.resolve().name
         if names[0] == names[1]:
@@ -70,14 +70,14 @@ class Comparison:
 
     def robots(self) -> Iterator[tuple[str, StoredRobot, StoredRobot]]:
         """Yield name and both runs of every robot."""
-        for name, own in self.runs[0].robots.items():
-            yield name, own, self.runs[1].robots[name]
+        for name, first in self.runs[0].robots.items():
+            yield name, first, self.runs[1].robots[name]
 
     def inputs(self) -> list[tuple[str, str, str]]:
         """Return key and both values of every input that differs; "-" where there is none."""
-        own, other = (dict(_inputs(run)) for run in self.runs)
-        keys = dict.fromkeys([*own, *other])
-        rows = [(key, own.get(key, "-"), other.get(key, "-")) for key in keys]
+        first, second = (dict(_inputs(run)) for run in self.runs)
+        keys = dict.fromkeys([*first, *second])
+        rows = [(key, first.get(key, "-"), second.get(key, "-")) for key in keys]
         return [row for row in rows if row[1] != row[2]]
 
 
@@ -85,11 +85,11 @@ def command_difference(first: StoredRobot, second: StoredRobot) -> CommandDiffer
     """Return how far two commands are apart, None for robots of different numbers of joints."""
     if first.joints.q[0].shape[1] != second.joints.q[0].shape[1]:
         return None
-    end = min(float(own.joints.time[-1]) for own in (first, second))
-    start = max(float(own.joints.time[0]) for own in (first, second))
-    rows = max(len(own.joints.time) for own in (first, second))
+    end = min(float(stored.joints.time[-1]) for stored in (first, second))
+    start = max(float(stored.joints.time[0]) for stored in (first, second))
+    rows = max(len(stored.joints.time) for stored in (first, second))
     time = np.linspace(start, end, _BETWEEN * (rows - 1) + 1)
-    angles = [own.joints.trajectory.at(time)[0] for own in (first, second)]
+    angles = [stored.joints.trajectory.at(time)[0] for stored in (first, second)]
     return CommandDifference(time, angles[1] - angles[0])
 
 

@@ -38,14 +38,14 @@ def document(title: str, sections: Iterable[Section]) -> str:
     body = ""
     for section in sections:
         heading = html.escape(section.title)
-        own = {
+        fields = {
             f"{section.name}_{k + 1}" if k else section.name: f
             for k, f in enumerate(section.figures)
         }
-        drawn |= own
+        drawn |= fields
         cells = "".join(
             f"<div>{_legend(name, figure)}{_place(name, figure, heading)}</div>"
-            for name, figure in own.items()
+            for name, figure in fields.items()
         )
         shown = f"<h2>{heading}</h2>" if heading else ""
         shown += f"<div>{_section(section)}</div>"
@@ -69,8 +69,8 @@ def document(title: str, sections: Iterable[Section]) -> str:
 def _section(section: Section) -> str:
     if section.good is None:
         return "".join(map(_part, section.parts))
-    first, *rest = (html.escape(part) for part in section.parts if isinstance(part, str))
-    text = "<br>".join((f"<b>{first}</b>", *rest))
+    first, *further_parts = (html.escape(part) for part in section.parts if isinstance(part, str))
+    text = "<br>".join((f"<b>{first}</b>", *further_parts))
     others = (part for part in section.parts if not isinstance(part, str))
     state, below = "yes" if section.good else "no", "".join(map(_part, others))
     return f'<p class="verdict {state}">{text}</p>{below}'
@@ -138,9 +138,9 @@ def _legend(name: str, figure: go.Figure) -> str:
         if trace.name and (trace.legendgroup or trace.showlegend is not False):
             entries.setdefault(trace.legendgroup or trace.name, []).append(number)
     shown = {
-        key: own
-        for key, own in entries.items()
-        if any(figure.data[k].showlegend is not False for k in own)
+        key: entry
+        for key, entry in entries.items()
+        if any(figure.data[k].showlegend is not False for k in entry)
     }
     if not shown:
         return ""
@@ -194,7 +194,7 @@ def _text(value: Any) -> str:
             shape = value.get("shape")
             sizes = [int(size) for size in str(shape).split(",")] if shape else [-1]
             return _text(flat.reshape(sizes))
-        return f"{{{','.join(f'{json.dumps(key)}:{_text(own)}' for key, own in value.items())}}}"
+        return f"{{{','.join(f'{json.dumps(key)}:{_text(item)}' for key, item in value.items())}}}"
     if isinstance(value, np.ndarray):
         if value.ndim == 1 and value.dtype.kind == "f" and np.isfinite(value).all():
             # All numbers of a curve at once.
@@ -202,7 +202,7 @@ def _text(value: Any) -> str:
         value = list(value)
     if isinstance(value, list | tuple):
         return f"[{','.join(map(_text, value))}]"
-    own = value.item() if isinstance(value, np.generic) else value
-    if isinstance(own, float):
-        return _NUMBER % own if math.isfinite(own) else "null"
-    return json.dumps(own)
+    item = value.item() if isinstance(value, np.generic) else value
+    if isinstance(item, float):
+        return _NUMBER % item if math.isfinite(item) else "null"
+    return json.dumps(item)

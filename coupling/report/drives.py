@@ -29,26 +29,26 @@ def drives(run: StoredRobot) -> go.Figure:
     """Angles, rates and accelerations of the command over time, and torques of its motors."""
     joints, motors = run.joints, run.motor_torque
     time = np.unique(np.append(joints.time, 0.5 * (joints.time[1:] + joints.time[:-1])))
-    found = [np.degrees(values) for values in joints.trajectory.at(time)]
-    found[0] = found[0] - found[0][0]
+    values_of = [np.degrees(values) for values in joints.trajectory.at(time)]
+    values_of[0] = values_of[0] - values_of[0][0]
     titles = ["angle [deg]", "rate [deg/s]", "acceleration [deg/s\u00b2]"]
     traces = [
-        _curve(joint, time, own, number)
-        for number, values in enumerate(found, start=1)
-        for joint, own in enumerate(values.T)
+        _curve(joint, time, angle, number)
+        for number, values in enumerate(values_of, start=1)
+        for joint, angle in enumerate(values.T)
     ]
     ends = float(time[0]), float(time[-1])
     for number, key in enumerate(_KEYS, start=2):
         limits = [(d.joint, getattr(d, key)) for d in run.figures.command.drives]
-        known = {joint: degrees(own) for joint, own in limits if own is not None}
-        traces += _limits(known, number, ends, float(np.abs(found[number - 1]).max()))
+        limits_deg = {joint: degrees(angle) for joint, angle in limits if angle is not None}
+        traces += _limits(limits_deg, number, ends, float(np.abs(values_of[number - 1]).max()))
     if motors is not None:
         titles.append("motor torque [N m]")
-        traces += [_curve(joint, motors[0], own, 4) for joint, own in motors[1].items()]
-        demand = max(float(np.abs(own).max()) for own in motors[1].values())
+        traces += [_curve(joint, motors[0], angle, 4) for joint, angle in motors[1].items()]
+        demand = max(float(np.abs(angle).max()) for angle in motors[1].values())
         limits = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
-        known = {joint: limit for joint, limit in limits if limit is not None}
-        traces += _limits(known, 4, ends, demand)
+        limits_deg = {joint: limit for joint, limit in limits if limit is not None}
+        traces += _limits(limits_deg, 4, ends, demand)
     axes = rows([1.0] * len(titles), 0.05, [{"title": title} for title in titles])
     return drawn(traces, 640 if motors is None else 840, **axes)
 

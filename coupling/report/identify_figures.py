@@ -13,9 +13,9 @@ from coupling.results.identified_result import IdentifiedParameterResult, Identi
 _MM = 1e3
 
 
-def amplification(found: IdentifiedResult) -> int:
+def amplification(result: IdentifiedResult) -> int:
     """Return a round factor that makes the largest deflection about a quarter of the poses' extent."""
-    _, place, measured, _ = _rows(found)
+    _, place, measured, _ = _rows(result)
     largest = np.linalg.norm(measured, axis=1).max()
     size = max(float(np.ptp(place, axis=0).max()), 0.5)
     if not largest > 0.0:
@@ -25,9 +25,9 @@ def amplification(found: IdentifiedResult) -> int:
     return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
 
 
-def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
+def arrows(result: IdentifiedResult, factor: int) -> go.Figure:
     """Draw measured and predicted deflections where the tool was, amplified."""
-    names, place, measured, predicted = _rows(found)
+    names, place, measured, predicted = _rows(result)
     traces = []
     for words, deflection, color, width, symbol in (
         ("measured", measured, BEFORE, 5, "circle"),
@@ -61,9 +61,9 @@ def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
     return drawn(traces, 620, scene=scene, legend={"itemsizing": "constant"})
 
 
-def agreement(found: IdentifiedResult) -> go.Figure:
+def agreement(result: IdentifiedResult) -> go.Figure:
     """Every measured component over the predicted one."""
-    names, _, measured, predicted = _rows(found)
+    names, _, measured, predicted = _rows(result)
     ends = _MM * np.array(
         [min(measured.min(), predicted.min()), max(measured.max(), predicted.max())]
     )
@@ -94,15 +94,15 @@ def agreement(found: IdentifiedResult) -> go.Figure:
 _NAMED = 22
 
 
-def residuals(found: IdentifiedResult) -> go.Figure:
+def residuals(result: IdentifiedResult) -> go.Figure:
     """Distance of measured from predicted by row, and predicted without that row."""
-    names, _, measured, predicted = _rows(found)
-    left = np.array([row.left_out_error[:3] for row in found.measurements])
+    names, _, measured, predicted = _rows(result)
+    left_out_errors = np.array([row.left_out_error[:3] for row in result.measurements])
     traces = []
     labels = [f"{k + 1}: {name}" for k, name in enumerate(names)]  # names may come twice
     for words, errors, color in (
         ("fit of all rows", measured - predicted, AFTER),
-        ("left out: fit of the others", left, BEFORE),
+        ("left out: fit of the others", left_out_errors, BEFORE),
     ):
         size = _MM * np.linalg.norm(errors, axis=1)
         detail = [", ".join(f"{_MM * value:+.3f}" for value in error) for error in errors]
@@ -123,9 +123,9 @@ def residuals(found: IdentifiedResult) -> go.Figure:
     return drawn(traces, 440, xaxis=across, yaxis=up, barmode="group")
 
 
-def intervals(found: IdentifiedResult) -> go.Figure:
+def intervals(result: IdentifiedResult) -> go.Figure:
     """Fitted values with their intervals, beside the start values."""
-    entries = found.parameters
+    entries = result.parameters
     rows = []
     for entry in entries:
         value = entry.value or _far(entry)
@@ -154,9 +154,9 @@ def label(entry: IdentifiedParameterResult) -> str:
     return entry.name.removesuffix(".stiffness")
 
 
-def _rows(found: IdentifiedResult) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+def _rows(result: IdentifiedResult) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
     """Return names, places, measured and predicted displacements [m] of all rows."""
-    rows = found.measurements
+    rows = result.measurements
     place, measured, predicted = (
         np.array([getattr(row, key)[:3] for row in rows])
         for key in ("position_m", "measured", "predicted")

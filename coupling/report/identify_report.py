@@ -20,77 +20,77 @@ from coupling.results.identified_result import IdentifiedParameterResult, Identi
 _MM = 1e3
 
 
-def identify_page(title: str, found: IdentifiedResult) -> str:
+def identify_page(title: str, result: IdentifiedResult) -> str:
     """Return the page of an identification as one self-contained HTML text.
 
     Args:
         title: Title of the page.
-        found: Figures of the identification, the content of identified.json.
+        result: Figures of the identification, the content of identified.json.
     """
-    factor = amplification(found)
+    factor = amplification(result)
     arrows_note = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
     sections = [
-        *identify_summary(found),
+        *identify_summary(result),
         Section(
-            "Deflections, measured and predicted", [arrows_note], "arrows", [arrows(found, factor)]
+            "Deflections, measured and predicted", [arrows_note], "arrows", [arrows(result, factor)]
         ),
-        Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(found)]),
-        Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(found)]),
-        Section("Intervals", [_INTERVALS], "intervals", [intervals(found)]),
+        Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(result)]),
+        Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
+        Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
     ]
     return document(title, sections)
 
 
-def identify_summary(found: IdentifiedResult) -> list[Section]:
+def identify_summary(result: IdentifiedResult) -> list[Section]:
     """Return what was identified."""
     return [
-        _verdict(found),
-        _sizes(found),
-        *_loops(found),
-        Section("Parameters", [_parameters(found)]),
-        *warned(map(sentence, found.warnings)),
-        _separability(found),
-        *_further(found),
+        _verdict(result),
+        _sizes(result),
+        *_loops(result),
+        Section("Parameters", [_parameters(result)]),
+        *warned(map(sentence, result.warnings)),
+        _separability(result),
+        *_further(result),
     ]
 
 
-def _verdict(found: IdentifiedResult) -> Section:
-    words = f"NOT WRITTEN: {found.refusal}" if found.refusal else "Identified"
-    kept = [label(p) for p in found.parameters if not p.identified]
-    if kept and not found.refusal:
-        words += f", except {', '.join(kept)}"
-    return Section("", [sentence(words)], good=not found.refusal)
+def _verdict(result: IdentifiedResult) -> Section:
+    words = f"NOT WRITTEN: {result.refusal}" if result.refusal else "Identified"
+    fixed = [label(p) for p in result.parameters if not p.identified]
+    if fixed and not result.refusal:
+        words += f", except {', '.join(fixed)}"
+    return Section("", [sentence(words)], good=not result.refusal)
 
 
-def _sizes(found: IdentifiedResult) -> Section:
+def _sizes(result: IdentifiedResult) -> Section:
     words = {
         "measured": "measured deflections",
         "start": "residual of the start file",
         "fit": "residual of the fit",
-        "left_out": f"leave-one-out: {'loops' if found.loops else 'rows'} predicted by a fit of all"
+        "left_out": f"leave-one-out: {'loops' if result.loops else 'rows'} predicted by a fit of all"
         " others",
         "written": "residual of the robot file as written",
     }
-    rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
-    worst = ", ".join(_worst(found, name) for name in found.worst)
-    sizes = Table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
+    rows = [(text, _size(getattr(result.rms_m, key))) for key, text in words.items()]
+    worst = ", ".join(_worst(result, name) for name in result.worst)
+    sizes = Table((f"{result.rows} measurements", "rms over all components [mm]"), rows)
     return Section("", [sizes, f"Largest leave-one-out errors: {worst}."])
 
 
-def _loops(found: IdentifiedResult) -> list[Section]:
+def _loops(result: IdentifiedResult) -> list[Section]:
     """Return the errors of loading loops, and what hysteresis is worth."""
-    if not found.loops:
+    if not result.loops:
         return []
     rows = [
         (str(loop.number), *map(_size, (loop.fit_m, loop.left_out_m, loop.without_hysteresis_m)))
-        for loop in found.loops
+        for loop in result.loops
     ]
     columns = ("loop", "fit", "leave-one-out", "leave-one-out without hysteresis")
     return [Section("Loops, rms over all components [mm]", [_LOOPS, Table(columns, rows)])]
 
 
-def _worst(found: IdentifiedResult, name: str) -> str:
-    (first, *_) = (row for row in found.measurements if row.name == name)
+def _worst(result: IdentifiedResult, name: str) -> str:
+    (first, *_) = (row for row in result.measurements if row.name == name)
     return f"{name} ({_MM * hypot(*first.left_out_error[:3]):.4g} mm)"
 
 
@@ -98,7 +98,7 @@ def _size(length: float | None) -> str:
     return "no equilibrium" if length is None else f"{_MM * length:.4f}"
 
 
-def _parameters(found: IdentifiedResult) -> Table:
+def _parameters(result: IdentifiedResult) -> Table:
     rows = [
         (
             entry.name,
@@ -107,7 +107,7 @@ def _parameters(found: IdentifiedResult) -> Table:
             _written(entry),
             _why(entry),
         )
-        for entry in found.parameters
+        for entry in result.parameters
     ]
     return Table(("parameter", "start", "fit", "95 % from", "to", "written", ""), rows)
 
@@ -128,34 +128,35 @@ def _number(value: float | None) -> str:
     return "\u221e" if value is None else f"{value:.4g}"
 
 
-def _separability(found: IdentifiedResult) -> Section:
-    lines = [f"Condition number of the normalised sensitivities: {_number(found.condition)}."]
-    lines += [f"{name}: no effect on any measurement." for name in found.without_effect]
+def _separability(result: IdentifiedResult) -> Section:
+    lines = [f"Condition number of the normalised sensitivities: {_number(result.condition)}."]
+    lines += [f"{name}: no effect on any measurement." for name in result.without_effect]
     lines += [
-        f"Not identifiable: {d.in_words} has no effect on any measurement." for d in found.unseen
+        f"Not identifiable: {d.in_words} has no effect on any measurement." for d in result.unseen
     ]
     lines += [
         f"Poorly identifiable (condition index {d.index:.0f}): {d.in_words}."
-        for d in found.weak
+        for d in result.weak
         if d.index
     ]
     lines += [
-        f"Correlated: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
+        f"Correlated: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}."
+        for pair in result.alike
     ]
     return Section("Identifiability", lines)
 
 
-def _further(found: IdentifiedResult) -> list[Section]:
+def _further(result: IdentifiedResult) -> list[Section]:
     """Return tilts and backlashes that were tested, those that the data support first."""
-    if not found.further:
+    if not result.further:
         return []
-    tested = sorted(found.further, key=lambda f: (not f.supported, f.left_out_change or 0.0))
+    tested = sorted(result.further, key=lambda f: (not f.supported, f.left_out_change or 0.0))
     rows = [
         (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words) for entry in tested
     ]
     count = sum(entry.supported for entry in tested)
     table = Table(("", "fit", "tests"), rows)
-    if found.loops:
+    if result.loops:
         return [Section("Further parameters", [_NO_HYSTERESIS, table])]
     text = f"The data support {count} of {len(rows)}, one by one (--add NAME, or --add supported)."
     return [Section("Further parameters", [text, _FURTHER, table])]

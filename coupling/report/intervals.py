@@ -50,17 +50,17 @@ def interval_figure(
     """
     traces, upwards = [], rows[::-1]
     for name, certain, color in zip(words, (True, False), (AFTER, QUIET), strict=True):
-        own = [row for row in upwards if row.sure is certain]
+        rows_of_kind = [row for row in upwards if row.sure is certain]
         ends = {
             "type": "data",
             "symmetric": False,
-            "array": [row.high - row.value for row in own],
-            "arrayminus": [row.value - row.low for row in own],
+            "array": [row.high - row.value for row in rows_of_kind],
+            "arrayminus": [row.value - row.low for row in rows_of_kind],
             "color": color,
         }
         trace = {
-            "x": [row.value for row in own],
-            "y": [row.name for row in own],
+            "x": [row.value for row in rows_of_kind],
+            "y": [row.name for row in rows_of_kind],
             "mode": "markers",
             "name": name,
             "marker": {"color": color, "size": 9},

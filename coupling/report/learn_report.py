@@ -15,75 +15,83 @@ from coupling.report.style import UM, DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
 
-def learn_page(title: str, found: LearnedResult) -> str:
+def learn_page(title: str, result: LearnedResult) -> str:
     """Return the page of what was learned as one self-contained HTML text.
 
     Args:
         title: Title of the page.
-        found: Its figures, the content of learned.json.
+        result: Its figures, the content of learned.json.
     """
-    left = [
-        Section(f"Residual: {one.measured}", [_left_note(found)], f"left{number}", [_left(one)])
-        for number, one in enumerate(found.runs)
+    residual_figures = [
+        Section(
+            f"Residual: {run.measured}",
+            [_left_note(result)],
+            f"left{number}",
+            [_residual_figure(run)],
+        )
+        for number, run in enumerate(result.runs)
     ]
-    intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(found)])
-    return document(title, [*learn_summary(found), *left, intervals])
+    intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(result)])
+    return document(title, [*learn_summary(result), *residual_figures, intervals])
 
 
-def learn_summary(found: LearnedResult) -> list[Section]:
+def learn_summary(result: LearnedResult) -> list[Section]:
     """Return what was learned."""
-    count = sum(own.identifiable for own in found.parameters)
+    count = sum(parameter.identifiable for parameter in result.parameters)
     words = (
-        sentence(f"NOT WRITTEN: {found.refusal}")
-        if found.refusal
-        else f"Learned: {count} of {len(found.parameters)} parameters are identifiable."
+        sentence(f"NOT WRITTEN: {result.refusal}")
+        if result.refusal
+        else f"Learned: {count} of {len(result.parameters)} parameters are identifiable."
     )
     return [
-        Section("", [words], good=not found.refusal),
-        *warned(map(sentence, found.warnings)),
-        Section("", _sizes(found)),
-        Section("Parameters", [_parameters(found)]),
-        *gear_loads(found.gears),
+        Section("", [words], good=not result.refusal),
+        *warned(map(sentence, result.warnings)),
+        Section("", _sizes(result)),
+        Section("Parameters", [_parameters(result)]),
+        *gear_loads(result.gears),
     ]
 
 
-def _sizes(found: LearnedResult) -> list[Table]:
-    left = found.left_m
+def _sizes(result: LearnedResult) -> list[Table]:
+    residuals = result.left_m
     rows = [
-        ("residual, robot file", f"{UM * left.robot_file:.1f}"),
-        ("residual, learned robot", f"{UM * left.learned:.1f}"),
-        ("noise alone", f"{UM * found.noise_left_m:.1f}"),
+        ("residual, robot file", f"{UM * residuals.robot_file:.1f}"),
+        ("residual, learned robot", f"{UM * residuals.learned:.1f}"),
+        ("noise alone", f"{UM * result.noise_left_m:.1f}"),
     ]
     frames = [
         (
-            one.measured,
-            one.run,
-            f"{one.rows}",
-            f"{one.from_s:.2f} to {one.to_s:.2f}",
-            ", ".join(f"{round(UM * value) + 0}" for value in one.frame_shift_m),
-            ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
-            f"{1e3 * one.clock_s:+.1f}",
+            run.measured,
+            run.run,
+            f"{run.rows}",
+            f"{run.from_s:.2f} to {run.to_s:.2f}",
+            ", ".join(f"{round(UM * value) + 0}" for value in run.frame_shift_m),
+            ", ".join(f"{1e3 * value:.2f}" for value in run.frame_turn_rad),
+            f"{1e3 * run.clock_s:+.1f}",
         )
-        for one in found.runs
+        for run in result.runs
     ]
     columns = (
         *("measurement", "run", "rows", "time of the run [s]"),
         *("offset of frame [um]", "and [mrad]", "offset of clock [ms]"),
     )
-    slow = (f"deviation below {found.slow_below_Hz:g} Hz", "rms [um]")
+    slow = (f"deviation below {result.slow_below_Hz:g} Hz", "rms [um]")
     return [Table(slow, rows), Table(columns, frames)]
 
 
-def _parameters(found: LearnedResult) -> Table:
+def _parameters(result: LearnedResult) -> Table:
     rows = [
         (
-            own.name,
-            *(f"{value:.4g}" for value in (own.start, own.value, own.low, own.high)),
-            "kept" if own.written == own.start else f"{own.written:.4g}",
-            f"{UM * own.effect_m:.2g}",
-            own.reason,
+            parameter.name,
+            *(
+                f"{value:.4g}"
+                for value in (parameter.start, parameter.value, parameter.low, parameter.high)
+            ),
+            "kept" if parameter.written == parameter.start else f"{parameter.written:.4g}",
+            f"{UM * parameter.effect_m:.2g}",
+            parameter.reason,
         )
-        for own in found.parameters
+        for parameter in result.parameters
     ]
     columns = (
         "parameter",
@@ -98,18 +106,24 @@ def _parameters(found: LearnedResult) -> Table:
     return Table(columns, rows)
 
 
-def _left(one: LearnedRunResult) -> go.Figure:
+def _residual_figure(run: LearnedRunResult) -> go.Figure:
     lines = [
-        DrawnLine("robot file", BEFORE, one.time, UM * np.array(one.left_robot_file_m)),
-        DrawnLine("learned robot", AFTER, one.time, UM * np.array(one.left_learned_m)),
+        DrawnLine("robot file", BEFORE, run.time, UM * np.array(run.left_robot_file_m)),
+        DrawnLine("learned robot", AFTER, run.time, UM * np.array(run.left_learned_m)),
     ]
     return over_time(lines, "distance [um]", 360, "time of the run [s]", {"rangemode": "tozero"})
 
 
-def _intervals(found: LearnedResult) -> go.Figure:
+def _intervals(result: LearnedResult) -> go.Figure:
     rows = [
-        ShownInterval(own.name, own.factor, own.factor_low, own.factor_high, own.identifiable)
-        for own in found.parameters
+        ShownInterval(
+            parameter.name,
+            parameter.factor,
+            parameter.factor_low,
+            parameter.factor_high,
+            parameter.identifiable,
+        )
+        for parameter in result.parameters
     ]
     return interval_figure(
         rows,
@@ -120,10 +134,10 @@ def _intervals(found: LearnedResult) -> go.Figure:
     )
 
 
-def _left_note(found: LearnedResult) -> Note:
+def _left_note(result: LearnedResult) -> Note:
     return Note(
         "Distance between the measured and the simulated tool under the same command, below"
-        f" {found.slow_below_Hz:g} Hz, with the measuring frame and clock that fit each robot best."
+        f" {result.slow_below_Hz:g} Hz, with the measuring frame and clock that fit each robot best."
     )
 
 

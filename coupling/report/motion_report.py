@@ -13,76 +13,81 @@ from coupling.report.style import UM, DrawnLine, over_time
 from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
 
 
-def motion_page(title: str, found: MotionResult) -> str:
+def motion_page(title: str, result: MotionResult) -> str:
     """Return the page of an identification from motion as one self-contained HTML text.
 
     Args:
         title: Title of the page.
-        found: Its figures, the content of identified.json.
+        result: Its figures, the content of identified.json.
     """
-    sections = motion_summary(found)
-    for one in found.recordings:
-        words = "predicted" if one.held_out else "fitted"
-        if found.joints:
-            figures = [wind_up_figure(found, one, k) for k in range(len(found.joints))]
-            name = f"wind-up-{one.name}"
-            title_ = f"{one.name}, {words}: motor less link"
+    sections = motion_summary(result)
+    for recording in result.recordings:
+        words = "predicted" if recording.held_out else "fitted"
+        if result.joints:
+            figures = [wind_up_figure(result, recording, k) for k in range(len(result.joints))]
+            name = f"wind-up-{recording.name}"
+            title_ = f"{recording.name}, {words}: motor less link"
             sections.append(Section(title_, [_WIND_UP], name, figures))
-            shares = [share_figure(found, one, k) for k in range(len(found.joints))]
-            sections.append(Section("By cause, without the lag", [], f"causes-{one.name}", shares))
-        torques = [torque_figure(one, k) for k in range(len(one.measured_torque))]
+            shares = [share_figure(result, recording, k) for k in range(len(result.joints))]
+            sections.append(
+                Section("By cause, without the lag", [], f"causes-{recording.name}", shares)
+            )
+        torques = [torque_figure(recording, k) for k in range(len(recording.measured_torque))]
         sections.append(
-            Section(f"{one.name}, {words}: motor torque", [], f"torque-{one.name}", torques)
+            Section(
+                f"{recording.name}, {words}: motor torque", [], f"torque-{recording.name}", torques
+            )
         )
     return document(title, sections)
 
 
-def motion_summary(found: MotionResult) -> list[Section]:
+def motion_summary(result: MotionResult) -> list[Section]:
     """Return what was identified from motion."""
-    good = not found.refusal
-    words = sentence(f"NOT WRITTEN: {found.refusal}") if found.refusal else "Identified."
-    if not found.converged:
+    good = not result.refusal
+    words = sentence(f"NOT WRITTEN: {result.refusal}") if result.refusal else "Identified."
+    if not result.converged:
         words += " The fit has not converged: its values may still change."
-    noise = max(found.noise_torque_Nm)
+    noise = max(result.noise_torque_Nm)
     remark = (
-        f"The motors' angles are low-passed at {found.bandwidth_Hz:g} Hz; the noise of their encoders"
-        f" then causes at most {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks"
+        f"The motors' angles are low-passed at {result.bandwidth_Hz:g} Hz; the noise of their encoders"
+        f" then causes at most {noise:.2g} N m of rotor torque. Intervals from {result.blocks} blocks"
         " of time."
     )
     sections = [
-        Section("", [words, *found.remarks], good=good and not found.remarks),
-        Section("", [_sizes(found), remark]),
-        Section("Parameters", [_parameters(found)]),
+        Section("", [words, *result.remarks], good=good and not result.remarks),
+        Section("", [_sizes(result), remark]),
+        Section("Parameters", [_parameters(result)]),
     ]
-    if found.lines:
+    if result.lines:
         lines = [
-            f"Encoder of link {own.joint}: {', '.join(f'{n:g}' for n in own.periods)} periods per turn."
-            for own in found.lines
+            f"Encoder of link {line.joint}:"
+            f" {', '.join(f'{n:g}' for n in line.periods)} periods per turn."
+            for line in result.lines
         ]
         sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
-    slow = [f"{UM * own:.0f}" for own in found.slow_error_rad if own is not None]
+    slow = [f"{UM * line:.0f}" for line in result.slow_error_rad if line is not None]
     if slow:
         words = f"Estimated size of one period per turn: {', '.join(slow)} urad."
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))
-    if found.terms:
-        sections.append(Section("Without each term", [_terms(found), _TERMS]))
+    if result.terms:
+        sections.append(Section("Without each term", [_terms(result), _TERMS]))
     return sections
 
 
-def _sizes(found: MotionResult) -> Table:
+def _sizes(result: MotionResult) -> Table:
     rows = []
-    for one in found.recordings:
-        words = "predicted" if one.held_out else "fitted"
+    for recording in result.recordings:
+        words = "predicted" if recording.held_out else "fitted"
         for text, factor, values in (
-            ("motor less link [urad]", UM, one.wind_up_rad),
-            ("- without the encoder's periodic errors", UM, one.wind_up_without_lines_rad),
-            ("- with lag, offset and periodic errors alone", UM, one.wind_up_lag_alone_rad),
-            ("motor torque [% of its rms]", 100.0, one.torque_relative),
-            (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
+            ("motor less link [urad]", UM, recording.wind_up_rad),
+            ("- without the encoder's periodic errors", UM, recording.wind_up_without_lines_rad),
+            ("- with lag, offset and periodic errors alone", UM, recording.wind_up_lag_alone_rad),
+            ("motor torque [% of its rms]", 100.0, recording.torque_relative),
+            (f"- below {result.bandwidth_Hz:g} Hz", 100.0, recording.slow_torque_relative),
         ):
             if any(value is not None for value in values):
-                rows.append((one.name, words, text, *(_size(v, factor) for v in values)))
-    joints = [f"joint {i + 1}" for i in range(len(found.recordings[0].wind_up_rad))]
+                rows.append((recording.name, words, text, *(_size(v, factor) for v in values)))
+    joints = [f"joint {i + 1}" for i in range(len(result.recordings[0].wind_up_rad))]
     return Table(("recording", "", "rms residual of", *joints), rows)
 
 
@@ -90,67 +95,78 @@ def _size(value: float | None, factor: float) -> str:
     return "" if value is None else f"{factor * value:.3g}"
 
 
-def _parameters(found: MotionResult) -> Table:
+def _parameters(result: MotionResult) -> Table:
     return Table(
         ("parameter", "start", "fit", "95 % from", "to", "unit"),
-        [_row(p) for p in found.parameters],
+        [_row(p) for p in result.parameters],
     )
 
 
-def _row(own: MotionParameterResult) -> tuple[str, ...]:
-    if not own.identified:
-        return own.name, f"{own.start:.4g}", "kept, not identifiable", "", "", own.unit
-    values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
-    return own.name, f"{own.start:.4g}", *values, own.unit
+def _row(parameter: MotionParameterResult) -> tuple[str, ...]:
+    if not parameter.identified:
+        return (
+            parameter.name,
+            f"{parameter.start:.4g}",
+            "kept, not identifiable",
+            "",
+            "",
+            parameter.unit,
+        )
+    values = (
+        "∞" if v is None else f"{v:.4g}" for v in (parameter.value, parameter.low, parameter.high)
+    )
+    return parameter.name, f"{parameter.start:.4g}", *values, parameter.unit
 
 
-def _terms(found: MotionResult) -> Table:
+def _terms(result: MotionResult) -> Table:
     rows = [
         (
-            own.term,
-            *(_size(value, UM) for value in own.wind_up_rad),
-            *(_size(value, 100.0) for value in own.torque_relative),
-            _size(own.likelier, 1.0),
+            term.term,
+            *(_size(value, UM) for value in term.wind_up_rad),
+            *(_size(value, 100.0) for value in term.torque_relative),
+            _size(term.likelier, 1.0),
         )
-        for own in found.terms
+        for term in result.terms
     ]
     columns = ("left out", "with [urad]", "without", "with [%]", "without", "likelier by e^")
     groups = (("", 1), ("motor less link", 2), ("motor torque", 2), ("fitted", 1))
     return Table(columns, rows, groups=groups)
 
 
-def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+def wind_up_figure(result: MotionResult, recording: RecordingResult, k: int) -> go.Figure:
     """Draw motor less link of an encoder over time: measured, predicted, what is left."""
-    measured = UM * np.array(one.measured_wind_up[k])
-    left = UM * np.array(one.left_wind_up[k])
-    return _beside(one, measured, left, f"joint {found.joints[k]} [urad]")
+    measured = UM * np.array(recording.measured_wind_up[k])
+    residual = UM * np.array(recording.left_wind_up[k])
+    return _measured_and_residual(recording, measured, residual, f"joint {result.joints[k]} [urad]")
 
 
-def share_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+def share_figure(result: MotionResult, recording: RecordingResult, k: int) -> go.Figure:
     """Draw an encoder's motor less link without its lag over time, and what makes it."""
-    shares = {own.name: UM * np.array(own.wind_up[k]) for own in one.shares}
-    measured = UM * np.array(one.measured_wind_up[k]) - shares.pop("lag", 0.0)
+    shares = {share.name: UM * np.array(share.wind_up[k]) for share in recording.shares}
+    measured = UM * np.array(recording.measured_wind_up[k]) - shares.pop("lag", 0.0)
     curves = {"measured": measured, **shares}.items()
     colours = (DESIRED, AFTER, BEFORE, GREEN, PLANT)
     lines = [
-        DrawnLine(words, color, one.time, values, 1.2)
+        DrawnLine(words, color, recording.time, values, 1.2)
         for (words, values), color in zip(curves, colours, strict=False)
     ]
-    return over_time(lines, f"joint {found.joints[k]} [urad]", 300)
+    return over_time(lines, f"joint {result.joints[k]} [urad]", 300)
 
 
-def torque_figure(one: RecordingResult, k: int) -> go.Figure:
+def torque_figure(recording: RecordingResult, k: int) -> go.Figure:
     """Draw the torque of a motor over time: measured, predicted, what is left."""
-    measured, left = np.array(one.measured_torque[k]), np.array(one.left_torque[k])
-    return _beside(one, measured, left, f"joint {k + 1} [N m]")
+    measured, residual = np.array(recording.measured_torque[k]), np.array(recording.left_torque[k])
+    return _measured_and_residual(recording, measured, residual, f"joint {k + 1} [N m]")
 
 
-def _beside(one: RecordingResult, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
+def _measured_and_residual(
+    recording: RecordingResult, measured: np.ndarray, residual: np.ndarray, label: str
+) -> go.Figure:
     """Draw what was measured, what is predicted and what is left, (k,) each in the label's unit."""
     lines = [
-        DrawnLine("measured", DESIRED, one.time, measured, 1.0),
-        DrawnLine("predicted", AFTER, one.time, measured - left),
-        DrawnLine("residual", BEFORE, one.time, left, 1.0),
+        DrawnLine("measured", DESIRED, recording.time, measured, 1.0),
+        DrawnLine("predicted", AFTER, recording.time, measured - residual),
+        DrawnLine("residual", BEFORE, recording.time, residual, 1.0),
     ]
     return over_time(lines, label, 300)
 

@@ -14,43 +14,43 @@ from coupling.results.next_result import NextResult, PathCorrectionResult
 _TIME = "time of the run [s]"
 
 
-def next_page(title: str, found: NextResult) -> str:
+def next_page(title: str, result: NextResult) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
         title: Title of the page.
-        found: Its figures, the content of next.json.
+        result: Its figures, the content of next.json.
     """
     sections = [
-        *next_summary(found),
-        Section("What was measured", [_MEASURED], "measured-runs", [_distances(found)]),
+        *next_summary(result),
+        Section("What was measured", [_MEASURED], "measured-runs", [_distances(result)]),
     ]
-    if found.correction is not None:
+    if result.correction is not None:
         title = "Correction along the path"
-        sections.append(Section(title, [], "correction", [_correction(found.correction)]))
+        sections.append(Section(title, [], "correction", [_correction(result.correction)]))
     return document(title, sections)
 
 
-def next_summary(found: NextResult) -> list[Section]:
+def next_summary(result: NextResult) -> list[Section]:
     """Return how a next command is found, and what to expect of it once that is known."""
-    first, *rest = found.sentences
-    forecast = [] if found.forecast is None else [f"{found.forecast.sentence}."]
+    first, *further_sentences = result.sentences
+    forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
     return [
-        Section("", [*forecast, first], good=not found.judgement.worse),
-        Section("", rest),
-        Section("Measured runs", _runs(found)),
+        Section("", [*forecast, first], good=not result.judgement.worse),
+        Section("", further_sentences),
+        Section("Measured runs", _runs(result)),
     ]
 
 
-def _runs(found: NextResult) -> list[Table]:
+def _runs(result: NextResult) -> list[Table]:
     sizes, devices = [], []
-    for number, own in enumerate(found.runs, start=1):
-        size, forecast = own.size_m, own.forecast
+    for number, run in enumerate(result.runs, start=1):
+        size, forecast = run.size_m, run.forecast
         expected = "" if forecast is None else f"{_um(forecast.low)} to {_um(forecast.high)}"
         sizes.append(
             (
                 f"{number}",
-                f"{own.measured} under {own.run}",
+                f"{run.measured} under {run.run}",
                 f"{_um(size.rms)} / {_um(size.maximum)}",
                 f"{_um(size.rms_less_constant)} / {_um(size.maximum_less_constant)}",
                 _um(size.fast),
@@ -60,12 +60,12 @@ def _runs(found: NextResult) -> list[Table]:
         devices.append(
             (
                 f"{number}",
-                _um(own.noise_m),
-                ", ".join(f"{round(UM * value) + 0}" for value in own.frame_shift_m),
-                ", ".join(f"{1e3 * value:.2f}" for value in own.frame_turn_rad),
-                ", ".join(f"{UM * value:.0f}" for value in own.tip_m),
-                f"{1e3 * own.clock_s:+.1f}",
-                f"{own.left_out}",
+                _um(run.noise_m),
+                ", ".join(f"{round(UM * value) + 0}" for value in run.frame_shift_m),
+                ", ".join(f"{1e3 * value:.2f}" for value in run.frame_turn_rad),
+                ", ".join(f"{UM * value:.0f}" for value in run.tip_m),
+                f"{1e3 * run.clock_s:+.1f}",
+                f"{run.left_out}",
             )
         )
     columns = (
@@ -79,21 +79,21 @@ def _runs(found: NextResult) -> list[Table]:
     return [Table(columns, sizes), Table(off, devices)]
 
 
-def _distances(found: NextResult) -> go.Figure:
+def _distances(result: NextResult) -> go.Figure:
     lines = []
-    for number, own in enumerate(found.runs, start=1):
+    for number, run in enumerate(result.runs, start=1):
         # The colour of the last run is always the same.
-        color = JOINTS[(len(found.runs) - number) % len(JOINTS)]
-        distance = UM * np.array(own.distance_m)
-        lines.append(DrawnLine(f"run {number}: {own.measured}", color, own.time, distance, 1.2))
+        color = JOINTS[(len(result.runs) - number) % len(JOINTS)]
+        distance = UM * np.array(run.distance_m)
+        lines.append(DrawnLine(f"run {number}: {run.measured}", color, run.time, distance, 1.2))
     label = "distance from the desired path [um]"
     return over_time(lines, label, 380, _TIME, {"rangemode": "tozero"})
 
 
-def _correction(own: PathCorrectionResult) -> go.Figure:
-    deviation = UM * np.array(own.deviation_m)
+def _correction(correction: PathCorrectionResult) -> go.Figure:
+    deviation = UM * np.array(correction.deviation_m)
     lines = [
-        DrawnLine(axis, color, own.time, values)
+        DrawnLine(axis, color, correction.time, values)
         for axis, color, values in zip("xyz", JOINTS, deviation.T, strict=False)
     ]
     return over_time(lines, "beyond the model, base axes [um]", 320, _TIME)

@@ -44,8 +44,10 @@ def write_place_report(folder: Path, file: Path | None = None) -> Path:
 def place_page(stored: StoredPlacement) -> str:
     """Return the page of a placement as one self-contained HTML text."""
     figures, sections = stored.figures, []
-    for across, up in dict.fromkeys((own.across, own.up) for own in stored.maps):
-        maps = [own for own in stored.maps if (own.across, own.up) == (across, up)]
+    for across, up in dict.fromkeys((part_map.across, part_map.up) for part_map in stored.maps):
+        maps = [
+            part_map for part_map in stored.maps if (part_map.across, part_map.up) == (across, up)
+        ]
         title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
@@ -57,19 +59,21 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     rows = [
         (
             name,
-            f"{UM * own.moved_m:.0f}",
-            f"{UM * own.exposure_m:.1f}",
-            changes(own),
-            f"{own.conditioning:.3f}",
-            "-" if own.limit_margin_rad is None else f"{np.rad2deg(own.limit_margin_rad):.0f}",
-            in_words(own.setting, figures.free)
-            + ("" if own.admitted else "; violates a limit of [place]"),
+            f"{UM * setting.moved_m:.0f}",
+            f"{UM * setting.exposure_m:.1f}",
+            changes(setting),
+            f"{setting.conditioning:.3f}",
+            "-"
+            if setting.limit_margin_rad is None
+            else f"{np.rad2deg(setting.limit_margin_rad):.0f}",
+            in_words(setting.setting, figures.free)
+            + ("" if setting.admitted else "; violates a limit of [place]"),
         )
-        for name, own in figures.named
+        for name, setting in figures.named
     ]
-    moved = "process [um]" if figures.forced else "100 N [um]"
+    load = "process [um]" if figures.forced else "100 N [um]"
     header = (
-        *("setting", moved, f"{figures.unknown} [um]", "backlash reversals (gear: times)"),
+        *("setting", load, f"{figures.unknown} [um]", "backlash reversals (gear: times)"),
         *("conditioning", "margin to joint limits [deg]", "free variables"),
     )
     lost = "With the present setting the robot cannot follow the path."
@@ -90,14 +94,16 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     ]
 
 
-def changes(own: SettingResult) -> str:
+def changes(setting: SettingResult) -> str:
     """Return which gears with backlash reverse how often, in words.
 
     Args:
-        own: A setting in place.json.
+        setting: A setting in place.json.
     """
     said = [
-        f"{gear.joint}: {gear.backlash_reversals}" for gear in own.gears if gear.backlash_reversals
+        f"{gear.joint}: {gear.backlash_reversals}"
+        for gear in setting.gears
+        if gear.backlash_reversals
     ]
     return ", ".join(said) or "none"
 
@@ -113,35 +119,38 @@ def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
 
 def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figure, ...]:
     """Draw maps of one plane: for each setting displacement and exposure, each on one scale for all."""
-    moved = "process" if figures.forced else "100 N"
-    tops = [_top([own.deviation for own in maps]), _top([own.exposure for own in maps])]
+    load = "process" if figures.forced else "100 N"
+    tops = [
+        _top([part_map.deviation for part_map in maps]),
+        _top([part_map.exposure for part_map in maps]),
+    ]
     views = []
-    for own in maps:
+    for part_map in maps:
         for values, what, top in zip(
-            (own.deviation, own.exposure), (moved, figures.unknown), tops, strict=True
+            (part_map.deviation, part_map.exposure), (load, figures.unknown), tops, strict=True
         ):
             heat = {
                 "type": "heatmap",
-                "x": own.first,
-                "y": own.second,
+                "x": part_map.first,
+                "y": part_map.second,
                 "z": UM * values,
                 "zmin": 0.0,
                 "zmax": top,
                 "colorscale": "Viridis",
                 "colorbar": {"title": "um", "thickness": 14},
                 "text": [
-                    [_hint(own, i, j) for j in range(len(own.first))]
-                    for i in range(len(own.second))
+                    [_hint(part_map, i, j) for j in range(len(part_map.first))]
+                    for i in range(len(part_map.second))
                 ],
                 "hoverinfo": "text",
             }
-            text = f"{_SETTINGS.get(own.name, own.name)}: {what}"
+            text = f"{_SETTINGS.get(part_map.name, part_map.name)}: {what}"
             figure = drawn(
-                [heat, *_marks(figures, own)],
+                [heat, *_marks(figures, part_map)],
                 420,
                 margin={"t": 46},
-                xaxis={"title": f"{own.across} [m]"},
-                yaxis={"title": f"{own.up} [m]"},
+                xaxis={"title": f"{part_map.across} [m]"},
+                yaxis={"title": f"{part_map.up} [m]"},
                 title={"text": text, "font": {"size": 14}, "x": 0.5},
             )
             views.append(figure)
@@ -154,15 +163,15 @@ def _top(values: list[np.ndarray]) -> float:
     return max(float(np.quantile(flat, 0.95)), 1e-9) if len(flat) else 1.0
 
 
-def _marks(figures: PlacementResult, own: PartMap) -> list[Keys]:
+def _marks(figures: PlacementResult, part_map: PartMap) -> list[Keys]:
     """Return where the part is, and where the best settings have it."""
     marks = [("best", [entry.setting for entry in figures.best[:1]], "star", AFTER)]
     marks.insert(0, ("as it is", [figures.present_setting], "x", BEFORE))
     line = {"color": "white", "width": 1.5}
     return [
         {
-            "x": [setting[f"{own.across}_m"] for setting in settings],
-            "y": [setting[f"{own.up}_m"] for setting in settings],
+            "x": [setting[f"{part_map.across}_m"] for setting in settings],
+            "y": [setting[f"{part_map.up}_m"] for setting in settings],
             "mode": "markers",
             "marker": {"symbol": symbol, "size": 13, "color": color, "line": line},
             "name": name,
@@ -172,13 +181,13 @@ def _marks(figures: PlacementResult, own: PartMap) -> list[Keys]:
     ]
 
 
-def _hint(own: PartMap, i: int, j: int) -> str:
-    place = f"{own.across} {own.first[j]:.3f} m, {own.up} {own.second[i]:.3f} m"
-    if not np.isfinite(own.deviation[i, j]):
+def _hint(part_map: PartMap, i: int, j: int) -> str:
+    place = f"{part_map.across} {part_map.first[j]:.3f} m, {part_map.up} {part_map.second[i]:.3f} m"
+    if not np.isfinite(part_map.deviation[i, j]):
         return f"{place}: not possible"
     return (
-        f"{place}: displacement {UM * own.deviation[i, j]:.0f} um, gears {UM * own.exposure[i, j]:.1f}"
-        f" um, {own.changing[i, j]:.0f} gears reverse"
+        f"{place}: displacement {UM * part_map.deviation[i, j]:.0f} um, gears"
+        f" {UM * part_map.exposure[i, j]:.1f} um, {part_map.changing[i, j]:.0f} gears reverse"
     )
 
 
@@ -195,8 +204,8 @@ def _gears(figures: PlacementResult) -> Section:
             f"{UM * gear.backlash_20_percent_m:.0f}",
             *([f"{UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
         )
-        for name, own in figures.named[: 1 if figures.present is None else 2]
-        for gear in own.gears
+        for name, setting in figures.named[: 1 if figures.present is None else 2]
+        for gear in setting.gears
     ]
     header = (
         *(

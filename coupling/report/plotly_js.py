@@ -51,10 +51,11 @@ def _without_the_rest(whole: str, kinds: frozenset[str]) -> str | None:
     wrap = re.search(rf"var {re.escape(last[1])}=({_NAME})\(", whole)
     if wrap is None:
         return None
-    found = [*re.finditer(rf"var ({_NAME})={re.escape(wrap[1])}\(", whole)]
-    bounds = [*(one.start() for one in found), last.start()]
+    starts = [*re.finditer(rf"var ({_NAME})={re.escape(wrap[1])}\(", whole)]
+    bounds = [*(match.start() for match in starts), last.start()]
     modules = {
-        one[1]: whole[start:end] for one, (start, end) in zip(found, pairwise(bounds), strict=True)
+        match[1]: whole[start:end]
+        for match, (start, end) in zip(starts, pairwise(bounds), strict=True)
     }
     if not all(text.endswith("});") for text in modules.values()):
         return None
@@ -62,11 +63,17 @@ def _without_the_rest(whole: str, kinds: frozenset[str]) -> str | None:
     traces = {name: _kind(name, modules) for name in _REQUIRED.findall(every)}
     if not kinds <= set(traces.values()):
         return None
-    wanted = [name for name, kind in traces.items() if kind in kinds or kind == _COMPONENT]
-    modules[last[1]] = modules[last[1]].replace(every, ",".join(f"{name}()" for name in wanted))
+    needed_traces = [name for name, kind in traces.items() if kind in kinds or kind == _COMPONENT]
+    modules[last[1]] = modules[last[1]].replace(
+        every, ",".join(f"{name}()" for name in needed_traces)
+    )
     head = whole[: bounds[0]]
-    kept = _required(head + f"{last[1]}()", modules)
-    return head + "".join(modules[name] for name in modules if name in kept) + whole[last.start() :]
+    required = _required(head + f"{last[1]}()", modules)
+    return (
+        head
+        + "".join(modules[name] for name in modules if name in required)
+        + whole[last.start() :]
+    )
 
 
 def _kind(name: str, modules: dict[str, str]) -> str | None:
@@ -86,10 +93,12 @@ def _kind(name: str, modules: dict[str, str]) -> str | None:
 
 def _required(text: str, modules: dict[str, str]) -> set[str]:
     """Return the modules that a text asks for, directly or through others."""
-    kept: set[str] = set()
+    required_texts: set[str] = set()
     texts = [text]
     while texts:
-        required = {name for name in _REQUIRED.findall(texts.pop()) if name in modules} - kept
-        kept |= required
+        required = {
+            name for name in _REQUIRED.findall(texts.pop()) if name in modules
+        } - required_texts
+        required_texts |= required
         texts += [modules[name] for name in required]
-    return kept
+    return required_texts

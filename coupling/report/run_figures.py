@@ -41,11 +41,11 @@ def deviation(run: StoredRobot) -> go.Figure:
     below = _GEAR * len(gears)
     height = _CURVES + _LABEL * len(gears) + below
     traces: list[Keys] = []
-    own, other = mode_names(run.figures.mode)
+    mode, other_mode = mode_names(run.figures.mode)
     for (stage, path), color in zip(run.actual.items(), _STAGES, strict=False):
-        paths = [(f"{stage}, {own}", path, "solid", 1.5)]
+        paths = [(f"{stage}, {mode}", path, "solid", 1.5)]
         if stage in run.other:
-            paths.append((f"{stage}, {other}", run.other[stage], "dot", 1.0))
+            paths.append((f"{stage}, {other_mode}", run.other[stage], "dot", 1.0))
         for name, path, dash, width in paths:
             line = {"color": color, "dash": dash, "width": width}
             traces.append(_distance(run, name, path, line))
@@ -110,14 +110,16 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     """Return times [s] and heights [m] of the largest spikes where a gear reverses."""
     *_, path = run.actual.values()
     distance = path.distance_to(run.desired)
-    own = [c for c in run.figures.reversals if c.joint == joint]
-    spikes = sorted((spike(path.time, distance, change) for change in own), key=lambda s: -s[1])
+    reversals = [c for c in run.figures.reversals if c.joint == joint]
+    spikes = sorted(
+        (spike(path.time, distance, change) for change in reversals), key=lambda s: -s[1]
+    )
     apart = _APART * float(np.ptp(path.time))
-    found: list[tuple[float, float]] = []
+    spans: list[tuple[float, float]] = []
     for time, height in spikes:
-        if len(found) < _LABELS and all(abs(time - other) > apart for other, _ in found):
-            found.append((time, height))
-    return found
+        if len(spans) < _LABELS and all(abs(time - other) > apart for other, _ in spans):
+            spans.append((time, height))
+    return spans
 
 
 def _gears(changes: Sequence[ReversalResult], gears: list[int]) -> list[Keys]:
@@ -134,14 +136,14 @@ def _gears(changes: Sequence[ReversalResult], gears: list[int]) -> list[Keys]:
     }
     traces: list[Keys] = [in_backlash]
     for side, symbol, color in ((1, "triangle-up", BEFORE), (-1, "triangle-down", AFTER)):
-        own = [c for c in changes if c.after == side]
+        changes_to_side = [c for c in changes if c.after == side]
         reached = {
-            "x": [c.ends_s for c in own],
-            "y": [heights[c.joint] for c in own],
+            "x": [c.ends_s for c in changes_to_side],
+            "y": [heights[c.joint] for c in changes_to_side],
             "mode": "markers",
             "name": f"reaches its {'upper' if side > 0 else 'lower'} flank",
             "marker": {"symbol": symbol, "color": color, "size": 7},
-            "text": [_hint(c) for c in own],
+            "text": [_hint(c) for c in changes_to_side],
             "hoverinfo": "text",
             **row(2),
         }
@@ -200,8 +202,8 @@ def convergence(run: StoredRobot) -> go.Figure:
     for entry in run.figures.iterations:
         numbers = [count + k + 1 for k in range(len(entry.evaluations))]
         for name, changes, dash in (
-            ("max", [own.path_change_max_m for own in entry.evaluations], "solid"),
-            ("rms", [own.path_change_rms_m for own in entry.evaluations], "dot"),
+            ("max", [evaluation.path_change_max_m for evaluation in entry.evaluations], "solid"),
+            ("rms", [evaluation.path_change_rms_m for evaluation in entry.evaluations], "dot"),
         ):
             change = {
                 "x": numbers,

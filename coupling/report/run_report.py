@@ -64,8 +64,8 @@ def write_pages(run: StoredRun, target: Path) -> None:
         pages = {target: robot_page(run, run.first)}
     else:
         pages = {
-            run.folder / name / "report.html": robot_page(run, own)
-            for name, own in run.robots.items()
+            run.folder / name / "report.html": robot_page(run, robot)
+            for name, robot in run.robots.items()
         }
         pages[target] = cell_page(run)
     for place, text in pages.items():
@@ -87,38 +87,38 @@ def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
 
 def cell_head(cell: StoredRun) -> list[Section]:
     """Return what a cell comes to."""
-    own, found = cell.figures, cell.figures.pinch_gap_m
-    assert found is not None
+    figures, gap = cell.figures, cell.figures.pinch_gap_m
+    assert gap is not None
     robots = [(name, run.figures.deviations) for name, run in cell.robots.items()]
     ends = (
-        (found.narrowest_before, found.widest_before),
-        (found.narrowest_after, found.widest_after),
+        (gap.narrowest_before, gap.widest_before),
+        (gap.narrowest_after, gap.widest_after),
     )
     gaps = ", ".join(
         f"{1e3 * low:.3f} to {1e3 * high:.3f} mm {stage}"
-        for (low, high), stage in zip(ends, own.stages, strict=False)
+        for (low, high), stage in zip(ends, figures.stages, strict=False)
     )
-    text = f"Gap between the tools, commanded {1e3 * found.commanded:.3f} mm: {gaps}."
+    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {gaps}."
     links = [
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
     parts = [
         DeviationShares.worst([shares_of(run, stage) for run in cell.robots.values()])
-        for stage in own.stages
+        for stage in figures.stages
     ]
-    left = run_tables.deviations(own, parts, robots)
-    return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
+    table = run_tables.deviations(figures, parts, robots)
+    return _head(cell, figures, replace(table, parts=(*table.parts, text, *links)))
 
 
 def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
     """Return verdict, deviations, touch-off and warnings."""
     # A run of an earlier version has warned of rates alone.
-    warnings = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
+    warnings = tuple(warning.text for warning in figures_.warnings) or figures_.rate_warnings
     return [
         verdict(figures_, case_of(run).process.model),
         deviations,
-        Section("", touched_off((own.name, own.touch_off) for own in figures_.robots)),
+        Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
         *warned(warnings, figures_.remarks),
     ]
 
@@ -136,18 +136,23 @@ def _replayed(figures_: RunResult) -> list[Section]:
 
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
-    own, part = robot.figures, real_part(robot.figures, case_of(run))
+    robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.reversals else [])
-    demands = (DRIVES_NOTE, drives_table(own))
+    along_text = [_deviation_note(robot)] + ([_FLANKS] if robot_figures.reversals else [])
+    demands = (DRIVES_NOTE, drives_table(robot_figures))
     sections = [
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section(
             "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
         ),
-        Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
-        *_replayed(own),
+        Section(
+            "Robot at the part",
+            [_ROBOT],
+            "robot",
+            robot_views(robot_figures.robots, [robot.desired]),
+        ),
+        *_replayed(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section(
@@ -156,7 +161,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
         Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
-    return _page(own, sections, run.case)
+    return _page(robot_figures, sections, run.case)
 
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:

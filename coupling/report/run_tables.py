@@ -20,8 +20,8 @@ _MODES = {"dynamic": "moving robot", "quasistatic": "quasi-static robot"}
 
 def mode_names(mode: str) -> tuple[str, str]:
     """Return what to call the robot in a run's mode and in the other one."""
-    own = _MODES[mode]
-    return own, next(name for name in _MODES.values() if name != own)
+    mode_name = _MODES[mode]
+    return mode_name, next(name for name in _MODES.values() if name != mode_name)
 
 
 def deviations(
@@ -36,15 +36,15 @@ def deviations(
         parts: Parts of the deviation for each of its stages; of a cell, the worst of its robots'.
         robots: Deviations of a cell's robots by their names.
     """
-    shares, (own, other) = figures.shares_m, mode_names(figures.mode)
+    shares, (mode, other_mode) = figures.shares_m, mode_names(figures.mode)
     whole, stages = figures.deviations, len(figures.stages)
     gravity = [shares.gravity, shares.gravity_after][:stages]
     process = [shares.process, shares.process_after][:stages]
     rows: list[tuple[str, Sequence[Any]]] = [
-        (f"{own}, {HOW[figures.before]}" if stages == 1 else own, whole),
-        (f"{_IN}less a constant", [_less_constant(found) for found in whole]),
+        (f"{mode}, {HOW[figures.before]}" if stages == 1 else mode, whole),
+        (f"{_IN}less a constant", [_less_constant(deviation) for deviation in whole]),
         (f"{_IN}gravity alone", gravity),
-        (f"{_IN}{_IN}less a constant", [_less_constant(found) for found in gravity]),
+        (f"{_IN}{_IN}less a constant", [_less_constant(deviation) for deviation in gravity]),
         (f"{_IN}process (loaded minus unloaded)", process),
         (f"{_IN}motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
@@ -52,24 +52,24 @@ def deviations(
             [part.flanks for part in parts],
         ),
         (f"{_IN}at all other times", [part.elsewhere for part in parts]),
-        (f"{other} under the same command and wrench", [part.other for part in parts]),
-        *((f"{name} robot", found) for name, found in robots),
+        (f"{other_mode} under the same command and wrench", [part.other for part in parts]),
+        *((f"{name} robot", deviation) for name, deviation in robots),
     ]
     columns = ("max", "rms", "at t = [s]")
     filled = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
-    found = Table(
+    deviation = Table(
         ("deviation [um]", *columns * stages),
         [(name, *sum(cells, ())) for name, cells in filled if any(map(any, cells))],
         "dense",
         [("", 1), *((stage, len(columns)) for stage in figures.stages)],
     )
     if figures.kind == "couple":
-        return Section("", (found, *_of_tooth_passing(figures)))
+        return Section("", (deviation, *_of_tooth_passing(figures)))
     how = (
         f"Before compensation: {HOW[figures.before]}. After compensation: with the process on the tool's"
         " actual path."
     )
-    return Section("", (how, found, _SHARES, *_of_tooth_passing(figures)))
+    return Section("", (how, deviation, _SHARES, *_of_tooth_passing(figures)))
 
 
 _SHARES = Note(
@@ -79,37 +79,41 @@ _SHARES = Note(
 )
 
 
-def _less_constant(found: Deviation | None) -> tuple[str, ...] | None:
+def _less_constant(deviation: Deviation | None) -> tuple[str, ...] | None:
     """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
-    if found is None or isnan(found.maximum_less_constant):
+    if deviation is None or isnan(deviation.maximum_less_constant):
         return None
-    return f"{UM * found.maximum_less_constant:.2f}", f"{UM * found.rms_less_constant:.2f}", ""
+    return (
+        f"{UM * deviation.maximum_less_constant:.2f}",
+        f"{UM * deviation.rms_less_constant:.2f}",
+        "",
+    )
 
 
-def _figures_of(found: Deviation | DeviationShare | tuple[str, ...] | None) -> tuple[str, ...]:
+def _figures_of(deviation: Deviation | DeviationShare | tuple[str, ...] | None) -> tuple[str, ...]:
     """Return largest, rms and instant of a deviation [um], [s]."""
-    if found is None:
+    if deviation is None:
         return ("", "", "")
-    if isinstance(found, tuple):
-        return found
-    time = found.time if isinstance(found, DeviationShare) else found.time_of_maximum
-    return (f"{UM * found.maximum:.2f}", f"{UM * found.rms:.2f}", f"{time:.3f}")
+    if isinstance(deviation, tuple):
+        return deviation
+    time = deviation.time if isinstance(deviation, DeviationShare) else deviation.time_of_maximum
+    return (f"{UM * deviation.maximum:.2f}", f"{UM * deviation.rms:.2f}", f"{time:.3f}")
 
 
 def _of_tooth_passing(figures: RunResult) -> list[str]:
     """Return what a periodic process leaves, in parts."""
-    found = figures.tooth_passing
-    if found is None:
+    tooth_passing = figures.tooth_passing
+    if tooth_passing is None:
         return []
     walls = ", ".join(
         f"{axis} {UM * low:.2f} to {UM * high:.2f}"
-        for axis, (low, high) in found.envelope_m.items()
+        for axis, (low, high) in tooth_passing.envelope_m.items()
     )
     return [
-        f"Tooth passing: {1e3 * found.period_s:.3g} ms. The mean of the last deviation over a tooth"
-        f" passing is at most {UM * found.slow_m:.2f} um, the ripple about it"
-        f" {UM * found.ripple_m:.2f} um. A surface cut at the extremes of each tooth passing deviates"
-        f" by {walls} um, base axes."
+        f"Tooth passing: {1e3 * tooth_passing.period_s:.3g} ms. The mean of the last deviation over a"
+        f" tooth passing is at most {UM * tooth_passing.slow_m:.2f} um, the ripple about it"
+        f" {UM * tooth_passing.ripple_m:.2f} um. A surface cut at the extremes of each tooth passing"
+        f" deviates by {walls} um, base axes."
     ]
 
 
@@ -127,21 +131,21 @@ def robustness(figures: RunResult) -> list[Section]:
 
 def plant(figures: RunResult) -> list[Section]:
     """Return what the command leaves on the plant beside the model."""
-    found = figures.plant
-    if found is None:
+    plant_result = figures.plant
+    if plant_result is None:
         return []
-    differences = ", ".join(found.differences) or "nothing"
+    differences = ", ".join(plant_result.differences) or "nothing"
     text = f"The same command on a robot that differs from the model by: {differences}. "
     text += (
         "The wrench is that on the model, times the factor of the force."
-        if found.coupling is None
-        else f"The process was evaluated on the plant's path: {found.coupling.reason}."
+        if plant_result.coupling is None
+        else f"The process was evaluated on the plant's path: {plant_result.coupling.reason}."
     )
-    warning = [f"Warning: {found.remark}."] if found.remark else []
+    warning = [f"Warning: {plant_result.remark}."] if plant_result.remark else []
     model, mode = figures.shares_m.dynamic_after, "dynamic"
     if model is None:  # a coupling corrects nothing
         model, mode = figures.deviation_before_m, figures.mode
-    rows = [(f"{mode} model", model), ("dynamic plant", found.deviation_m)]
+    rows = [(f"{mode} model", model), ("dynamic plant", plant_result.deviation_m)]
     return [Section("On the plant", (text, *warning, _of_deviations(rows)))]
 
 
@@ -151,14 +155,24 @@ def passages(figures: RunResult) -> list[Section]:
         return []
     several, rows = len(figures.robots) > 1, []
     for robot, joint in sorted({(change.robot, change.joint) for change in figures.reversals}):
-        own = [c for c in figures.reversals if (c.robot, c.joint) == (robot, joint)]
-        other = sum(change.before * change.after < 0 for change in own)
-        within = sum(change.ends_s - change.begins_s for change in own)
+        reversals = [c for c in figures.reversals if (c.robot, c.joint) == (robot, joint)]
+        other = sum(change.before * change.after < 0 for change in reversals)
+        within = sum(change.ends_s - change.begins_s for change in reversals)
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
-        rows.append((name, str(len(own)), str(other), f"{within:.2f}"))
-    left = [own.deviation_m for own in figures.robustness if own.name.startswith("backlash")]
-    most = max((UM * own.maximum for own in left), default=0.0)
-    much = f", of up to {most:.2f} um if all are wrong by 20 %" if left else ""
+        rows.append((name, str(len(reversals)), str(other), f"{within:.2f}"))
+    deviations_with_wrong_backlash = [
+        reversals.deviation_m
+        for reversals in figures.robustness
+        if reversals.name.startswith("backlash")
+    ]
+    most = max(
+        (UM * reversals.maximum for reversals in deviations_with_wrong_backlash), default=0.0
+    )
+    much = (
+        f", of up to {most:.2f} um if all are wrong by 20 %"
+        if deviations_with_wrong_backlash
+        else ""
+    )
     text = (
         f"Gears enter their backlash {len(figures.reversals)} times. The command compensates this with"
         f" the backlash of the model; an error of the backlash causes a deviation there{much}."
@@ -255,10 +269,13 @@ def _of_deviations(rows: Iterable[tuple[str, Deviation]]) -> Table:
         [
             (
                 name,
-                *(f"{UM * length:.2f}" for length in (own.maximum, own.rms, own.normal_maximum)),
-                f"{own.time_of_maximum:.3f}",
-                *(_less_constant(own) or ("-", "-"))[:2],
+                *(
+                    f"{UM * length:.2f}"
+                    for length in (deviation.maximum, deviation.rms, deviation.normal_maximum)
+                ),
+                f"{deviation.time_of_maximum:.3f}",
+                *(_less_constant(deviation) or ("-", "-"))[:2],
             )
-            for name, own in rows
+            for name, deviation in rows
         ],
     )

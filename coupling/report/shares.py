@@ -45,11 +45,11 @@ class DeviationShare:
     @classmethod
     def worst(cls, shares: Iterable[DeviationShare | None]) -> DeviationShare | None:
         """Return the largest figures of several tools, as `path.deviation.measure` has them."""
-        known = [share for share in shares if share is not None]
-        if not known:
+        stated = [share for share in shares if share is not None]
+        if not stated:
             return None
-        largest = max(known, key=lambda share: share.maximum)
-        return replace(largest, rms=max(share.rms for share in known))
+        largest = max(stated, key=lambda share: share.maximum)
+        return replace(largest, rms=max(share.rms for share in stated))
 
 
 @dataclass(frozen=True)

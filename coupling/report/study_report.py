@@ -179,8 +179,8 @@ def _verdict(figures: StudyResult) -> Section:
 
 
 def _quantiles(figures: StudyResult) -> Section:
-    found = figures.quantiles_m
-    shares = list(found["maximum"])
+    quantiles = figures.quantiles_m
+    shares = list(quantiles["maximum"])
     model = figures.command.deviation_m
     names = (
         ("maximum", "max"),
@@ -194,7 +194,7 @@ def _quantiles(figures: StudyResult) -> Section:
             words,
             # Its run may be an earlier version's.
             "-" if isnan(getattr(model, name)) else f"{UM * getattr(model, name):.2f}",
-            *(f"{UM * found[name][share]:.2f}" for share in shares),
+            *(f"{UM * quantiles[name][share]:.2f}" for share in shares),
         )
         for name, words in names
     ]
@@ -223,9 +223,9 @@ def _parameters(figures: StudyResult) -> Section:
         for entry in [entry for entry, _ in figures.ordered] or figures.parameters
     ]
     header = ("parameter", "distribution", "share of the variance of max", "rank correlation")
-    left = [f"Without effect in this case: {', '.join(figures.silent)}."] if figures.silent else []
+    notes = [f"Without effect in this case: {', '.join(figures.silent)}."] if figures.silent else []
     few = [] if shares_of else ["Too few samples for the sensitivity to each parameter."]
-    return Section("Uncertain parameters", (Table(header, rows), *left, *few))
+    return Section("Uncertain parameters", (Table(header, rows), *notes, *few))
 
 
 _DISTRIBUTION = Note(

@@ -69,8 +69,8 @@ def row(number: int) -> dict[str, str]:
         >>> row(1), row(2)
         ({'xaxis': 'x', 'yaxis': 'y'}, {'xaxis': 'x2', 'yaxis': 'y2'})
     """
-    own = "" if number == 1 else str(number)
-    return {"xaxis": f"x{own}", "yaxis": f"y{own}"}
+    suffix = "" if number == 1 else str(number)
+    return {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
 
 
 def rows(
@@ -86,7 +86,7 @@ def rows(
     count = len(shares)
     heights = (1.0 - apart * (count - 1)) / sum(shares) * np.array(shares)
     axes: dict[str, dict[str, Any]] = {}
-    for k, own in enumerate(upright):
+    for k, figure in enumerate(upright):
         here = row(k + 1)
         x, y = here["xaxis"], here["yaxis"]
         low = float(heights[k + 1 :].sum()) + apart * (count - 1 - k)
@@ -95,7 +95,7 @@ def rows(
             {"title": "time [s]"} if lowest else {"matches": f"x{count}", "showticklabels": False}
         )
         axes[x.replace("x", "xaxis")] = {"anchor": y, "domain": [0.0, 1.0], **across}
-        axes[y.replace("y", "yaxis")] = {"anchor": x, "domain": [low, low + heights[k]], **own}
+        axes[y.replace("y", "yaxis")] = {"anchor": x, "domain": [low, low + heights[k]], **figure}
     return axes
 
 
@@ -148,12 +148,12 @@ def over_time(
     """
     traces = [
         {
-            **curve(np.asarray(own.time), own.values),
+            **curve(np.asarray(line.time), line.values),
             "mode": "lines",
-            "name": own.name,
-            "line": {"color": own.color, "width": own.width, "dash": own.dash},
+            "name": line.name,
+            "line": {"color": line.color, "width": line.width, "dash": line.dash},
         }
-        for own in lines
+        for line in lines
     ]
     upright = {"title": label, **(yaxis or {})}
     return drawn(traces, height, xaxis={"title": time}, yaxis=upright, **layout)

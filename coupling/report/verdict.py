@@ -38,32 +38,34 @@ def verdict(figures: RunResult, process: str) -> Section:
 def sentence(figures: RunResult, process: str) -> str:
     """Return the same without the iteration's reason and what is expected on other robots."""
     # Without inertia there are no motors.
-    moved = figures.mode == "dynamic"
+    is_dynamic = figures.mode == "dynamic"
     robots = " and ".join(
         f"{robot.title} ({robot.description}, torque curve {robot.torque_curve}"
-        f"{', motors under their servos' if moved and robot.drive == 'servo' else ''})"
+        f"{', motors under their servos' if is_dynamic and robot.drive == 'servo' else ''})"
         for robot in figures.robots
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
-    turned = _turned(figures.deviations[-1])
+    turn_words = _describe_turn(figures.deviations[-1])
     if figures.kind == "couple":
-        what = f"Uncorrected, the tool deviates from its path by up to {_um(before)}{turned}"
+        what = f"Uncorrected, the tool deviates from its path by up to {_um(before)}{turn_words}"
     else:
         what = (
-            f"Under the command the tool deviates from its path by up to {_um(after)}{turned},"
+            f"Under the command the tool deviates from its path by up to {_um(after)}{turn_words},"
             f" uncorrected by {_um(before)}"
         )
-    own, _ = mode_names(figures.mode)
+    mode, _ = mode_names(figures.mode)
     count = "its file" if len(figures.robots) == 1 else "their files"
     return (
-        f"{what}. Valid for the {own} {robots} with the parameters of {count}, and for the process"
+        f"{what}. Valid for the {mode} {robots} with the parameters of {count}, and for the process"
         f" {process} on the tool's actual path; {_of_gears(figures)}."
     )
 
 
 def _of_class(figures: RunResult) -> Iterator[str]:
     """Yield a sentence where the stiffness of gears is known as a range."""
-    ranges = [own.stiffness_range_Nm_rad for own in figures.robots if own.stiffness_range_Nm_rad]
+    ranges = [
+        robot.stiffness_range_Nm_rad for robot in figures.robots if robot.stiffness_range_Nm_rad
+    ]
     if not ranges:
         return
     low, high = min(ranges)[0], max(high for _, high in ranges)
@@ -73,13 +75,13 @@ def _of_class(figures: RunResult) -> Iterator[str]:
     )
 
 
-def _turned(left: Deviation) -> str:
+def _describe_turn(deviation: Deviation) -> str:
     """Return how far the tool's orientation is off, in words; "" where its position is off by more."""
-    moved = _LEVER * left.largest_turn
-    if not moved > max(left.maximum, _TOLD):
+    arc_m = _LEVER * deviation.largest_turn
+    if not arc_m > max(deviation.maximum, _TOLD):
         return ""
-    angle = f"{float(f'{UM * left.largest_turn:.3g}'):g} urad"
-    return f" and rotates by up to {angle} ({_um(moved)} at {_LEVER:g} m from the TCP)"
+    angle = f"{float(f'{UM * deviation.largest_turn:.3g}'):g} urad"
+    return f" and rotates by up to {angle} ({_um(arc_m)} at {_LEVER:g} m from the TCP)"
 
 
 def _of_gears(figures: RunResult) -> str:

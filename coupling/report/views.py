@@ -87,10 +87,10 @@ def _coloured(view: PathView, values: np.ndarray, scale: tuple[float, float]) ->
     ends = np.linspace(*scale, _COLOURS + 1)
     number = np.clip(np.searchsorted(ends, worse, side="right") - 1, 0, _COLOURS - 1)
     for k in np.unique(number):
-        own = np.flatnonzero(number == k)
-        begin, gap = np.flatnonzero(np.diff(own, prepend=-2) > 1)[1:], np.nan
+        indices = np.flatnonzero(number == k)
+        begin, gap = np.flatnonzero(np.diff(indices, prepend=-2) > 1)[1:], np.nan
         across, up = (
-            np.concatenate([_with_end(v[rows], run, gap) for run in np.split(own, begin)])
+            np.concatenate([_with_end(v[rows], run, gap) for run in np.split(indices, begin)])
             for v in (x, y)
         )
         piece = {
@@ -162,8 +162,8 @@ def _as_drawn(
     ends = [[m - 0.5 * s, m + 0.5 * s] for m, s in zip(middle, spans, strict=True)]
     height = min(_WIDTH * spans[1] / spans[0], _HIGHEST)
     x, y = (
-        {"title": label, "range": own, "constrain": "domain", "zeroline": False}
-        for label, own in zip(labels, ends, strict=True)
+        {"title": label, "range": end, "constrain": "domain", "zeroline": False}
+        for label, end in zip(labels, ends, strict=True)
     )
     bars, below = ([], 0) if colours is None else ([_bar(colours, height)], _BAR)
     return drawn(
@@ -194,12 +194,12 @@ def robot_views(
     above = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     names = [robot.name for robot in robots]
     return (
-        _seen("from the side", side, ("outwards [m]", "z [m]"), names, chains, tools),
-        _seen("from above", above, ("x [m]", "y [m]"), names, chains, tools),
+        _project("from the side", side, ("outwards [m]", "z [m]"), names, chains, tools),
+        _project("from above", above, ("x [m]", "y [m]"), names, chains, tools),
     )
 
 
-def _seen(
+def _project(
     title: str,
     axes: np.ndarray,
     labels: tuple[str, str],

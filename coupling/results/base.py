@@ -62,11 +62,11 @@ class ResultPart(BaseModel):
         """
         for key, field in cls.model_fields.items():
             if key not in known:
-                paths = (own for own in field.metadata if isinstance(own, From))
+                paths = (source for source in field.metadata if isinstance(source, From))
                 known[key] = _attribute(sources, next(paths, _UNIT.sub("", key)))
         values = {key: value for key, value in known.items() if value is not _MISSING}
         fields = cls.model_fields
-        return cls(**{k: _converted(own, fields[k].annotation) for k, own in values.items()})
+        return cls(**{k: _converted(source, fields[k].annotation) for k, source in values.items()})
 
     @model_serializer(mode="wrap")
     def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def _attribute(sources: Sequence[object], path: str) -> object:
     """Return an attribute, or what a method returns, of the first source that has it."""
     name, *inner = path.split(".")
     owned = (getattr(source, name, _MISSING) for source in sources)
-    value = next((own for own in owned if own is not _MISSING), _MISSING)
+    value = next((attribute for attribute in owned if attribute is not _MISSING), _MISSING)
     for name in inner:
         value = None if value is None else getattr(value, name)
     return value() if callable(value) else value
@@ -96,7 +96,7 @@ def _converted(value: object, kind: object) -> object:
     if part is None or value is None or isinstance(value, part):
         return value
     if isinstance(value, tuple | list):
-        return tuple(_converted(own, part) for own in value)
+        return tuple(_converted(item, part) for item in value)
     return part.of(value)
 
 

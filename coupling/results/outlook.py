@@ -31,7 +31,7 @@ class Replay:
     def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
         """Return what a path of all tools leaves to the desired one."""
         pairs = zip(path.tools, desired.tools, strict=True)
-        tools = tuple(measure(own, wanted) for own, wanted in pairs)
+        tools = tuple(measure(tool_path, desired_path) for tool_path, desired_path in pairs)
         return cls(name, measure(path, desired), tools)
 
 
@@ -97,9 +97,9 @@ class DeviationInterval(ResultPart):
         if not replays:
             return None
         whole = [replay.deviation.maximum for replay in replays]
-        rest = [replay.deviation.maximum_less_constant for replay in replays]
+        less_constant = [replay.deviation.maximum_less_constant for replay in replays]
         low, high = np.percentile(whole, _INTERVAL, method="hazen")
-        less_low, less_high = np.percentile(rest, _INTERVAL, method="hazen")
+        less_low, less_high = np.percentile(less_constant, _INTERVAL, method="hazen")
         return cls(
             samples=len(replays),
             low=float(low),
@@ -157,7 +157,7 @@ class DrawnDeviation(DeviationInterval):
             drawn=basis.drawn,
             missing=basis.missing,
             is_whole=basis.is_whole,
-            left_out_m={own.name: own.deviation.maximum for own in replays.left_out},
+            left_out_m={replay.name: replay.deviation.maximum for replay in replays.left_out},
             with_left_out=DeviationInterval.around(replays.completed),
         )
 
@@ -173,7 +173,9 @@ class DrawnDeviation(DeviationInterval):
         if self.with_left_out is None:
             text += f": {stated}."
         else:
-            values = ", ".join(f"{name} {_um(own)}" for name, own in self.left_out_m.items())
+            values = ", ".join(
+                f"{name} {_um(deviation)}" for name, deviation in self.left_out_m.items()
+            )
             text += (
                 f": {self.with_left_out.words} with usual values of what the file leaves out"
                 f" ({self.with_left_out.sampled}); by its stated ranges alone {stated}. Each usual value"

@@ -79,4 +79,4 @@ class PlacementResult(ResultFile):
     def named(self) -> list[tuple[str, SettingResult]]:
         """Settings by their names, the present one first where it can follow the path."""
         present = [] if self.present is None else [("as it is", self.present)]
-        return present + [(str(own.file), own) for own in self.best]
+        return present + [(str(setting.file), setting) for setting in self.best]

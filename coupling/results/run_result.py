@@ -168,7 +168,7 @@ class DriveMotion(ResultPart):
             "rate": rate is not None and self.rate > rate,
             "acceleration": most is not None and self.acceleration > most,
         }
-        return [name for name, own in exceeded.items() if own]
+        return [name for name, is_exceeded in exceeded.items() if is_exceeded]
 
 
 class DriveResult(ResultPart):

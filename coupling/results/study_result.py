@@ -117,8 +117,8 @@ class StudyResult(ResultFile):
     def ordered(self) -> list[tuple[UncertainResult, dict[str, ShareResult]]]:
         """Parameters with shares of "maximum" and "rms", the largest first; none of too few samples."""
         pairs = [
-            (own, {"maximum": own.influence.maximum, "rms": own.influence.rms})
-            for own in self.parameters
-            if own.influence.maximum is not None and own.influence.rms is not None
+            (parameter, {"maximum": parameter.influence.maximum, "rms": parameter.influence.rms})
+            for parameter in self.parameters
+            if parameter.influence.maximum is not None and parameter.influence.rms is not None
         ]
         return sorted(pairs, key=lambda entry: -entry[1]["maximum"].share)

@@ -170,10 +170,10 @@ class RobotEdit:
         source += "".join(f"; {text}" for text in dict.fromkeys(n.source for n in sheet) if text)
         backlash, elements = own.hysteresis()
         if isinstance(table["gear"], OutOfOrderTableProxy):  # dotted keys, which cannot be deleted
-            kept = table["gear"].unwrap()
+            gear = table["gear"].unwrap()
             del table["gear"]
             table["gear"] = tomlkit.inline_table()
-            table["gear"].update(kept)
+            table["gear"].update(gear)
         for key in SHEET_KEYS:
             table["gear"].pop(key, None)
         table["gear"]["hysteresis"] = [asdict(element) for element in elements]

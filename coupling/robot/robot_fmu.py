@@ -271,8 +271,10 @@ class RobotFmu:
                 for process, job in zip(processes, jobs, strict=True):
                     process.send(job)
                 return np.vstack([process.receive(progress) for process in processes])
-        except BaseException:
-            self._end()  # what they still answer would be taken for the next simulation's
+        except BaseException as error:
+            # What others still answer would be taken for the next simulation's.
+            if len(processes) > 1 or not isinstance(error, SimulationError):
+                self._end()
             raise
 
     def _started(self, count: int) -> list[WorkerProcess]:

@@ -106,7 +106,7 @@ def drawn_replays(
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
     force_factors: tuple[float, float] | None,
-    found: Correction,
+    correction: Correction,
     simulate: Simulate,
     counts: tuple[int, int],
 ) -> DrawnReplays:
@@ -114,7 +114,7 @@ def drawn_replays(
 
     Args:
         cell: The robots of the case.
-        found: The command.
+        correction: The command.
         simulate: Function that gives the simulation of a robot that has what its file leaves out.
         counts: Numbers of robots, without and with what their files leave out.
 
@@ -124,7 +124,7 @@ def drawn_replays(
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
-    loaded = found.response.wrench
+    loaded = correction.response.wrench
     has_force = bool(np.any(loaded.wrench))
     basis = basis_of(models, ranges, force_factors, has_force)
     pushes = has_force and force_factors is not None
@@ -140,20 +140,22 @@ def drawn_replays(
         """Return what the command leaves on robots that differ, under a factor of the force."""
         pairs = zip(robots, differences, strict=True)
         differing = [robot.differing(difference, name) for robot, difference in pairs]
-        path = cell.with_robots(differing).simulate(found.joints, loaded.scaled(force), "dynamic")
-        return Replay.of(name, path, found.desired)
+        path = cell.with_robots(differing).simulate(
+            correction.joints, loaded.scaled(force), "dynamic"
+        )
+        return Replay.of(name, path, correction.desired)
 
     count, completed_count = counts
     draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))
-    stated = [replay("a robot drawn from its ranges", models, *own) for own in draws]
+    stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
     values = left_out(models)
     each = [
-        replay(own.name, completed(models, [own], simulate), [AS_THE_MODEL for _ in models], 1.0)
-        for own in values
+        replay(draw.name, completed(models, [draw], simulate), [AS_THE_MODEL for _ in models], 1.0)
+        for draw in values
     ]
     whole = completed(models, values, simulate) if values else []
     both = [
-        replay("a drawn robot with usual values", whole, *own)
-        for own in (draws[:completed_count] if values else [])
+        replay("a drawn robot with usual values", whole, *draw)
+        for draw in (draws[:completed_count] if values else [])
     ]
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))

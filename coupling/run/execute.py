@@ -185,59 +185,59 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         significant = replace(case, process=remembered if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
         with _timed(kind, durations):
-            found = _of_program(cell, method.correct(loop, case.motion))
+            correction = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
             first, last = None if quiet is None else quiet.repeatability, None
             if first is None or not first.disturbs:
-                last = repeated_evaluation(case, remembered.last, found, watch)
+                last = repeated_evaluation(case, remembered.last, correction, watch)
             repeated = last or first
-            found = explained(found, kind, repeated)
+            correction = explained(correction, kind, repeated)
             more = sum(comparison is not None for comparison in (first, last))
-            found = replace(found, evaluations=found.evaluations + more)
+            correction = replace(correction, evaluations=correction.evaluations + more)
         noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
             with _timed("unloaded", durations):
-                none = WrenchHistory.none(found.desired.time, len(found.joints.q))
-                unloaded_after = _simulated(cell, found.joints, none, case.mode)
+                none = WrenchHistory.none(correction.desired.time, len(correction.joints.q))
+                unloaded_after = _simulated(cell, correction.joints, none, case.mode)
         other_after: ToolPath | None = None
         with _timed("other_mode", durations):
             other = other_mode(case.mode)
-            before = found.before
+            before = correction.before
             other_before = _simulated(cell, before.joints, before.wrench, other)
             if kind == "compensate":
-                other_after = _simulated(cell, found.joints, found.response.wrench, other)
+                other_after = _simulated(cell, correction.joints, correction.response.wrench, other)
         replays: tuple[Replay, ...] = ()
         drawn = DrawnReplays()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
-                replays = replayed(cell, models, found)
+                replays = replayed(cell, models, correction)
                 factors = case.process_table.FORCE_FACTORS
                 drawn = drawn_replays(
-                    cell, models, ranges, factors, found, others.of, DRAWS[case.fmu]
+                    cell, models, ranges, factors, correction, others.of, DRAWS[case.fmu]
                 )
-                replays += noise_replays(cell, case.desired.time, noise, found)
+                replays += noise_replays(cell, case.desired.time, noise, correction)
             with _timed("sampling", durations):
-                sampling = sampling_of(case, cell, found)
+                sampling = sampling_of(case, cell, correction)
         plant: PlantReplay | None = None
         if case.plant is not None:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
-                plant = run_on_plant(significant, differing, found, watch)
+                plant = run_on_plant(significant, differing, correction, watch)
         with _timed("motors", durations):
-            motors = _motors(cell, models, found)
-            found = _within_motors(case, kind, found, motors)
+            motors = _motors(cell, models, correction)
+            correction = _within_motors(case, kind, correction, motors)
         with _timed("gears", durations):
-            loads = at_samples(found.response.wrench, found.achieved, case.desired)
+            loads = at_samples(correction.response.wrench, correction.achieved, case.desired)
             gears = diagnose_robots(
                 case.robots, case.desired, loads, cell.undeflected(case.desired)
             )
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
-            correction=found,
+            correction=correction,
             mode=case.mode,
             other_before=other_before,
             other_after=other_after,
@@ -245,10 +245,10 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             robustness=replays if sampling is None else (*replays, sampling.replay),
             drawn=drawn,
             plant=plant,
-            drives=_drives(case, found, motors),
+            drives=_drives(case, correction, motors),
             motors=motors,
             warnings=(
-                *cell.rate_warnings(found.joints),
+                *cell.rate_warnings(correction.joints),
                 *motor_warnings(case.robots, motors),
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
@@ -260,7 +260,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 *(() if noise is None else noise.remarks),
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
-            gap=_gap(case, found),
+            gap=_gap(case, correction),
             gears=gears,
             durations=durations,
             repeatability=repeated,
@@ -268,16 +268,16 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         )
 
 
-def _of_program(cell: Cell, found: Correction) -> Correction:
+def _of_program(cell: Cell, correction: Correction) -> Correction:
     """Return a correction with its size computed from what the robots' programs have without it.
 
     Where a robot was touched off that is another path than the desired one.
     """
     if all(member.touch_off is None for member in cell.members):
-        return found
-    program = cell.programmed(found.desired)
-    commanded = cell.forward(found.joints, found.desired.time)
-    return replace(found, correction=commanded.deviation_from(program))
+        return correction
+    program = cell.programmed(correction.desired)
+    commanded = cell.forward(correction.joints, correction.desired.time)
+    return replace(correction, correction=commanded.deviation_from(program))
 
 
 @contextmanager
@@ -301,56 +301,56 @@ def _simulated(cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode)
 
 
 def _motors(
-    cell: Cell, models: Sequence[SimulatedModel], found: Correction
+    cell: Cell, models: Sequence[SimulatedModel], correction: Correction
 ) -> tuple[MotorLoads | None, ...]:
     """Return what a command asks of the motors of every robot; None where that is not simulated."""
     demands: list[MotorLoads | None] = []
-    loads = found.response.wrench.tools
-    for member, model, own, load in zip(
-        cell.members, models, found.joints.robots, loads, strict=True
+    loads = correction.response.wrench.tools
+    for member, model, joints, load in zip(
+        cell.members, models, correction.joints.robots, loads, strict=True
     ):
         in_base = load.transformed(member.world_from_base.inverse())
         try:
-            demands.append(motor_loads(model, own, in_base))
+            demands.append(motor_loads(model, joints, in_base))
         except SimulationError:
             demands.append(None)
     return tuple(demands)
 
 
 def _within_motors(
-    case: Case, kind: Kind, found: Correction, motors: Sequence[MotorLoads | None]
+    case: Case, kind: Kind, correction: Correction, motors: Sequence[MotorLoads | None]
 ) -> Correction:
     """Return a correction that has not converged where motors that were not simulated have too little.
 
     What a limit costs that is in the simulation its deviation tells.
     """
     unlimited = [
-        own if case.mode == "quasistatic" or placed.drive == IDEAL else None
-        for placed, own in zip(case.robots, motors, strict=True)
+        motor if case.mode == "quasistatic" or placed.drive == IDEAL else None
+        for placed, motor in zip(case.robots, motors, strict=True)
     ]
-    beyond = motor_warnings(case.robots, unlimited)
-    if kind == "couple" or not beyond or not found.converged:
-        return found
-    reason = f"the command exceeds a motor's torque: {beyond[0]}: slow down the path"
-    return replace(found, outcome=Outcome.ROBOT_FAILED, reason=reason)
+    warnings = motor_warnings(case.robots, unlimited)
+    if kind == "couple" or not warnings or not correction.converged:
+        return correction
+    reason = f"the command exceeds a motor's torque: {warnings[0]}: slow down the path"
+    return replace(correction, outcome=Outcome.ROBOT_FAILED, reason=reason)
 
 
 def _drives(
-    case: Case, found: Correction, motors: Sequence[MotorLoads | None]
+    case: Case, correction: Correction, motors: Sequence[MotorLoads | None]
 ) -> tuple[tuple[DriveMotion, ...], ...]:
     """Return what a command asks of the drives of every robot, and of their motors."""
     demands = []
-    for own, placed, motor in zip(found.joints.robots, case.robots, motors, strict=True):
+    for joints, placed, motor in zip(correction.joints.robots, case.robots, motors, strict=True):
         limits = JointLimits.of(placed.description, case.controller.max_acceleration)
-        drives = drive_motions(own, limits)
+        drives = drive_motions(joints, limits)
         demands.append(drives if motor is None else motor.beside(drives))
     return tuple(demands)
 
 
-def _gap(case: Case, found: Correction) -> ToolGap | None:
+def _gap(case: Case, correction: Correction) -> ToolGap | None:
     """Return the gap between the tools of a cell."""
     support = case.task.support
     if support is None:
         return None
-    before, after = support.opening(found.before.path), support.opening(found.achieved)
-    return ToolGap(found.desired.time, support.gap, before, after)
+    before, after = support.opening(correction.before.path), support.opening(correction.achieved)
+    return ToolGap(correction.desired.time, support.gap, before, after)

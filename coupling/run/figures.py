@@ -57,13 +57,13 @@ class Deviations:
     def of(cls, run: Run, tool: int | None = None) -> Deviations:
         """Return the deviations of one tool of a run, or the worst of all."""
 
-        def own(path: ToolPath) -> ToolPath:
+        def of_tool(path: ToolPath) -> ToolPath:
             return path if tool is None else path.tools[tool]
 
-        found, desired = run.correction, own(run.desired)
-        before, unloaded = own(run.before), own(found.unloaded)
-        achieved = own(found.achieved)
-        dry = None if run.unloaded_after is None else own(run.unloaded_after)
+        correction, desired = run.correction, of_tool(run.desired)
+        before, unloaded = of_tool(run.before), of_tool(correction.unloaded)
+        achieved = of_tool(correction.achieved)
+        dry = None if run.unloaded_after is None else of_tool(run.unloaded_after)
         return cls(
             before=measure(before, desired),
             after=measure(achieved, desired),
@@ -71,7 +71,7 @@ class Deviations:
             process=measure(before, unloaded),
             gravity_after=None if dry is None else measure(dry, desired),
             process_after=None if dry is None else measure(achieved, dry),
-            dynamic=None if run.dynamic is None else measure(own(run.dynamic), desired),
+            dynamic=None if run.dynamic is None else measure(of_tool(run.dynamic), desired),
         )
 
 
@@ -86,17 +86,21 @@ def figures_of(
         robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
-    found, deviations = run.correction, Deviations.of(run, tool)
-    own = slice(None) if tool is None else slice(tool, tool + 1)
-    names, any_effect = run.robots[own], found.backlash_reversals
-    warnings = [one for one in run.warnings if (one.robot or names[0]) in names]
+    correction, deviations = run.correction, Deviations.of(run, tool)
+    rows_of_tool = slice(None) if tool is None else slice(tool, tool + 1)
+    names, any_effect = run.robots[rows_of_tool], correction.backlash_reversals
+    warnings = [
+        limit_warning
+        for limit_warning in run.warnings
+        if (limit_warning.robot or names[0]) in names
+    ]
     return RunResult.of(
-        found,
+        correction,
         run,
         case=case,
         deviation_before_m=deviations.before,
         deviation_after_m=deviations.after,
-        peak_force_N=_of_tool(found.response.wrench, tool).peak_force,
+        peak_force_N=_of_tool(correction.response.wrench, tool).peak_force,
         shares_m=deviations,
         robustness=[
             ReplayResult(
@@ -115,11 +119,11 @@ def figures_of(
         ],
         gears=[
             GearResult.of(gear, robot=name)
-            for name, gears in zip(names, run.gears[own], strict=True)
+            for name, gears in zip(names, run.gears[rows_of_tool], strict=True)
             for gear in gears
         ],
         command=CommandResult(
-            rows=len(found.joints.time),
+            rows=len(correction.joints.time),
             drives=tuple(
                 DriveResult.of(
                     drive,
@@ -127,19 +131,21 @@ def figures_of(
                     range_rad=(drive.lowest, drive.highest),
                     range_limit_rad=(drive.lower_limit, drive.upper_limit),
                 )
-                for name, drives in zip(names, run.drives[own], strict=True)
+                for name, drives in zip(names, run.drives[rows_of_tool], strict=True)
                 for drive in drives
             ),
         ),
         pinch_gap_m=None if run.gap is None or tool is not None else GapResult.extremes(run.gap),
-        tooth_passing=_tooth_passing(run, own),
+        tooth_passing=_tooth_passing(run, rows_of_tool),
         warnings=[
-            WarningResult.of(one, robot=one.robot or run.robots[0], text=str(one))
-            for one in warnings
+            WarningResult.of(
+                limit_warning, robot=limit_warning.robot or run.robots[0], text=str(limit_warning)
+            )
+            for limit_warning in warnings
         ],
         rate_warnings=[str(warning) for warning in warnings if warning.name == "rate"],
         versions=versions(),
-        robots=robots[own],
+        robots=robots[rows_of_tool],
     )
 
 
@@ -167,14 +173,14 @@ def _tooth_passing(run: Run, tools: slice) -> ToothPassingResult | None:
     parts, period = tooth_passing_parts(run), run.correction.response.period
     if parts is None or period is None:
         return None
-    own = parts[tools]
-    lowest = np.min([part.lowest.min(axis=0) for part in own], axis=0)
-    highest = np.max([part.highest.max(axis=0) for part in own], axis=0)
+    parts_of_tools = parts[tools]
+    lowest = np.min([part.lowest.min(axis=0) for part in parts_of_tools], axis=0)
+    highest = np.max([part.highest.max(axis=0) for part in parts_of_tools], axis=0)
     walls = zip(lowest.tolist(), highest.tolist(), strict=True)
     return ToothPassingResult(
         period_s=period,
-        slow_m=max(part.largest_slow for part in own),
-        ripple_m=max(part.largest_ripple for part in own),
+        slow_m=max(part.largest_slow for part in parts_of_tools),
+        ripple_m=max(part.largest_ripple for part in parts_of_tools),
         envelope_m=dict(zip("xyz", walls, strict=True)),
     )
 
@@ -193,10 +199,10 @@ def _plant(plant: PlantReplay | None, tool: int | None) -> PlantResult | None:
 
 def versions() -> dict[str, str]:
     """Return the versions of the packages that a result depends on."""
-    found = {}
+    version_of = {}
     for package in _PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            version_of[package] = metadata.version(package)
         except metadata.PackageNotFoundError:  # run from a checkout that is not installed
-            found[package] = "not installed as a package"
-    return found
+            version_of[package] = "not installed as a package"
+    return version_of

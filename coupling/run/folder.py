@@ -68,8 +68,8 @@ def _write_figures(folder: Path, figures: RunResult) -> None:
 
 def _write_tool(folder: Path, run: Run, tool: int) -> None:
     """Write the tables of one robot and its tool."""
-    found, time = run.correction, run.desired.time
-    paths = {"desired": run.desired, "uncompensated": run.before, "achieved": found.achieved}
+    correction, time = run.correction, run.desired.time
+    paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
     if run.plant is not None:
         paths[PLANT] = run.plant.path
     in_other = {"uncompensated": run.other_before, "achieved": run.other_after}
@@ -78,11 +78,11 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
             paths[f"{name}_{other_mode(run.mode)}"] = path
     for name, path in paths.items():
         _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
-    drives = found.joints.robots[tool].columns
-    command = np.column_stack([found.command.pose[tool], *drives.values()])
-    _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
-    _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
-    wrench = found.response.wrench
+    drives = correction.joints.robots[tool].columns
+    command = np.column_stack([correction.command.pose[tool], *drives.values()])
+    _write(folder, "command", (*POSE_COLUMNS, *drives), correction.joints.time, command)
+    _write(folder, "correction", CORRECTION_COLUMNS, time, correction.correction[tool])
+    wrench = correction.response.wrench
     _write(folder, "wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
     spring = wrench.spring
     if spring is not None:

@@ -31,10 +31,10 @@ def diagnose_robots(
     Raises:
         PlanningError: If a robot cannot follow.
     """
-    wanted = wanted_of(robots, desired, wrench, rigid)
+    motions = wanted_of(robots, desired, wrench, rigid)
     return tuple(
-        diagnose(MovingRobot(placed.description, placed.torque_curve), own)
-        for placed, own in zip(robots, wanted, strict=True)
+        diagnose(MovingRobot(placed.description, placed.torque_curve), motion)
+        for placed, motion in zip(robots, motions, strict=True)
     )
 
 
@@ -45,16 +45,18 @@ def wanted_of(
     rigid: JointPath | None = None,
 ) -> tuple[DesiredMotion, ...]:
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
-    found = []
+    motions = []
     planned = [None] * len(robots) if rigid is None else rigid.robots
     for placed, path, load, joints in zip(
         robots, desired.tools, wrench.tools, planned, strict=True
     ):
-        own = path.transformed(placed.world_from_base.inverse())
+        path_in_base = path.transformed(placed.world_from_base.inverse())
         if joints is None:
-            joints = InverseKinematics(placed.description, placed.home).plan(own)
-        found.append(DesiredMotion(own, joints, load.transformed(placed.world_from_base.inverse())))
-    return tuple(found)
+            joints = InverseKinematics(placed.description, placed.home).plan(path_in_base)
+        motions.append(
+            DesiredMotion(path_in_base, joints, load.transformed(placed.world_from_base.inverse()))
+        )
+    return tuple(motions)
 
 
 def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> WrenchHistory:

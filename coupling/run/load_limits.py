@@ -27,8 +27,10 @@ def load_warnings(
     """
     return tuple(
         warning
-        for placed, load, own in zip(robots, wrench.tools, gears, strict=True)
-        for warning in exceeded(placed.ratings, load, own, placed.name if len(robots) > 1 else "")
+        for placed, load, gear_loads in zip(robots, wrench.tools, gears, strict=True)
+        for warning in exceeded(
+            placed.ratings, load, gear_loads, placed.name if len(robots) > 1 else ""
+        )
     )
 
 

@@ -31,8 +31,8 @@ def logged_folder(
     """
     remove_abandoned()
     with new_run_folder(folder, overwrite or is_to_go_on(folder, kind, case)) as place:
-        kept = None if store is None else str(store.resolve())
-        log = RunLog(place, kind, case, kept)
+        store_path = None if store is None else str(store.resolve())
+        log = RunLog(place, kind, case, store_path)
 
         def watch(event: Event) -> None:
             log.watch(event)

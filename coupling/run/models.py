@@ -56,9 +56,9 @@ class Models:
             BuildError: If it cannot be built.
             SimulationError: If it cannot run here.
         """
-        found = self._loaded.get((robot.to_json(), torque_curve, drive))
-        if found is not None:
-            return found
+        loaded = self._loaded.get((robot.to_json(), torque_curve, drive))
+        if loaded is not None:
+            return loaded
         file = build_fmu(robot, self._file(), BuildOptions(self.kind))
         return self._load(robot, torque_curve, file, drive)
 

@@ -51,12 +51,14 @@ class MotorDemand:
     @property
     def warnings(self) -> tuple[LimitWarning, ...]:
         """Warning of a limit that is passed, or that another friction passes; none where none is."""
-        beyond = {} if self.limit is None else {1.0: "", WARM: "-warm", COLD: "-cold"}
-        for factor, ending in beyond.items():
+        endings = {} if self.limit is None else {1.0: "", WARM: "-warm", COLD: "-cold"}
+        for factor, ending in endings.items():
             if self.limit is not None and self.torque[factor] > self.limit:
                 at = self.time[factor], self.joint
-                own = LimitWarning(f"motor-torque{ending}", self.torque[factor], self.limit, *at)
-                return (own,)
+                warning = LimitWarning(
+                    f"motor-torque{ending}", self.torque[factor], self.limit, *at
+                )
+                return (warning,)
         return ()
 
     @property
@@ -86,17 +88,21 @@ def motor_demands(
         factor: RobotDifference({"friction": (factor,)}).applied(moving.robot, moving.torque_curve)
         for factor in (1.0, WARM, COLD)
     }
-    found = []
+    demands = []
     for gear, joint in enumerate(moving.model.gear_joint.tolist()):
         drives = {factor: robot.joints[joint].drive for factor, robot in robots.items()}
         if drives[1.0] is None:
             continue
-        carried = -loads.carried[:, gear]
+        gear_torque = -loads.carried[:, gear]
         angle, rate, acceleration = motors[:, :, joint]
-        held, felt = float(carried[0]), slope[:, joint]
-        own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
-        needed = {f: np.abs(motor_torque(drive, own)) for f, drive in drives.items() if drive}
-        found.append(
+        first_torque, felt = float(gear_torque[0]), slope[:, joint]
+        motor_motion = MotorMotion(
+            loads.time, angle, rate, acceleration, gear_torque, first_torque, felt
+        )
+        needed = {
+            f: np.abs(motor_torque(drive, motor_motion)) for f, drive in drives.items() if drive
+        }
+        demands.append(
             MotorDemand(
                 joint + 1,
                 drives[1.0].torque_limit,
@@ -104,7 +110,7 @@ def motor_demands(
                 {f: float(loads.time[torque.argmax()]) for f, torque in needed.items()},
             )
         )
-    return tuple(found)
+    return tuple(demands)
 
 
 def require_motors_that_hold(case: Case) -> None:
@@ -117,18 +123,22 @@ def require_motors_that_hold(case: Case) -> None:
         PlanningError: With joint, time, torque and limit.
     """
     none = WrenchHistory.none(case.desired.time, len(case.robots))
-    for placed, wanted in _limited(case, none):
+    for placed, motion in _limited(case, none):
         moving = MovingRobot(placed.description, placed.torque_curve)
-        loads = gear_loads(moving, wanted)
+        loads = gear_loads(moving, motion)
         for gear, joint in enumerate(moving.model.gear_joint.tolist()):
-            drive, held = placed.description.joints[joint].drive, np.abs(loads.static[:, gear])
+            drive, static_torque = (
+                placed.description.joints[joint].drive,
+                np.abs(loads.static[:, gear]),
+            )
             if drive is None or drive.torque_limit is None:
                 continue
-            most, at = float(held.max()), float(loads.time[held.argmax()])
+            most, at = float(static_torque.max()), float(loads.time[static_torque.argmax()])
             if most > drive.torque_limit + drive.friction:
-                own = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1)
+                warning = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1)
                 raise PlanningError(
-                    f"{_named(case, placed, own)}, at rest and without any process: the robot would fall"
+                    f"{_with_robot_name(case, placed, warning)}, at rest and without any process: the"
+                    " robot would fall"
                 )
 
 
@@ -155,34 +165,34 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
             wrench = at_samples(remembered.last.response.wrench, remembered.last.path, case.desired)
             loads.append(("under the process", wrench))
         for what, wrench in loads:
-            for warning in _beyond(case, wrench):
+            for warning in _exceeded_limits(case, wrench):
                 raise PlanningError(
                     f"{warning}, {what}: slow down the path, or expect the robot to fall"
                 ) from error
         raise
 
 
-def _beyond(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
+def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
     """Yield a warning for each motor of servos that has too little torque for the desired path."""
-    for placed, wanted in _limited(case, wrench):
+    for placed, motion in _limited(case, wrench):
         moving = MovingRobot(placed.description, placed.torque_curve)
-        task = moving.task(wanted)
+        task = moving.task(motion)
         links = stiff_links(moving, task)
         for demand in motor_demands(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
-                    yield _named(case, placed, warning)
+                    yield _with_robot_name(case, placed, warning)
 
 
 def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
     """Yield the robots that servos move whose torque has a limit, and what is wanted of each."""
-    wanted = wanted_of(case.robots, case.desired, wrench)
-    for placed, own in zip(case.robots, wanted, strict=True):
+    motions = wanted_of(case.robots, case.desired, wrench)
+    for placed, motion in zip(case.robots, motions, strict=True):
         drives = [joint.drive for joint in placed.description.joints]
         if placed.drive != IDEAL and any(drive and drive.torque_limit for drive in drives):
-            yield placed, own
+            yield placed, motion
 
 
-def _named(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
+def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
     """Return a warning with the name of its robot where there are several."""
     return replace(warning, robot=placed.name if len(case.robots) > 1 else "")

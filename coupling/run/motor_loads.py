@@ -63,9 +63,9 @@ def motor_warnings(
     pairs = zip(robots, motors, strict=True)
     return tuple(
         warning
-        for placed, own in pairs
-        if own is not None
-        for warning in own.exceeded(placed.name if len(robots) > 1 else "")
+        for placed, loads in pairs
+        if loads is not None
+        for warning in loads.exceeded(placed.name if len(robots) > 1 else "")
     )
 
 
@@ -96,10 +96,10 @@ def motor_loads(
     parts = max(1, int(np.ceil(np.diff(instants).max(initial=0.0) / _WATCHED - 1e-9)))
     rows = np.arange(parts * (len(instants) - 1) + 1) / parts
     time = np.interp(rows, np.arange(len(instants)), instants)
-    _, found = model.fmu.with_motors(command, wrench.refined(time), joints, strong)
+    _, motion = model.fmu.with_motors(command, wrench.refined(time), joints, strong)
     drives = {i: drive for i in joints if (drive := robot.joints[i].drive) is not None}
-    loads = {i: motor_load(drives[i], found.of(k)) for k, i in enumerate(joints)}
-    return MotorLoads(found.every(parts), loads)
+    loads = {i: motor_load(drives[i], motion.of(k)) for k, i in enumerate(joints)}
+    return MotorLoads(motion.every(parts), loads)
 
 
 def without_limits(robot: Robot) -> Robot:
@@ -113,7 +113,8 @@ def without_limits(robot: Robot) -> Robot:
     """
     motors = [(i, joint, joint.drive) for i, joint in enumerate(robot.joints) if joint.drive]
     unlimited = {
-        i: replace(own, drive=replace(drive, torque_limit=None)) for i, own, drive in motors
+        i: replace(motor_joint, drive=replace(drive, torque_limit=None))
+        for i, motor_joint, drive in motors
     }
     return with_joints(robot, unlimited)
 

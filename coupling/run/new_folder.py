@@ -37,17 +37,17 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
             written.
     """
     target = folder.resolve()
-    beside = target.with_name(f"{target.name}.unfinished")
-    with exclusively(folder, ResultError, lambda: _who(target, beside)):
+    unfinished = target.with_name(f"{target.name}.unfinished")
+    with exclusively(folder, ResultError, lambda: _who(target, unfinished)):
         with writing(folder, ResultError):
             finish_replacement(target)
-            if is_run(beside) and is_free(target):  # its result has been removed meanwhile
-                replace_folder(beside, target)
+            if is_run(unfinished) and is_free(target):  # its result has been removed meanwhile
+                replace_folder(unfinished, target)
             require_free(folder, overwrite)
-            work = beside if is_finished(target) else target
+            work = unfinished if is_finished(target) else target
             _require_own_files(work)
             clear_for_work(work)
-            if work is beside:
+            if work is unfinished:
                 take_unfinished(target / EVALUATIONS, work / EVALUATIONS)
         try:
             with writing(folder, ResultError):

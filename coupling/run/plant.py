@@ -36,8 +36,8 @@ class ScaledProcess:
     @property
     def identity(self) -> str:
         """That of the other one, with the factor."""
-        own = self.process.identity
-        return own and f"{own} times {self.factor!r}"
+        process_identity = self.process.identity
+        return process_identity and f"{process_identity} times {self.factor!r}"
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to a path, times the factor."""
@@ -85,12 +85,12 @@ def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
     return cell.with_robots(robots)
 
 
-def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> PlantReplay:
+def run_on_plant(case: Case, cell: Cell, correction: Correction, watch: Watch) -> PlantReplay:
     """Run a command as written on moving robots and under a load that differ from the model.
 
     Args:
         cell: Its plant.
-        found: The command, with what it leads to on the model.
+        correction: The command, with what it leads to on the model.
         watch: Function called with the progress of the work.
 
     Raises:
@@ -98,20 +98,20 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
     """
     assert case.plant is not None
     coupling, remark = None, ""
-    loads = found.response.wrench.scaled(case.plant.force)
+    loads = correction.response.wrench.scaled(case.plant.force)
     try:
         if case.plant.couple:
-            force, start = case.plant.force, found.achieved
+            force, start = case.plant.force, correction.achieved
             try:
-                coupling = coupled_on(case, cell, force, found.joints, start, watch)
+                coupling = coupled_on(case, cell, force, correction.joints, start, watch)
                 loads = coupling.response.wrench
             except ProcessError as error:  # what was computed on the model is worth keeping
                 remark = f"the process failed on the plant's path: {error}"
-        path = cell.simulate(found.joints, loads, "dynamic")
+        path = cell.simulate(correction.joints, loads, "dynamic")
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
     said = in_words(case.plant, case.robots)
-    return PlantReplay(said, found.desired, path, loads.on(path), coupling, remark)
+    return PlantReplay(said, correction.desired, path, loads.on(path), coupling, remark)
 
 
 def coupled_on(
@@ -152,14 +152,14 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
         robots: Robots of the case.
     """
     said = []
-    for own, model in zip(plant.robots, robots, strict=True):
-        phrases = list(own.difference.in_words())
-        if own.drive != model.drive:
-            phrases.insert(0, f'drive = "{own.drive}"')
-        if own.torque_curve != model.torque_curve:
-            phrases.insert(0, f'torque_curve = "{own.torque_curve}"')
-        if own.description != model.description:
-            phrases.insert(0, f"the robot {own.description.name}")
+    for difference, model in zip(plant.robots, robots, strict=True):
+        phrases = list(difference.difference.in_words())
+        if difference.drive != model.drive:
+            phrases.insert(0, f'drive = "{difference.drive}"')
+        if difference.torque_curve != model.torque_curve:
+            phrases.insert(0, f'torque_curve = "{difference.torque_curve}"')
+        if difference.description != model.description:
+            phrases.insert(0, f"the robot {difference.description.name}")
         who = f"{model.name}: " if len(robots) > 1 else ""
         said += [f"{who}{phrase}" for phrase in phrases]
     if plant.force != 1.0:

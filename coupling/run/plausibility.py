@@ -69,21 +69,21 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     Args:
         wrench: Response of the process; None where it was not evaluated.
     """
-    found = [text for quantity in _quantities(case, wrench) if (text := quantity.remark)]
+    texts = [text for quantity in _quantities(case, wrench) if (text := quantity.remark)]
     stated = case.resolved["process"].get("stiffness_N_m") == 0.0
     if wrench is not None and wrench.peak_force == 0.0 and not stated:
-        found.append(
+        texts.append(
             "process: expected a force along the path, got 0 N everywhere: check that the path is in"
             " contact with the part, and its frame and units"
         )
     if wrench is not None:
-        found += _of_pulling_forces(case, wrench)
+        texts += _of_pulling_forces(case, wrench)
     for placed in case.robots:
-        found += [f"robot {placed.description.name}: {text}" for text in placed.provenance.remarks]
-        found += unsure_stiffness(placed)
-        found += _upward_gravity(placed.description, placed.world_from_base.rotation)
-        found += _home_beyond_limits(placed)
-    return tuple(dict.fromkeys((*found, *_of_rigid_robots(case), *_of_ideal_drives(case))))
+        texts += [f"robot {placed.description.name}: {text}" for text in placed.provenance.remarks]
+        texts += unsure_stiffness(placed)
+        texts += _upward_gravity(placed.description, placed.world_from_base.rotation)
+        texts += _home_beyond_limits(placed)
+    return tuple(dict.fromkeys((*texts, *_of_rigid_robots(case), *_of_ideal_drives(case))))
 
 
 def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
@@ -96,6 +96,7 @@ def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
         return
     forces = wrench.at(case.desired.time)[..., :3]
     for placed, path, force in zip(case.robots, case.desired.tools, forces, strict=True):
+        force = _without_peaks(force)
         size = float(np.linalg.norm(force, axis=1).mean())
         pull = float(np.sum(force * path.rotations[0].apply(APPROACH), axis=1).mean())
         if size > 0.0 and pull > _PULL * size:
@@ -107,19 +108,29 @@ def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
             )
 
 
+def _without_peaks(force: np.ndarray) -> np.ndarray:
+    """Return forces [N], (n, 3), none longer than twice the median of those that are there.
+
+    A wrong sign lets many an iteration diverge, to a few forces of any direction that outweigh others.
+    """
+    size = np.linalg.norm(force, axis=1, keepdims=True)
+    longest = 2.0 * np.median(size[size > 0.0]) if np.any(size) else 1.0
+    shortened: np.ndarray = force * longest / np.maximum(size, longest)
+    return shortened
+
+
 def _of_rigid_robots(case: Case) -> Iterator[str]:
     """Yield a sentence for each robot that does not give way anywhere."""
-    for own in case.robots:
-        if own.description.is_rigid:
+    for robot in case.robots:
+        if robot.description.is_rigid:
             yield (
-                f"robot {own.description.name}: no joint is elastic, so that its deviation is zero under"
-                " any force: add stiffness and damping under [[joint]] of its file"
+                f"robot {robot.description.name}: no joint is elastic, so that its deviation is zero"
+                " under any force: add stiffness and damping under [[joint]] of its file"
             )
 
 
 def _home_beyond_limits(placed: PlacedRobot) -> Iterator[str]:
     """Yield a sentence for each joint whose angle at home is one that it cannot take."""
-    table = "robot" if placed.name == "forming" else placed.name
     for number, (joint, angle) in enumerate(
         zip(placed.description.joints, np.rad2deg(placed.home).tolist(), strict=True), start=1
     ):
@@ -127,7 +138,8 @@ def _home_beyond_limits(placed: PlacedRobot) -> Iterator[str]:
         if not low <= angle <= high:
             yield (
                 f"robot {placed.description.name}: home_deg of joint {number}: expected {low:.4g} to"
-                f" {high:.4g} deg, its limits, got {angle:.4g}: give [{table}] another home posture"
+                f" {high:.4g} deg, its limits, got {angle:.4g}: give [{placed.table}] another"
+                " home posture"
             )
 
 
@@ -169,13 +181,13 @@ def _upward_gravity(robot: Robot, world_from_base: Rotation) -> list[str]:
 def _of_ideal_drives(case: Case) -> Iterator[str]:
     """Yield a sentence for each robot whose motors move nowhere, neither in the model nor the plant."""
     plant = [None] * len(case.robots) if case.plant is None else case.plant.robots
-    for own, moved in zip(case.robots, plant, strict=True):
-        motors = any(joint.drive for joint in own.description.joints)
-        if motors and own.drive == IDEAL and (moved is None or moved.drive == IDEAL):
-            table = "robot" if own.name == "forming" else own.name
+    for robot, difference in zip(case.robots, plant, strict=True):
+        motors = any(joint.drive for joint in robot.description.joints)
+        if motors and robot.drive == IDEAL and (difference is None or difference.drive == IDEAL):
             yield (
-                f"robot {own.description.name}: its drives are ideal, all figures are without following"
-                f' error and friction: drive = "servo" in [{table}] computes the command of its servos'
+                f"robot {robot.description.name}: its drives are ideal, all figures are without"
+                f' following error and friction: drive = "servo" in [{robot.table}] computes the command'
+                " of its servos"
             )
 
 
@@ -183,7 +195,7 @@ def _quantities(case: Case, wrench: WrenchHistory | None) -> Iterator[Quantity]:
     """Yield all of a case that is looked at."""
     yield from _of_tables(case)
     # A robot that both tools share is looked at once.
-    for placed in {own.description.name: own for own in case.robots}.values():
+    for placed in {robot.description.name: robot for robot in case.robots}.values():
         yield from _of_robot(placed.description)
         yield from _of_file(placed.description.name, placed.provenance.numbers)
     for tool, placed in enumerate(case.robots):
@@ -319,12 +331,12 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
     way = placed.world_from_base.inverse().points(points) - foot
     along = way @ axis
     low, high = sorted((-float(foot @ axis), float(shoulder @ axis)))
-    beside = np.linalg.norm(way - np.outer(along, axis), axis=1)[(low <= along) & (along <= high)]
-    if len(beside):
+    distance = np.linalg.norm(way - np.outer(along, axis), axis=1)[(low <= along) & (along <= high)]
+    if len(distance):
         yield Quantity(
             f"robot {robot.name}: distance of the {placed.name} tool from the column of joint 1",
             "robot.distance_from_column",
-            float(beside.min()) / reach,
+            float(distance.min()) / reach,
         )
 
 

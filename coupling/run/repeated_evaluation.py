@@ -71,16 +71,16 @@ class RememberedProcess(ProcessWrapper):
 
 
 def repeated_evaluation(
-    case: Case, last: ProcessRequest | None, found: Correction, watch: Watch
+    case: Case, last: ProcessRequest | None, correction: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
 
     Args:
         last: Last request to its process.
-        found: Result of the method.
+        correction: Result of the method.
         watch: Function called with what happens.
     """
-    if found.outcome not in _WITHOUT_END or last is None:
+    if correction.outcome not in _WITHOUT_END or last is None:
         return None
     second = _second_response(case, last, _LONGEST, watch)
     return None if second is None else Repeatability.of(last.response, second)
@@ -111,26 +111,29 @@ def smoothed_process(
     return SmoothedProcess(remembered, low_pass, second_answer if asks else None)
 
 
-def explained(found: Correction, kind: str, repeated: Repeatability | None) -> Correction:
+def explained(correction: Correction, kind: str, repeated: Repeatability | None) -> Correction:
     """Return a correction whose reason says that the process answers differently, where it does.
 
     Args:
         kind: "couple" or "compensate".
         repeated: Difference of two responses to its last path; None where it was evaluated once.
     """
-    if repeated is None or found.outcome not in _WITHOUT_END:
-        return found
-    reason = found.reason
+    if repeated is None or correction.outcome not in _WITHOUT_END:
+        return correction
+    reason = correction.reason
     if repeated.disturbs:
-        left, what = (
-            (found.consistency, "the path still changes by up to")
+        remainder, what = (
+            (correction.consistency, "the path still changes by up to")
             if kind == "couple"
-            else (measure(found.achieved, found.desired).maximum, "the deviation is up to")
+            else (
+                measure(correction.achieved, correction.desired).maximum,
+                "the deviation is up to",
+            )
         )
-        reason = f"{repeated.sentence()}; {what} {1e6 * left:.4g} um"
+        reason = f"{repeated.sentence()}; {what} {1e6 * remainder:.4g} um"
     elif not repeated.identical:
         reason = f"{reason}; and {repeated.sentence()}"
-    return replace(found, reason=reason)
+    return replace(correction, reason=reason)
 
 
 def _second_response(

@@ -22,15 +22,15 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
 
     `links_m` is at the middle row of the command, base, centres of the joints and TCP in the world [m].
     """
-    found = []
+    drawn = []
     for placed, joints in zip(case.robots, run.correction.joints.robots, strict=True):
-        table = case.resolved["robot" if placed.name == "forming" else placed.name]
+        table = case.resolved[placed.table]
         numbers: list[Number] = []
         # The run rests on what was read at its start: a file that is gone meanwhile spoils no result.
         with suppress(ElasticRobotError):
             _, numbers = robot_numbers(find_robot(table["description"]))
-        own = link_points(placed.description, joints.q[0][len(joints.time) // 2])
-        found.append(
+        points = link_points(placed.description, joints.q[0][len(joints.time) // 2])
+        drawn.append(
             RobotResult.of(
                 placed,
                 title=placed.description.name,
@@ -39,24 +39,24 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
                 files=dict(placed.provenance.files),
                 stiffness_range_Nm_rad=placed.provenance.stiffness_range,
                 touch_off=touch_off_of(case, placed),
-                links_m=np.round(placed.world_from_base.points(own), 6),
+                links_m=np.round(placed.world_from_base.points(points), 6),
             )
         )
-    return tuple(found)
+    return tuple(drawn)
 
 
 def touch_off_of(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
     """Return where the part really is and how far a robot's own frame of it is off; None without."""
-    own, part = placed.touch_off, case.task.part
-    if own is None:
+    touch_off, part = placed.touch_off, case.task.part
+    if touch_off is None:
         return None
     with warnings.catch_warnings():
         # A part that stands upright has roll and yaw about one axis; any pair of them will do.
         warnings.simplefilter("ignore", UserWarning)
         rpy = part.rotation.as_euler("xyz", degrees=True)
-    shown = own.real_from_shown
+    shown = touch_off.real_from_shown
     return TouchOffResult.of(
-        own,
+        touch_off,
         part_position_m=part.position,
         part_rpy_deg=rpy,
         shift_m=part.position - shown.coordinates(part.position),

@@ -56,13 +56,13 @@ _SEED = 1
 def replayed(
     cell: Cell,
     models: Sequence[SimulatedModel],
-    found: Correction,
+    correction: Correction,
 ) -> tuple[Replay, ...]:
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
     Args:
         models: Simulation of each of them, in their order.
-        found: The command.
+        correction: The command.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
@@ -74,7 +74,7 @@ def replayed(
     if all(model.robot.is_rigid for model in models):
         return ()
     replays = []
-    loaded = found.response.wrench
+    loaded = correction.response.wrench
     for variation in VARIATIONS:
         differing = [model.differing(variation.difference, variation.name) for model in models]
         pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
@@ -84,14 +84,14 @@ def replayed(
         if not (differs or pushes):
             continue
         path = cell.with_robots(differing).simulate(
-            found.joints, loaded.scaled(variation.force), "dynamic"
+            correction.joints, loaded.scaled(variation.force), "dynamic"
         )
-        replays.append(Replay.of(variation.name, path, found.desired))
+        replays.append(Replay.of(variation.name, path, correction.desired))
     return tuple(replays)
 
 
 def noise_replays(
-    cell: Cell, samples: np.ndarray, noise: ForceNoise | None, found: Correction
+    cell: Cell, samples: np.ndarray, noise: ForceNoise | None, correction: Correction
 ) -> tuple[Replay, ...]:
     """Replay a command under its forces with noise as it is left in them.
 
@@ -100,7 +100,7 @@ def noise_replays(
     Args:
         samples: Times at which the process is evaluated [s], (k,).
         noise: Noise of its forces as they come.
-        found: The command, with the forces without what was taken off.
+        correction: The command, with the forces without what was taken off.
 
     Returns:
         The replay, of white noise low-passed at the lowest cutoff of what takes it off the forces; none
@@ -112,12 +112,12 @@ def noise_replays(
     if noise is None or not noise.significant:
         return ()
     draw = np.random.default_rng(_SEED)
-    loads, time = found.response.wrench, found.response.wrench.instants
+    loads, time = correction.response.wrench, correction.response.wrench.instants
     forces = []
     for level in noise.level:
         drawn = level[:3] * draw.standard_normal((len(samples), 3))
         if noise.filter is not None:
             drawn = low_pass(samples, drawn, noise.filter.cutoff)
         forces.append(interpolated(time, samples, drawn))
-    path = cell.simulate(found.joints, loads.plus(np.stack(forces)), "dynamic")
-    return (Replay.of("noise", path, found.desired),)
+    path = cell.simulate(correction.joints, loads.plus(np.stack(forces)), "dynamic")
+    return (Replay.of("noise", path, correction.desired),)

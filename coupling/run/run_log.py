@@ -76,8 +76,8 @@ class RunLog:
                     answer = AnswerResult.of(event, seconds=round(seconds, 3))
                     self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
-                    own = EvaluationResult.of(evaluation)
-                    self._write(evaluations=(*content.evaluations, own))
+                    result = EvaluationResult.of(evaluation)
+                    self._write(evaluations=(*content.evaluations, result))
                 case WaitingForOther(text):
                     self._write(waiting=text)
                 case WarningEvent(text):

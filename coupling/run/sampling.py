@@ -49,7 +49,7 @@ class SamplingCheck:
         return [LimitWarning("sampling", self.error, tolerance, self.time)]
 
 
-def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | None:
+def sampling_of(case: Case, cell: Cell, correction: Correction) -> SamplingCheck | None:
     """Return what the samples of a process cost a command.
 
     None where nothing acts on the tools, where no robot gives way, or the path cannot be simulated.
@@ -60,28 +60,28 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
     process's stiffness, where it is known, as in a coupling.
 
     Args:
-        found: The command, with the process's answer to the path under it.
+        correction: The command, with the process's answer to the path under it.
     """
     rigid = all(placed.description.is_rigid for placed in case.robots)
-    if rigid or not np.any(found.response.wrench.wrench):
+    if rigid or not np.any(correction.response.wrench.wrench):
         return None
     samples = case.motion.samples.time
     try:
-        process, time, factor = _finer(case, found, samples)
-        all_times = np.union1d(found.achieved.time, time)
+        process, time, factor = _finer(case, correction, samples)
+        all_times = np.union1d(correction.achieved.time, time)
         rows = np.searchsorted(all_times, time)
-        knows = found.response.stiffness is not None
+        knows = correction.response.stiffness is not None
         scheme = SCHEMES["robin" if knows else "constant"]()
         loop = Loop(cell, process, case.mode, scheme, max_evaluations=1)
-        start = _between(found.achieved, all_times)
-        moved = couple(loop, found.joints, start, rows).path
+        start = _between(correction.achieved, all_times)
+        coupled_path = couple(loop, correction.joints, start, rows).path
     except (SimulationError, ProcessError, CaseError):  # an estimate that spoils no result
         return None
-    back = moved.at_rows(np.searchsorted(all_times, found.achieved.time))
-    change = factor * back.deviation_from(found.achieved)
-    path = found.achieved.displaced(change)
-    replay = Replay.of("sampling", path, found.desired)
-    off = path.distance_to(found.achieved)
+    back = coupled_path.at_rows(np.searchsorted(all_times, correction.achieved.time))
+    change = factor * back.deviation_from(correction.achieved)
+    path = correction.achieved.displaced(change)
+    replay = Replay.of("sampling", path, correction.desired)
+    off = path.distance_to(correction.achieved)
     return SamplingCheck(float(off.max()), float(path.time[off.argmax()]), replay)
 
 
@@ -127,33 +127,39 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     over = (step[inner] + step[inner + 1])[:, None]
     bend[:, inner + 1] = 2.0 * (slope[:, inner + 1] - slope[:, inner]) / over
     before, behind = bend[:, :-1], bend[:, 1:]
-    own = choice(
+    chosen = choice(
         np.where(np.isnan(before), behind, before), np.where(np.isnan(behind), before, behind)
     )
-    own = np.nan_to_num(own)
+    chosen = np.nan_to_num(chosen)
     parts = np.where(step > 0.0, _PIECES, 1)
     row = np.repeat(np.arange(len(step)), parts)
     within = np.concatenate([np.arange(count) / count for count in parts])
     since = (within * step[row])[:, None]
-    bent = -0.5 * own[:, row] * since * (step[row][:, None] - since)
+    bent = -0.5 * chosen[:, row] * since * (step[row][:, None] - since)
     refined = np.concatenate(
         [values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1
     )
     return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), refined)
 
 
-def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process, np.ndarray, float]:
+def _finer(
+    case: Case, correction: Correction, samples: np.ndarray
+) -> tuple[Process, np.ndarray, float]:
     """Return a process that tells more, when it does, and the error over what that changes."""
     if case.process_table.FORMULA and not isinstance(case.process_table, NoisySchema):
         time = np.sort(np.concatenate([samples, 0.5 * (samples[1:] + samples[:-1])]))
         return case.process_table.process(_task_at(case, time)), time, _OF_HALF
     choice = flatter if len(case.corners) else steeper
-    wrench = parabolic(found.response.wrench.refined(samples), choice)
+    wrench = parabolic(correction.response.wrench.refined(samples), choice)
     time = wrench.instants
-    stiffness = found.response.stiffness
+    stiffness = correction.response.stiffness
     if stiffness is not None:
         stiffness = interpolated(time, samples, stiffness[None], axis=1)[0]
-    return _RecordedProcess(replace(found.response, wrench=wrench, stiffness=stiffness)), time, 1.0
+    return (
+        _RecordedProcess(replace(correction.response, wrench=wrench, stiffness=stiffness)),
+        time,
+        1.0,
+    )
 
 
 @dataclass(frozen=True)
@@ -170,12 +176,14 @@ class _RecordedProcess:
 
 def _task_at(case: Case, time: np.ndarray) -> Task:
     """Return what the tools are to do, at other times."""
-    task, wanted = case.task, _between(case.motion.path, time)
+    task, motion_path = case.task, _between(case.motion.path, time)
     support = task.support
     if support is not None:
-        forming, desired = wanted.tools
+        forming, desired = motion_path.tools
         support = replace(support.at(time), forming=forming, desired=desired)
-    return replace(task, forming=wanted.tools[0], support=support, sample_rows=np.arange(len(time)))
+    return replace(
+        task, forming=motion_path.tools[0], support=support, sample_rows=np.arange(len(time))
+    )
 
 
 def _between(path: ToolPath, time: np.ndarray) -> ToolPath:

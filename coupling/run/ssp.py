@@ -157,10 +157,10 @@ class SspSystem:
             return [
                 "what the step costs is not known: the coupling did not converge (couple says why)"
             ]
-        found = self.errors(coupled, (self.step, self.step / 10.0))
+        errors = self.errors(coupled, (self.step, self.step / 10.0))
         return [
             "distance of the tool from the coupling of `couple`, by communication step: "
-            + "; ".join(map(str, found))
+            + "; ".join(map(str, errors))
         ]
 
     def errors(self, coupled: ToolPath, steps: Sequence[float]) -> list[StepError]:

@@ -97,13 +97,13 @@ def _stepped(
     inputs = (*WRENCH_UNITS, *(SPRING_UNITS if with_spring else ()))
     with SteppedFmu(robot, inputs, tuple(POSE_UNITS), start=start) as fmu:
         position = fmu.read()[:3]
-        given = _answer(law, np.tile(places[0][0], (3, 1)), step, position)
+        first_answer = _answer(law, np.tile(places[0][0], (3, 1)), step, position)
         positions = [position]
         for length, *ahead in zip(lengths.tolist(), *places, strict=True):
             answer = _answer(law, np.array(ahead), length, position)
-            position = fmu.step(given[: len(inputs)], length)[:3]
+            position = fmu.step(first_answer[: len(inputs)], length)[:3]
             positions.append(position)
-            given = answer
+            first_answer = answer
     return instants, np.array(positions)
 
 

@@ -176,24 +176,24 @@ def postures_in_contact(
         return ()
     spread = touching[np.linspace(0, len(touching) - 1, _POSTURES).round().astype(int)]
     model = ElasticRobot(robot, "linear")
-    found = []
+    postures = []
     for k in np.unique([*spread, int(size.argmax())]):
         stiffness = reaction.stiffness[k]
         try:
-            _rest(model, motion.q[0][k], desired[k], reaction.force[k], stiffness)
+            _posture_at_rest(model, motion.q[0][k], desired[k], reaction.force[k], stiffness)
         except ElasticRobotError:
             continue  # without an equilibrium there is nothing to linearise around
         a, b, c, _ = model.linearise().state_space
         if quasistatic:
             a, b, c = np.zeros((0, 0)), np.zeros((0, 6)), np.zeros((3, 0))
         compliance = model.compliance()[:3, :3]
-        found.append(
+        postures.append(
             LinearisedPosture(float(motion.time[k]), a, b[:, :3], c[:3], compliance, stiffness)
         )
-    return tuple(found)
+    return tuple(postures)
 
 
-def _rest(
+def _posture_at_rest(
     model: ElasticRobot,
     drives: np.ndarray,
     desired: np.ndarray,
@@ -201,10 +201,10 @@ def _rest(
     stiffness: np.ndarray,
 ) -> None:
     """Bring a robot to rest under the force with which a process meets it, held."""
-    still = np.zeros_like(drives)
-    command = HeldCommand(0.0, drives, still, still)
-    held = np.concatenate([force, np.zeros(3)])
+    rates = np.zeros_like(drives)
+    command = HeldCommand(0.0, drives, rates, rates)
+    wrench = np.concatenate([force, np.zeros(3)])
     # Where the robot gives way, the process pushes less than at the desired place.
-    model.reset(0.0, command, Load(held, ContactSpring(desired, np.zeros(3), stiffness)))
+    model.reset(0.0, command, Load(wrench, ContactSpring(desired, np.zeros(3), stiffness)))
     met = force + stiffness @ (desired - model.tcp()[:3])
     model.reset(0.0, command, Load(np.concatenate([met, np.zeros(3)])))

@@ -202,9 +202,9 @@ def _read_robot(folder: Path) -> StoredRobot:
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
-    held = (folder / f"{ANCHOR}.csv").exists()
+    has_anchor = (folder / f"{ANCHOR}.csv").exists()
     try:
-        rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if held else None
+        rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if has_anchor else None
         spring = (
             None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
         )

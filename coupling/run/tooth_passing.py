@@ -56,9 +56,9 @@ class DeviationParts:
         """
         half = 0.5 * period
         # A point of constant values far beyond either end stands for all of them.
-        known = np.concatenate([[time[0] - period], time, [time[-1] + period]])
+        instants = np.concatenate([[time[0] - period], time, [time[-1] + period]])
         values = np.concatenate([deviation[:1], deviation, deviation[-1:]])
-        integral = make_interp_spline(known, values, k=1).antiderivative()
+        integral = make_interp_spline(instants, values, k=1).antiderivative()
         slow = (integral(time + half) - integral(time - half)) / period
         within = half * (1.0 + _ROUNDING)
         first = np.searchsorted(time, time - within)
@@ -74,9 +74,9 @@ def tooth_passing_parts(run: Run) -> list[DeviationParts] | None:
 
     Neither are there any where the period is longer than the path.
     """
-    found = run.correction
-    time, period = found.desired.time, found.response.period
+    correction = run.correction
+    time, period = correction.desired.time, correction.response.period
     if period is None or period > time[-1] - time[0]:
         return None
-    deviation = found.achieved.position - found.desired.position
-    return [DeviationParts.of(time, own, period) for own in deviation]
+    deviation = correction.achieved.position - correction.desired.position
+    return [DeviationParts.of(time, tool_deviation, period) for tool_deviation in deviation]

@@ -114,7 +114,7 @@ def left_out(models: Sequence[SimulatedModel]) -> tuple[UsualValue, ...]:
         robots = [value.completed(model) for model in models]
         later = USUAL_VALUES[number + 1 :]
         if robots != list(models) and not any(
-            robots == [own.completed(model) for model in models] for own in later
+            robots == [completion.completed(model) for model in models] for completion in later
         ):
             values.append(value)
     return tuple(values)

@@ -16,7 +16,7 @@ _TOOL = UsualRange(1e-3, 0.1, "m", "tools for incremental forming")
 _CUTTING = "coefficients of cutting: plastics at the lower end, nickel alloys at the upper"
 _EDGE = "coefficients of an edge: sharp in plastics at the lower end, worn in steel at the upper"
 _ACROSS = UsualRange(1e6, 1e10, "Pa", _CUTTING, or_none=True)
-_ALONG_EDGE = UsualRange(1e2, 1e6, "N/m", _EDGE, or_none=True)
+_ALONG_EDGE = UsualRange(1e2, 3e5, "N/m", _EDGE, or_none=True)
 _TURN = UsualRange(0.0, 360.0, "deg", "up to one turn")
 _TILT = UsualRange(0.0, 60.0, "deg", "tilts of a tool that still works with its tip")
 _IN_CELL = UsualRange(0.0, 20.0, "m", "places in a robot's cell")
@@ -155,7 +155,7 @@ EXPECTED = {
     "place.joint_margin_deg": UsualRange(0.5, 45.0, "deg", "distances from a limit", or_none=True),
     "place.least_conditioning": UsualRange(1e-3, 0.5, "", "postures that are not singular"),
     "gravity": UsualRange(9.7, 9.9, "m/s2", "on Earth", or_none=True),
-    "payload_N": UsualRange(1.0, 3e4, "N", "the heaviest robots carry 23 kN"),
+    "payload_N": UsualRange(4.0, 3e4, "N", "the heaviest robots carry 23 kN"),
     "payload.mass": _CARRIED,
     "payload.com": _ON_BODY,
     "payload.inertia": UsualRange(0.0, 2e3, "kg m2", "tools and spindles"),

@@ -8,16 +8,19 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+import elastic_robot
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
 from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, ended_again
 from coupling.study.workers import Workers
+from elastic_robot import fingerprint
 
 try:
     import dask
@@ -30,6 +33,7 @@ try:
         get_worker,
     )
     from distributed.comm import CommClosedError
+    from distributed.utils import silence_logging_cmgr
 except ImportError as cause:
     raise StudyError(
         "a study needs Dask, which is not installed: pip install 'elastic-robot-fmu[study]'"
@@ -40,6 +44,8 @@ except ImportError as cause:
 _NOTHING = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
 _PATIENCE = 10.0
+# This package's name, and in a wheel that of the one it lies in.
+_PACKAGES = {__name__.partition(".")[0], __name__.removesuffix(".study.cluster")}
 # Variable with which Python does not import from the working folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
 
@@ -73,10 +79,42 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
             self._bench = None
 
 
-def _simulated(name: str, number: int, values: Sequence[float]) -> StudySample:
-    """Return a sample; runs in a worker."""
-    keeper: _Keeper = get_worker().plugins[name]
+def _simulated(name: str, version: str, number: int, values: Sequence[float]) -> StudySample:
+    """Return a sample; runs in a worker, which may have come after the others were asked."""
+    worker = get_worker()
+    _require_same(version, {worker.address: _version()})
+    keeper: _Keeper = worker.plugins[name]
     return keeper.bench.sample(number, values)
+
+
+@cache
+def _version() -> str:
+    """Return which version of this package runs here: its number, and a hash of its sources."""
+    folders = Path(elastic_robot.__path__[0]), Path(__file__).parents[1]
+    sources = "-".join(fingerprint.fingerprint(folder)[:8] for folder in folders)
+    return f"{elastic_robot.__version__} with sources {sources}"
+
+
+def _require_same(version: str, of_workers: Mapping[str, str | Exception]) -> None:
+    """Refuse workers of another version than the study's.
+
+    Args:
+        version: The study's version.
+        of_workers: Their versions by address, or why they have none.
+
+    Raises:
+        StudyError: If there is one; it is named.
+        ModuleNotFoundError: If one lacks this package.
+    """
+    for address, other in of_workers.items():
+        if isinstance(other, ModuleNotFoundError) and other.name in _PACKAGES:
+            raise other
+        if other != version:
+            said = f"one that cannot be read ({other!r})" if isinstance(other, Exception) else other
+            raise StudyError(
+                f"worker {address}: expected elastic-robot-fmu {version}, got {said}: install the same"
+                " there, start the worker again, and give the same command"
+            )
 
 
 def simulate(
@@ -92,29 +130,32 @@ def simulate(
         place: The study's folder.
 
     Raises:
-        StudyError: If the cluster cannot be reached, lacks this package, or ends.
+        StudyError: If the cluster cannot be reached, has another version of
+            this package or none, or ends.
     """
     if not points:
         return
     name = f"elastic-robot-{uuid4().hex}"
     with _client(workers, min(workers.count, len(points)), place) as client:
         try:
-            client.register_plugin(_Keeper(name, work), name=name)
-            futures = [
-                client.submit(
-                    _simulated,
-                    name,
-                    number,
-                    list(values),
-                    key=f"{name}-{number}",
-                    retries=RETRIES,
-                    pure=False,
-                )
-                for number, values in points.items()
-            ]
-            for future in as_completed(futures):
-                yield future.result()
-                future.release()
+            _require_same(_version(), client.run(_version, on_error="return"))
+            with _registered(client, _Keeper(name, work), bool(workers.scheduler)):
+                futures = [
+                    client.submit(
+                        _simulated,
+                        name,
+                        _version(),
+                        number,
+                        list(values),
+                        key=f"{name}-{number}",
+                        retries=RETRIES,
+                        pure=False,
+                    )
+                    for number, values in points.items()
+                ]
+                for future in as_completed(futures):
+                    yield future.result()
+                    future.release()
         except KilledWorker as cause:
             raise StudyError(
                 f"workers ended repeatedly on one sample ({cause.task}): check that their memory"
@@ -133,16 +174,26 @@ def simulate(
                 f"{workers.scheduler}: its workers cannot import this package: {cause}: install"
                 " elastic-robot-fmu there"
             ) from cause
-        finally:
-            if workers.scheduler:  # other people's workers go on
-                client.unregister_worker_plugin(name)
+
+
+@contextmanager
+def _registered(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
+    """Have all workers keep a bench, and end it afterwards where the workers themselves go on."""
+    client.register_plugin(keeper, name=keeper.name)
+    try:
+        yield
+    finally:
+        if shared:
+            with suppress(Exception):  # a scheduler that has ended must not hide that it has
+                client.unregister_worker_plugin(keeper.name)
 
 
 @contextmanager
 def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
     """Give a client of the workers, a local cluster's ended afterwards."""
     if workers.scheduler:
-        with _reached(workers.scheduler) as client:
+        # What Dask says of a scheduler that ends is said in a sentence.
+        with silence_logging_cmgr(_NOTHING), _reached(workers.scheduler) as client:
             yield client
         return
     # What a killed study left is found by its name.

@@ -62,26 +62,26 @@ def changed_table(table: StudyTable, **options: int | None) -> StudyTable:
     Raises:
         CaseError: If a value is not possible, or there are too few samples for the band.
     """
-    given = {name: value for name, value in options.items() if value is not None}
-    data = {**table.model_dump(exclude_none=True), **given}
-    found = validate(data, StudyTable, CaseError, "study")
-    least = samples_for(found.coverage)
-    if found.samples < least:
+    stated = {name: value for name, value in options.items() if value is not None}
+    data = {**table.model_dump(exclude_none=True), **stated}
+    study_table = validate(data, StudyTable, CaseError, "study")
+    least = samples_for(study_table.coverage)
+    if study_table.samples < least:
         raise CaseError(
             f"study: samples: expected at least {least} for a band that holds"
-            f" {100 * found.coverage:g} % of further robots, got {found.samples}"
+            f" {100 * study_table.coverage:g} % of further robots, got {study_table.samples}"
         )
-    return found
+    return study_table
 
 
 def require_run_of(case: Case, run: Path) -> None:
     """Raise a StudyError unless a run folder's command is that of a case."""
     whole = load_toml(run / "case.toml", StudyError)
-    wanted = tomllib.loads(tomlkit.dumps(case.resolved))
+    resolved_case = tomllib.loads(tomlkit.dumps(case.resolved))
     for name in ("plant", "study"):
         whole.pop(name, None)
-        wanted.pop(name, None)
-    other = different(whole, wanted)
+        resolved_case.pop(name, None)
+    other = different(whole, resolved_case)
     if other:
         raise StudyError(
             f"{run}: holds the command of another case, which differs in {some(other)}: compute"
@@ -157,8 +157,8 @@ def _fill(
     except KeyboardInterrupt as stop:
         # Of the last one it may be on the disk already and not yet among the rows.
         with SampleTable(study.folder / ROWS) as written:
-            kept = len(written.samples)
-        stop.add_note(f"{kept} of {count} samples are kept: the same command continues")
+            written_count = len(written.samples)
+        stop.add_note(f"{written_count} of {count} samples are kept: the same command continues")
         raise
 
 
@@ -183,15 +183,15 @@ def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:
             file = scratch / f"{robot.name}.fmu"
             build_fmu(robot.description, file, BuildOptions(case.fmu))
             fmus.append(file.read_bytes())
-    wrench = WrenchHistory.of_tools([own.wrench for own in robots])
+    wrench = WrenchHistory.of_tools([loaded_robot.wrench for loaded_robot in robots])
     return StudyJob(
         kind=case.fmu,
         robots=case.robots,
         fmus=tuple(fmus),
         parameters=StudyParameters.of(case, loaded=bool(np.any(wrench.wrench))),
-        desired=ToolPath.of_tools([own.desired for own in robots]),
-        achieved=ToolPath.of_tools([own.achieved for own in robots]),
-        joints=JointPath.of_robots([own.joints for own in robots]),
+        desired=ToolPath.of_tools([loaded_robot.desired for loaded_robot in robots]),
+        achieved=ToolPath.of_tools([loaded_robot.achieved for loaded_robot in robots]),
+        joints=JointPath.of_robots([loaded_robot.joints for loaded_robot in robots]),
         wrench=wrench,
         process=(folder / "case.toml").resolve() if couple else None,
     )

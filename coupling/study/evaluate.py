@@ -66,8 +66,8 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
             BAND_COLUMNS,
             np.column_stack([time[first], band.low, band.median, band.high, band.everywhere]),
         )
-        found = _figures(study, samples, points, figures)
-        AtomicFile(study.folder / FIGURES).write([found.text().encode()])
+        study_figures = _figures(study, samples, points, figures)
+        AtomicFile(study.folder / FIGURES).write([study_figures.text().encode()])
     except OSError as cause:
         raise StudyError(
             f"{study.folder}: cannot be written: {reason_of(cause)}: make room, and the same"
@@ -108,12 +108,15 @@ def _parameters(
     """Return the uncertain parameters and the significance of each."""
     # Ranks are uniform, whatever distribution the values have.
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
-    found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
+    influence_of = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
     return tuple(
         UncertainResult.of(
             entry,
             influence=InfluenceResult.of(
-                **{name: None if own is None else own[k] for name, own in found.items()}
+                **{
+                    name: None if influence is None else influence[k]
+                    for name, influence in influence_of.items()
+                }
             ),
         )
         for k, entry in enumerate(study.parameters.entries)

@@ -61,7 +61,7 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
                 f"{folder}: holds files that are not a study ({min(os.listdir(folder))}): name another"
                 " folder"
             )
-        begin_folder(folder, _KIND, own=_FILES if is_earlier else ())
+        begin_folder(folder, _KIND, known_names=_FILES if is_earlier else ())
         if overwrite:
             remove_written(folder)
             begin_folder(folder, _KIND)
@@ -89,8 +89,8 @@ def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
     file = folder / IDENTITY
     if not file.exists():
         return False
-    begun, wanted = load_toml(file, StudyError), tomllib.loads(tomlkit.dumps(dict(identity)))
-    other = different(begun, wanted)
+    stored, requested = load_toml(file, StudyError), tomllib.loads(tomlkit.dumps(dict(identity)))
+    other = different(stored, requested)
     if other:
         raise StudyError(
             f"{folder}: holds a study that differs in {some(other)}: give the command that began"
@@ -117,14 +117,14 @@ def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -
         >>> different({"a": 1, "b": {"c": 2}}, {"a": 1, "b": {"c": 3}, "d": 4})
         ['b.c', 'd']
     """
-    found = []
+    names = []
     for key in [*one, *(key for key in two if key not in one)]:
         first, second = one.get(key), two.get(key)
         if isinstance(first, Mapping) and isinstance(second, Mapping):
-            found += different(first, second, f"{above}{key}.")
+            names += different(first, second, f"{above}{key}.")
         elif first != second:
-            found.append(f"{above}{key}")
-    return found
+            names.append(f"{above}{key}")
+    return names
 
 
 def begin(

@@ -1,7 +1,7 @@
 """Write the tables of docs/identify.md: make identify.
 
-The FANUC R-2000iC's measurements, 200 repetitions of 30 noisy measurements by MuJoCo, and loading loops;
-with names, only those parts: python docs/scripts/make_identify.py fanuc coverage loops.
+The FANUC R-2000iC's measurements, 200 repetitions of 30 noisy measurements by MuJoCo;
+with names, only those parts: python docs/scripts/make_identify.py coverage.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
 from coupling.identification.static.suspicions import MovedPoint
-from docs.scripts.identify_loops import loops
 from docs.scripts.page import finish, replace_parts, table
 from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
@@ -186,7 +185,7 @@ def _kilo(stiffness: float) -> str:
     return f"{1e-3 * stiffness:.0f}" if np.isfinite(stiffness) else "rigid"
 
 
-PARTS: dict[str, Callable[[], str]] = {"fanuc": fanuc, "coverage": coverage, "loops": loops}
+PARTS: dict[str, Callable[[], str]] = {"fanuc": fanuc, "coverage": coverage}
 
 if __name__ == "__main__":
     sys.exit(finish(lambda: replace_parts("identify", PARTS, sys.argv[1:])))

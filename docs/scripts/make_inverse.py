@@ -17,22 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from scipy.interpolate import CubicSpline
-
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.interpolation import SampledPath
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from docs.scripts import (
-    inverse_backlash,
-    inverse_crossing,
-    inverse_cut,
-    inverse_noise,
-    inverse_sampling,
-    inverse_servos,
-)
+from docs.scripts import inverse_crossing, inverse_servos
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -40,7 +29,6 @@ from docs.scripts.runs import example
 JUDGE = Path(__file__).parents[2] / "tests" / "helpers" / "replay.py"
 ONE_ROUND = {"max_rounds": 1}
 CYCLES = (1, 2, 4, 8, 12, 20)  # [ms]
-SAMPLES = (5, 10, 20)  # [ms]
 
 
 @dataclass(frozen=True)
@@ -194,22 +182,6 @@ def robustness() -> str:
     return table(("robot", *(f"{title}, max [um]" for title in found)), rows)
 
 
-def samples() -> str:
-    """Return how far apart two smooth curves through the same samples are."""
-    rows = []
-    for motion in (SLOW, FAST):
-        cells = [motion.title]
-        for sample in SAMPLES:
-            keys = {**motion.keys, "sample_s": 1e-3 * sample}
-            path = example(motion.example, tool_path=keys).desired
-            ours = SampledPath.of(path).refined(1e-3).path
-            cubic = CubicSpline(path.time, path.position[0], bc_type="clamped")(ours.time)
-            cells.append(_figure(1e6 * np.linalg.norm(ours.position[0] - cubic, axis=1).max()))
-        rows.append(cells)
-    head = ("difference [um], samples every", *(f"{sample} ms" for sample in SAMPLES))
-    return table(head, rows)
-
-
 def crossing() -> str:
     """Draw a backlash reversal, and return its caption."""
     found = inverse_crossing.crossing()
@@ -227,12 +199,6 @@ PARTS: dict[str, Callable[[], str]] = {
     "cycles": cycles,
     "limits": limits,
     "robustness": robustness,
-    "drift": inverse_backlash.drift,
-    "backlash": inverse_backlash.wrong_backlashes,
-    "cut": inverse_cut.sentence,
-    "samples": samples,
-    "sampling": inverse_sampling.costs,
-    "noise": inverse_noise.noises,
     "methods": methods,
 }
 

@@ -12,8 +12,6 @@ from docs.scripts.page import finish, replace_parts
 
 PARTS = {
     "law": measured_sheet_studies.law_table,
-    "fineness": measured_sheet_studies.fineness_table,
-    "yield": measured_sheet_studies.yield_table,
     "force": measured_sheet_studies.force_table,
     "shape": measured_sheet_studies.shape_table,
 }

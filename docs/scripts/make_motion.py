@@ -1,7 +1,7 @@
 """Write the tables and the picture of docs/motion.md: make motion.
 
 The KR 300's recordings, each predicted from the other, and both fitted; with names, only those parts:
-python docs/scripts/make_motion.py left terms.  The coverage takes some minutes.
+python docs/scripts/make_motion.py left picture.  The coverage takes some minutes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import Recording, read_recording
 from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, JOINTS, PLANT, QUIET
-from coupling.results.motion_result import MotionParameterResult, MotionResult
+from coupling.results.motion_result import MotionResult
 from docs.scripts.motion_recovery import every_error
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
@@ -50,7 +50,7 @@ def found(fit: str, predict: str) -> MotionResult:
     """Return what recordings, a letter each, say of the KR 300, and how they predict others."""
     robot = load_robot(find_robot("kuka_kr300"))
     fits, others = ([recording(name) for name in names] for names in (fit, predict))
-    return motion_figures(identify_motion(robot, fits, others, BANDWIDTH, bool(others)))
+    return motion_figures(identify_motion(robot, fits, others, BANDWIDTH, leave_out=False))
 
 
 def left() -> str:
@@ -76,57 +76,15 @@ def left() -> str:
     return table((*head, f"torques below {BANDWIDTH:g} Hz"), rows)
 
 
-def values() -> str:
-    """Return what A, B and both say of each number."""
-    results = [
-        {p.name: p for p in found(*names).parameters}
-        for names in (("A", "B"), ("B", "A"), ("AB", ""))
-    ]
-    rows = []
-    for name, own in results[2].items():
-        each = [one.get(name) for one in results]
-        if any(p is not None and p.identified for p in each):
-            rows.append((f"`{name}`", own.unit, f"{own.start:.4g}", *map(_interval, each)))
-    fits = (found(*names) for names in (("A", "B"), ("B", "A"), ("AB", "")))
-    sizes = zip(*(_row(one.slow_error_rad[:3], _UM) for one in fits), strict=True)
-    rows += [
-        (f"slow error of encoder {i}, likely size", "urad", "", *own)
-        for i, own in enumerate(sizes, start=1)
-    ]
-    return table(("number", "unit", "start", "A", "B", "A and B"), rows)
-
-
-def terms() -> str:
-    """Return what each term is worth, both ways."""
-    there, back = ({t.term: t for t in found(*names).terms} for names in (("A", "B"), ("B", "A")))
-    rows = []
-    for term in dict.fromkeys((*there, *back)):
-        cells = [term]
-        for own in (there.get(term), back.get(term)):
-            if own is None:
-                cells += ["", "", ""]
-                continue
-            cells.append(_pair(own.wind_up_rad, _UM))
-            cells.append(_pair(own.torque_relative, 100.0))
-            cells.append("" if own.likelier is None else f"{own.likelier:.3g}")
-        rows.append(tuple(cells))
-    head = ["without"]
-    for held_out, fit in ("BA", "AB"):
-        head += [f"{held_out}: link [urad]", f"{held_out}: torque [%]", f"{fit} likelier by e^"]
-    return table(tuple(head), rows)
-
-
-def held() -> str:
+def coverage() -> str:
     """Return how often intervals hold what is known."""
-    inside = {name: own < 1.0 for name, own in every_error(REPETITIONS).items()}
+    inside = np.array([error < 1.0 for error in every_error(REPETITIONS).values()])
+    shares = 100.0 * inside.mean(axis=1)
     # Numbers of one recording share its noise: the mean's standard error is that over recordings.
-    inside["mean"] = np.mean(list(inside.values()), axis=0)
-    rows = []
-    for name, own in inside.items():
-        error = np.std(own) / np.sqrt(REPETITIONS)
-        words = name if name == "mean" else f"`{name}`"
-        rows.append((words, f"{100.0 * np.mean(own):.1f} %", f"{100.0 * error:.1f} %"))
-    return table(("number", "inside its interval", "standard error"), rows)
+    error = 100.0 * np.std(inside.mean(axis=0)) / np.sqrt(REPETITIONS)
+    row = (f"{len(inside)}", f"{shares.mean():.1f} % ± {error:.1f} %")
+    head = ("numbers", "inside their interval, mean", "lowest", "highest")
+    return table(head, [(*row, f"{shares.min():.1f} %", f"{shares.max():.1f} %")])
 
 
 def picture() -> str:
@@ -165,28 +123,10 @@ def _row(values_: tuple[float | None, ...], factor: float) -> list[str]:
     return [f"{factor * value:.0f}" if value is not None else "" for value in values_]
 
 
-def _interval(own: MotionParameterResult | None) -> str:
-    if own is None:
-        return "not fitted"
-    if not own.identified or own.value is None:
-        return "not identified"
-    low, high = ("∞" if v is None else f"{v:.3g}" for v in (own.low, own.high))
-    return f"{own.value:.3g} ({low} to {high})"
-
-
-def _pair(pair: tuple[float | None, float | None], factor: float) -> str:
-    first, second = pair
-    return (
-        "" if first is None or second is None else f"{factor * first:.0f} → {factor * second:.0f}"
-    )
-
-
 PARTS: dict[str, Callable[[], str]] = {
     "left": left,
-    "values": values,
-    "terms": terms,
     "picture": picture,
-    "held": held,
+    "coverage": coverage,
 }
 
 

@@ -2,14 +2,13 @@
 
 Cases as they are and where elastic-robot place puts them, their commands replayed through the native FMU
 on robots with another backlash.  With names, only those parts:
-python docs/scripts/make_place.py cases speed.
+python docs/scripts/make_place.py cases maps.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -25,7 +24,6 @@ from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
-from coupling.place.station_choice import selected
 from coupling.report.place_report import changes, in_words, map_figures
 from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
@@ -35,7 +33,6 @@ from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
-from docs.scripts.rotation_study import rotations
 from docs.scripts.runs import example
 
 _UM = 1e6
@@ -43,8 +40,6 @@ _UM = 1e6
 FACTORS = (0.8, 1.2)
 # Half width of the backlash that the FANUC is given, as its file knows none [rad].
 PLAY = 1e-4
-# Settings that the speed is measured with.
-MANY = 100_000
 
 COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
 
@@ -163,27 +158,6 @@ def cases() -> str:
     return f"{table(head, rows)}\n\nPlaces:\n\n" + "\n".join(settings)
 
 
-def gears() -> str:
-    """Return what the gears of the cone go through."""
-    result = figures_of(_placed("cone"))
-    assert result.present is not None
-    rows = [
-        (
-            f"{gear.joint}",
-            *(f"{value:.0f}" for own in (gear, other) for value in (own.margin_Nm, own.swing_Nm)),
-            f"{_UM * gear.backlash_20_percent_m:.0f}",
-            f"{_UM * other.backlash_20_percent_m:.0f}",
-        )
-        for gear, other in zip(result.present.gears, result.best[0].gears, strict=True)
-    ]
-    head = (
-        *("gear of the cone", "margin to reversal, original [N m]", "torque range [N m]"),
-        *("margin to reversal, placed [N m]", "torque range [N m]"),
-        *("backlash 20 % wrong, original [um]", "placed [um]"),
-    )
-    return table(head, rows)
-
-
 def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
     """Return maps as one picture of two columns, with a colour bar for each column."""
     rows = len(figures) // 2
@@ -224,27 +198,6 @@ def maps() -> str:
     )
 
 
-def speed() -> str:
-    """Return the CPU time that settings, and the whole command, take."""
-    free = example("cone_robust").resolved["place"]
-    case = example("cone", place=free | {"settings": MANY})
-    task = placing(case, case.process)
-    every = task.stations.strongest()
-    screen = task.screen(every.chosen(selected(task.screen, every, task.ranges, seed=1)))
-    settings = task.ranges.sampled(MANY, seed=1)
-    start = time.process_time()
-    screen.figures(settings)
-    screened = time.process_time() - start
-    place(task, lambda own: own.process)
-    whole = time.process_time() - start - screened
-    places = screen.stations.count
-    return (
-        f"{MANY} settings of the cone at {places} places of its path take {screened:.0f} s of CPU time,"
-        f" {_UM * screened / MANY / places:.0f} us per posture; a whole command with as many"
-        f" {whole:.0f} s."
-    )
-
-
 def learned() -> str:
     """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
     rows: dict[str, list[tuple[str, ...]]] = {"original": [], "placed": []}
@@ -277,11 +230,8 @@ def learned() -> str:
 
 PARTS: dict[str, Callable[[], str]] = {
     "cases": cases,
-    "gears": gears,
     "maps": maps,
-    "speed": speed,
     "learned": learned,
-    "rotations": rotations,
 }
 
 

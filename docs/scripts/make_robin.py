@@ -1,7 +1,6 @@
 """Write the tables and the picture of docs/robin.md: make robin.
 
-With names, only those parts; `fem`, sheets that are computed, takes ten minutes and is written only
-where it is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
+With names, only those parts: python docs/scripts/make_robin.py predictions.
 """
 
 from __future__ import annotations
@@ -12,11 +11,9 @@ from functools import cache
 
 import plotly.graph_objects as go
 
-from benchmarks import evaluation_methods, evaluations
-from benchmarks.evaluation_tasks import LONG, TASKS
-from benchmarks.evaluations import STATED, WITHHELD, Counted, CouplingRow
-from coupling.run.models import Models
-from coupling.solve.fixed_point import Tolerance
+from benchmarks import evaluations
+from benchmarks.evaluation_tasks import TASKS
+from benchmarks.evaluations import STATED, WITHHELD, CouplingRow
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
 
@@ -85,44 +82,23 @@ def convergence() -> str:
 
 
 def predictions() -> str:
-    """Return the evaluations that every scheme takes."""
-    return evaluations.grid(_rows())
-
-
-def goals() -> str:
-    """Return what that says of the goals: how many are reached, and the others in words."""
-    found = evaluations.goals(_rows())
-    missed = [goal for goal in found if not goal.reached]
-    head = f"{len(found) - len(missed)} of {len(found)} reached."
-    return "\n".join([head, "", *(f"- {goal}" for goal in missed)]) if missed else head
-
-
-def methods() -> str:
-    """Return the evaluations that the methods take."""
-    return evaluation_methods.lines(evaluation_methods.rows(evaluation_methods.cases()))
-
-
-def fem() -> str:
-    """Return the evaluations of the sheets that are computed, by the default scheme."""
-    rows = []
-    with Models("native") as models:
-        for task in (task for tasks in LONG.values() for task in tasks(models)):
-            robot = Counted(task.robot)
-            found = evaluations.coupled(task, STATED, Tolerance(), task.most, robot)
-            changes = ", ".join(f"{1e6 * change:.2g}" for change in found.changes)
-            rows.append((task.name, task.mode, f"{len(found.changes)}", found.outcome, changes))
-            print(*rows[-1], sep="; ", flush=True)
-    return table(("case", "mode", "evaluations", "ended", "changes of the path (um)"), rows)
+    """Return the evaluations that every scheme takes, over all tasks."""
+    by_scheme: dict[str, list[CouplingRow]] = {}
+    for row in _rows():
+        by_scheme.setdefault(row.scheme, []).append(row)
+    lines = []
+    for scheme, rows in by_scheme.items():
+        counts = [row.evaluations for row in rows if row.converged]
+        lines.append((scheme, f"{min(counts)} to {max(counts)}", f"{len(rows) - len(counts)}"))
+    tasks = len(next(iter(by_scheme.values())))
+    return table(("scheme", "evaluations", f"not converged, of {tasks}"), lines)
 
 
 PARTS: dict[str, Callable[[], str]] = {
     "convergence": convergence,
     "predictions": predictions,
-    "goals": goals,
-    "methods": methods,
 }
 
 
 if __name__ == "__main__":
-    wanted = sys.argv[1:] or list(PARTS)
-    sys.exit(finish(lambda: replace_parts("robin", {**PARTS, "fem": fem}, wanted)))
+    sys.exit(finish(lambda: replace_parts("robin", PARTS, sys.argv[1:])))

@@ -90,13 +90,10 @@ def cell() -> str:
 PARTS = {
     "shallow": sheet_studies.shallow_table,
     "thick": sheet_studies.thick_table,
-    "deep": sheet_studies.deep_table,
     "cone": sheet_cone_studies.cone_table,
-    "radial": sheet_cone_studies.radial_table,
     "fineness": sheet_cone_studies.fineness_table,
     "friction": sheet_cone_studies.friction_table,
     "example": cone,
-    "alone": sheet_case_studies.alone_table,
     "cell": cell,
     "gap": sheet_case_studies.gap_table,
 }

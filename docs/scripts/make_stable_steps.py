@@ -1,4 +1,4 @@
-"""Write the tables of docs/ssp.md on safe steps from real runs: make stable-steps."""
+"""Write the table of docs/ssp.md on safe steps from real runs: make stable-steps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from fmpy.fmi2 import FMU2Slave
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
-from coupling.fmu_export.build import build_fmu
 from coupling.run.ssp import SspSystem
 from coupling.run.step_limit import LinearisedPosture
 from docs.scripts.masters import MasterError, run_system
@@ -25,8 +24,6 @@ from docs.scripts.page import finish, replace, table
 ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
 STIFFNESSES = (1e4, 1e5, 1e6)  # [N/m]
 STEPS = (0.001, 0.002, 0.005, 0.01, 0.02)  # [s]
-# Of the table on touch: walls [N/m], and (2 h)^2 K / m.
-WALLS, ENERGIES = (1e5, 1e6, 1e7), (0.25, 1.0, 4.0, 16.0)
 # Of the small master: how far it pushes the tool once, the smaller one for what grows, between which
 # distances a deviation counts [m], and its steps.
 _PUSHES, _NEAR, _FAR, _MOST = (1e-8, 1e-4), 1e-8, 1e-3, 3000
@@ -153,24 +150,6 @@ def _systems(cell: Cell) -> list[tuple[float, SspSystem]]:
     return [(k, SspSystem.of(cell.case(k), "force", step=STEPS[0])) for k in STIFFNESSES]
 
 
-def growth_rows() -> Iterator[list[str]]:
-    """Yield, by robot and stiffness, estimated and observed growth of every step."""
-    for cell in CELLS:
-        with tempfile.TemporaryDirectory() as folder:
-            robot = _systems(cell)[0][1].case.robots[0].description
-            fmu = build_fmu(robot, Path(folder, "Robot.fmu"))
-            for stiffness, system in _systems(cell):
-                posture = system.limit.postures[-1]
-                at = int(np.abs(system.planned.time - posture.time).argmin())
-                drives = system.planned.q[0][at]
-                pairs = [
-                    (posture.growth(h), growth_in_master(fmu, drives, posture, h)) for h in STEPS
-                ]
-                robots_own = f"{posture.stiffnesses[1]:.2g}"
-                cells = [f"{told:.4g}, {seen:.4g}" for told, seen in pairs]
-                yield [cell.name, robots_own, f"{stiffness:.0e}", *cells]
-
-
 def force_rows() -> Iterator[list[str]]:
     """Yield, by robot and stiffness, safe steps and the largest force of every step in libcosim."""
     for cell in CELLS:
@@ -184,25 +163,6 @@ def force_rows() -> Iterator[list[str]]:
                 *(f"{1e3 * step:g}" for step in safe),
                 *(", ".join(pair) for pair in zip(*ends, strict=True)),
             ]
-
-
-def touch_rows() -> Iterator[list[str]]:
-    """Yield, by stiffness, largest force and lift-offs in the last quarter by how late a touch is."""
-    for stiffness in WALLS:
-        system = SspSystem.of(UR10.case(stiffness))
-        cells = []
-        with tempfile.TemporaryDirectory() as folder:
-            system.write(Path(folder, "system.ssp"))
-            for energy in ENERGIES:
-                step = round(system.limit.touch * 2.0 * np.sqrt(energy), 6)
-                rows = pressed(Path(folder), system, step)
-                if rows is None:
-                    cells.append(f"{1e3 * step:g} ms: stops")
-                    continue
-                late = rows[-len(rows) // 4 :, 10] > 0.0
-                lifted = int(np.count_nonzero(np.diff(late.astype(int)) < 0))
-                cells.append(f"{1e3 * step:g} ms: {rows[:, 10].max():.3g}, {lifted}")
-        yield [f"{stiffness:.0e}", *cells]
 
 
 def pressed(folder: Path, system: SspSystem, step: float) -> np.ndarray | None:
@@ -227,14 +187,10 @@ def _largest(system: SspSystem) -> list[str]:
 
 
 def write() -> None:
-    """Write the tables."""
+    """Write the table."""
     steps = [f"{1e3 * step:g} ms" for step in STEPS]
-    head = ("robot", "robot (N/m)", "process (N/m)", *steps)
-    replace("ssp", "growth", table(head, growth_rows()))
     head = ("robot", "process (N/m)", "safe, force (ms)", "safe, spring (ms)", *steps)
     replace("ssp", "forces", table(head, force_rows()))
-    head = ("process (N/m)", *(f"{energy:g}" for energy in ENERGIES))
-    replace("ssp", "touch", table(head, touch_rows()))
 
 
 if __name__ == "__main__":

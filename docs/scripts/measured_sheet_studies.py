@@ -184,39 +184,3 @@ def law_table() -> str:
             ),
         ),
     )
-
-
-def fineness_table() -> str:
-    """Return the mean forces of the second contour, 1 mm deep, over the elements."""
-    lines = []
-    for element in (4.0, 2.5, 1.5):
-        case = example(
-            "bm3",
-            tool_path={"depth_m": 1e-3, "sample_s": SAMPLE},
-            process={"element_m": 1e-3 * element, "window_m": 0.02},
-        )
-        forming = Forming.of(case, case.process.evaluate(case.desired))
-        axial, radial, _ = forming.about(1e-3, 1e-5)
-        lines.append((f"{element:g} mm", f"{axial:.0f}", f"{radial:.0f}"))
-    return table(("elements", "F_z", "F_r"), lines)
-
-
-def yield_table() -> str:
-    """Return mean forces at two depths over the yield criterion, elements of 4 mm."""
-    ones = [1.0] * 6
-    criteria: dict[str, dict[str, object]] = {
-        "von Mises": {"anisotropy": ones, "yield_exponent": 2},
-        "isotropic, exponent 8": {"anisotropy": ones},
-        "Yld91 as given": {},
-    }
-    lines = []
-    for name, keys in criteria.items():
-        case = example(
-            "bm3",
-            tool_path={"depth_m": 4e-3, "sample_s": SAMPLE},
-            process={"element_m": 4e-3, "window_m": 0.02, **keys},
-        )
-        forming = Forming.of(case, case.process.evaluate(case.desired))
-        forces = [forming.about(depth, 1e-5)[:2] for depth in (1e-3, 4e-3)]
-        lines.append((name, *(f"{value:.0f}" for pair in forces for value in pair)))
-    return table(("", "F_z at 1 mm", "F_r", "F_z at 4 mm", "F_r"), lines)

@@ -82,38 +82,6 @@ def friction_table() -> str:
     return table(("mu", "F_z", "F_r", "F_t", "(F_t - F_t without) / F_z"), rows)
 
 
-# Of the study of the radial force: depth of contours to show [mm], all being 1 mm deep.
-STEPS = (1, 2, 3, 5, 7, 9, 11)
-
-
-def radial_table() -> str:
-    """Return axial and radial force over the depth, free sheet and backing plate."""
-    depths = 1e-3 * np.arange(1, STEPS[-1] + 1)
-    rows = []
-    for name, opening, friction in (
-        ("free sheet", None, 0.0),
-        ("plate, hole of 24 mm radius", 0.024, 0.0),
-        ("plate, mu 0.1", 0.024, 0.1),
-    ):
-        settings = SheetSettings(window=WINDOW, opening_radius=opening, friction=friction)
-        press = Press.above(0.08, 32, 0.02, settings)
-        found = []
-        for force in contours(press, 0.02, depths):
-            found.append([force[0], force[1], np.rad2deg(press.steepest())])
-        axial, radial, slope = np.array(found)[np.array(STEPS) - 1].T
-        for title, values in (
-            (f"{name}: F_z", axial),
-            ("F_r", radial),
-            ("atan(F_r/F_z) [deg]", np.rad2deg(np.arctan2(radial, axial))),
-            ("steepest slope of the sheet [deg]", slope),
-        ):
-            rows.append((title, *(f"{value:.0f}" for value in values)))
-    axial, radial = aerens()
-    angle = np.rad2deg(np.arctan2(radial, axial))
-    law = f"Aerens' law: F_z {axial:.0f}, F_r {radial:.0f}, {angle:.0f} deg"
-    return table(("", *(f"{depth} mm" for depth in STEPS)), [*rows, (law, *[""] * len(STEPS))])
-
-
 # Of the study of fineness: thickness [mm], elements along 80 mm, positions and window [mm].
 FINENESS = (
     *((0.5, elements, 2.5, 10.0) for elements in (32, 40, 60)),

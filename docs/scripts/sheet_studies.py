@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -27,7 +26,6 @@ THICKNESS, RADIUS = 1e-3, 5e-3
 WINDOW = 3.0 * RADIUS
 SHALLOW = np.array([0.1, 0.2, 0.5, 1.0])  # [mm]
 THICK = np.array([1.0, 2.0, 3.0, 4.0, 5.0])  # [mm]
-DEEP = np.array([1.0, 2.0, 3.0, 5.0])  # [mm]
 
 
 @dataclass
@@ -73,13 +71,6 @@ class Press:
         self.iterations += found.iterations
         self.solutions += 1
         return found.forces[0]
-
-    def steepest(self) -> float:
-        """Return the steepest slope of the midsurface along the part's x axis [rad]."""
-        points = self.state.points
-        corners = 0.25 * (points[:-1, :-1] + points[1:, :-1] + points[:-1, 1:] + points[1:, 1:])
-        cut = np.diff(corners[:, corners.shape[1] // 2], axis=0)
-        return float(np.max(np.arctan2(cut[:, 2], cut[:, 0])))
 
 
 def plunge_curve(side: float, elements: int, depths: np.ndarray) -> np.ndarray:
@@ -157,15 +148,3 @@ def _thick_forces(disc: Disc, element: float, metal: Material) -> np.ndarray:
         state = found.state
         forces.append(found.forces[0, 2])
     return np.interp(THICK, steps, forces)
-
-
-def deep_table() -> str:
-    """Return forces of a deep plunge over the mesh, and the time."""
-    rows = []
-    for elements in (20, 30, 40):
-        start = time.process_time()
-        forces = plunge_curve(0.1, elements, DEEP)
-        seconds = time.process_time() - start
-        figures = (f"{value:.0f}" for value in (*forces, seconds))
-        rows.append((f"elements of {100.0 / elements:.3g} mm", *figures))
-    return table(("", *(f"{depth:g} mm" for depth in DEEP), "s"), rows)

@@ -173,21 +173,9 @@ class RobotOutputs:
         law, elongation, rate = self._friction()
         return self._of_motors(law.rate(elongation, rate)[self.chain.elements.count :])
 
-    def motor_slip(self) -> np.ndarray:
-        """Return how far their friction is from sticking or slipping instead [rad], (motors,)."""
-        law, elongation, rate = self._friction()
-        return self._of_motors(law.ways(elongation, rate)[self.chain.elements.count :], 1.0)
-
-    def torque_room(self) -> np.ndarray:
-        """Return the ways of their servos to their torque limits [N m], (motors,); 1 without one."""
-        room = self._motors.room(self._instant())
-        limited = np.isfinite(room) & self._motors.servo
-        return self._of_motors(np.where(limited, room, 1.0), 1.0)
-
-    def _of_motors(self, values: np.ndarray, otherwise: float = 0.0) -> np.ndarray:
+    def _of_motors(self, values: np.ndarray) -> np.ndarray:
         """Return values of the motors, where all of them move by themselves or none does."""
-        count = len(self._parameters.friction)
-        return values if self._motors.drives else np.full(count, otherwise)
+        return values if self._motors.drives else np.zeros(len(self._parameters.friction))
 
     def _friction(self) -> tuple[Hysteresis, np.ndarray, np.ndarray]:
         """Return the law of all elements, the motors' behind the gears', elongations and rates."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -12,7 +13,8 @@ from command_line import command
 from places import LINE_CASE
 
 from coupling.cli.console import console
-from coupling.cli.failures import told
+from coupling.cli.failures import describe_failure
+from coupling.cli.streams import LastingStream
 from coupling.errors import CaseError
 
 _PROGRAM = [sys.executable, "-m", "coupling.cli"]
@@ -126,8 +128,8 @@ def test_a_fault_of_the_program_asks_for_a_report_and_debug_shows_where(monkeypa
     ],
 )
 def test_every_kind_of_exception_is_one_sentence(error, words):
-    assert words in told(error)
-    assert "\n" not in told(error)
+    assert words in describe_failure(error)
+    assert "\n" not in describe_failure(error)
 
 
 def test_nothing_that_is_printed_steers_the_terminal():
@@ -142,3 +144,11 @@ def test_an_error_shortens_what_it_quotes_and_keeps_its_remedy():
     assert words.startswith("case.toml: name: expected a word")
     assert words.endswith("': shorten it")
     assert len(str(CaseError("\n".join(["one problem"] * 10**5)))) < 3000
+
+
+def test_a_stream_that_a_plugin_has_closed_loses_what_is_written():
+    closed = io.StringIO()
+    closed.close()
+    stream = LastingStream(closed)
+    assert stream.write("text") == 4
+    assert "closed" in str(stream.failure)

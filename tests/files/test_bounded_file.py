@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import socket
 from pathlib import Path
 
 import pytest
@@ -38,11 +40,36 @@ def test_a_huge_file_is_refused(reader, tmp_path):
         READERS[reader](file)
 
 
-def test_as_much_as_is_allowed_is_read_from_a_pipe():
-    read, write = os.pipe()
-    os.write(write, b"12345")
-    os.close(write)
-    if not Path(f"/dev/fd/{read}").exists():
-        pytest.skip("needs names of open pipes")
-    assert read_bounded(Path(f"/dev/fd/{read}"), 5, CaseError) == b"12345"
-    os.close(read)
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+@pytest.mark.parametrize("reader", READERS)
+def test_a_pipe_that_nobody_writes_to_is_refused_at_once(reader, tmp_path):
+    def interrupt(number: int, frame: object) -> None:
+        raise TimeoutError("the pipe is waited for")
+
+    os.mkfifo(tmp_path / "pipe")
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.alarm(10)
+    try:
+        with pytest.raises(CaseError, match="pipe: expected a file, got a pipe: name a file"):
+            READERS[reader](tmp_path / "pipe")
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_UNIX"), reason="needs sockets with names")
+@pytest.mark.parametrize("reader", READERS)
+def test_a_socket_is_no_file(reader, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # names of sockets are short
+    with socket.socket(socket.AF_UNIX) as bound:
+        bound.bind("socket")
+        with pytest.raises(CaseError, match="socket: expected a file, got a socket: name a file"):
+            READERS[reader](Path("socket"))
+
+
+def test_as_much_as_is_allowed_is_read(tmp_path):
+    file = tmp_path / "file"
+    file.write_bytes(b"12345")
+    assert read_bounded(file, 5, CaseError) == b"12345"
+    with pytest.raises(CaseError, match="got more"):
+        read_bounded(file, 4, CaseError)

@@ -55,7 +55,7 @@ def same_as_pinocchio(file: Path, tip: str = "tool") -> bool:
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     pin.centerOfMass(model, data, pin.neutral(model))
     moved = np.zeros(3)
-    for carried, placement in zip(chain.carried, chain.base_from_joint, strict=True):
+    for carried, placement in zip(chain.inertias, chain.base_from_joint, strict=True):
         moved += carried.mass * (placement.translation + carried.lever)
     theirs = sum((i.mass * data.oMi[k].act(i.lever) for k, i in enumerate(model.inertias) if k), 0)
     placed = data.oMf[model.getFrameId(tip, pin.FrameType.BODY)].isApprox(chain.base_from_tip, 1e-9)
@@ -225,4 +225,4 @@ def test_the_remedy_for_a_joint_that_slides_is_one(tmp_path):
         read_urdf(file, "base", "flange")
     chain = read_urdf(file, "base", "arm")
     assert [own.name for own in chain.joints] == ["j1", "j2"]
-    assert [body.mass for body in chain.carried] == [5.0, 15.0]
+    assert [body.mass for body in chain.inertias] == [5.0, 15.0]

@@ -16,6 +16,7 @@ from places import ROOT
 
 import elastic_robot
 from coupling.check.new_case import STARTS
+from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
 from coupling.fmu_export.core_library import library_name
@@ -117,6 +118,10 @@ def test_what_goes_into_fmus_is_there_once(names):
     assert {name for name in names if name.startswith(SHIPPED)} == {
         SHIPPED + name for name in sources - model
     }
+
+
+def test_every_shipped_robot_is_there(names):
+    assert {f"{DESK}files/robots/{name}.toml" for name in shipped_robots()} <= names
 
 
 def test_a_first_case_can_be_made_from_it(wheel, names, tmp_path):

@@ -25,7 +25,15 @@ PROGRAM = Path(__file__).parent / "logged_program.py"
 OF_THE_RUN = ("run.json", "report.html", "evaluations")
 
 _context = multiprocessing.get_context("forkserver")
-_PRELOADED = "cli", "conduct", "export.exporting", "study.conduct"
+_PRELOADED = (
+    "cli",
+    "conduct",
+    "export.exporting",
+    "study.conduct",
+    "identification.next.command",
+    "place.place",
+    "report.run_report",
+)
 _context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), "distributed"])
 
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import reference
 from native_core import CURVES, LANES, Core, CoreError, library
 from places import REFERENCE
-from random_robots import make_robot
+from random_robots import hardly_loaded, make_robot
 
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
@@ -265,6 +265,18 @@ def test_random_robots_rest_as_in_python(kind):
         np.testing.assert_allclose(out["deviation"], python.deviation(), rtol=0, atol=1e-12)
         upper = python.compliance()[np.triu_indices(3)]
         np.testing.assert_allclose(out["compliance"], upper, rtol=1e-9, atol=1e-18)
+
+
+@pytest.mark.parametrize("kind", CURVES)
+def test_hardly_loaded_gears_rest_as_in_python(example, kind):
+    """A gear rests where its load of some 1e-6 N m vanishes, for gradients down to 1e-3 N m/rad."""
+    rng, core = np.random.default_rng(1), Core(example)
+    python = ElasticRobot(example, kind, quasistatic=True)
+    for _ in range(300):
+        q, wrench = hardly_loaded(rng, 6)
+        python.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load(wrench))
+        core.reset(kind, 0.0, q, wrench, quasistatic=True)
+        np.testing.assert_allclose(core.outputs(11)["x"], python.deflection(), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", CURVES)

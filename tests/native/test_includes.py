@@ -88,3 +88,18 @@ def test_a_file_of_the_core_has_a_header_of_its_name():
         assert file.with_suffix(".h").is_file() or file.stem in {"kernel_plain", "kernel_avx2"}, (
             file
         )
+
+
+def test_names_of_static_functions_are_found_by_grep():
+    """Several words, in one file alone; the kernel is written once for several widths."""
+    files: dict[str, set[str]] = defaultdict(set)
+    static = re.compile(
+        r"^static (?:inline )?(?!const struct)[\w ]*?[\w*]+ \*?(\w+)\(", re.MULTILINE
+    )
+    for file in SOURCES.rglob("*.c"):
+        if not file.stem.startswith("kernel_"):
+            for name in static.findall(file.read_text()):
+                files[name].add(file.name)
+    assert len(files) > 300
+    assert {name for name in files if "_" not in name} == set()
+    assert {name: found for name, found in files.items() if len(found) > 1} == {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,46 @@ def test_what_fails_in_it_is_named_with_its_line():
         CheckedProcess(Own(KeyError("x")), "mine").evaluate(PATH)
     with pytest.raises(CaseError, match="as it is"):
         CheckedProcess(Own(CaseError("as it is")), "mine").evaluate(PATH)
+
+
+def test_what_would_end_the_whole_command_ends_the_process_alone():
+    class Ends:
+        identity = ""
+
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
+            os._exit(0)
+
+    end = os._exit
+    with pytest.raises(ProcessError, match=r"mine failed: SystemExit: 0 \(test_checked.py, line"):
+        CheckedProcess(Ends(), "mine").evaluate(PATH)
+    assert os._exit is end
+
+
+@pytest.mark.parametrize("ends", [SystemExit, GeneratorExit, BaseException])
+def test_what_is_no_ordinary_exception_is_named_as_well(ends):
+    class Ends:
+        identity = ""
+
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
+            raise ends
+
+    with pytest.raises(ProcessError, match=rf"mine failed: {ends.__name__}:? "):
+        CheckedProcess(Ends(), "mine").evaluate(PATH)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that fork")
+def test_what_a_process_has_forked_ends_as_ever():
+    class Forks:
+        identity = ""
+
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
+            child = os.fork()
+            if child == 0:
+                os._exit(7)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+            return answer()
+
+    CheckedProcess(Forks(), "mine").evaluate(PATH)
 
 
 @pytest.mark.parametrize(

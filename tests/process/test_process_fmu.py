@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import zipfile
@@ -198,7 +199,15 @@ def test_an_fmu_that_refuses_a_step_is_an_error_with_its_reason(fmi2):
 
 def test_an_fmu_that_kills_its_host_is_an_error(fmi2):
     parameters = {"stiffness": STIFFNESS, "dies_at": 0.5}
-    with pytest.raises(ProcessError, match="process that runs the FMU has ended"):
+    said = "runs the FMU has ended with exit status 3 .it declares needsExecutionTool: is the tool"
+    with pytest.raises(ProcessError, match=said):
+        process(fmi2, parameters=parameters).evaluate(task().desired)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs signals")
+def test_an_fmu_that_is_killed_is_told_with_the_signal(fmi2):
+    parameters = {"stiffness": STIFFNESS, "killed_at": 0.5}
+    with pytest.raises(ProcessError, match="runs the FMU has ended by SIGKILL"):
         process(fmi2, parameters=parameters).evaluate(task().desired)
 
 
@@ -299,6 +308,11 @@ REFUSED = {
         None,
         {"parameters": {"stiffness": "high"}},
         "parameters: stiffness: expected a number, got 'high'",
+    ),
+    "a parameter beyond its declared limit": (
+        ('name="stiffness"', 'name="stiffness" max="1000"'),
+        {},
+        "parameters: stiffness: expected -inf to 1000, as the FMU declares, got 200000.0",
     ),
     "even steps alone": (
         ('canHandleVariableCommunicationStepSize="true"', ""),

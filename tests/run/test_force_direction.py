@@ -37,6 +37,17 @@ def test_a_force_that_pulls_the_tool_into_the_part_is_remarked(kind):
     assert any("pulls it into the part" in text for text in said) is is_remarked
 
 
+def test_peaks_of_an_iteration_that_diverges_do_not_hide_a_wrong_sign():
+    case = load_case(CASES / "external_template.toml")
+    path = case.desired
+    along = np.full((len(path.time), 1), 300.0)
+    along[::20] = -20.0 * along[::20]
+    force = path.rotations[0].apply(along * APPROACH)
+    assert force.mean(axis=0) @ path.rotations[0][0].apply(APPROACH) < 0.0
+    said = remarks(case, WrenchHistory.of_forces(path.time, [force]))
+    assert any("pulls it into the part" in text for text in said)
+
+
 def test_shipped_processes_push(tmp_path):
     """Their signs are tested against their laws: nothing is said whatever they answer."""
     case = load_case(CASES / "cone.toml")

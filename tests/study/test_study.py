@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 import pytest
 from command_line import command
+from killing import wait_until
 from line_case import moving_line
 from places import LINE_CASE
 from studies import children, rows, started, tables, wait_for_rows
@@ -34,11 +35,12 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
 from coupling.store import Store
-from coupling.study.cluster import _client
+from coupling.study.cluster import _client, _require_same, _version
 from coupling.study.conduct import changed_table, opened
 from coupling.study.folder import locked
 from coupling.study.parameters import StudyParameter, StudyParameters
 from coupling.study.workers import Workers
+from elastic_robot import __version__
 
 pytest.importorskip("distributed")
 
@@ -218,6 +220,81 @@ def test_a_study_grows_on_a_cluster_that_runs_already_to_the_same_bytes(
         assert done.returncode == 0, done.stderr
         assert rows(folder) == samples
     assert tables(folder) == tables(undisturbed)
+
+
+def test_a_worker_of_another_version_is_named_before_it_simulates(
+    case, run, cluster, tmp_path, monkeypatch
+):
+    """With the same number, other sources are another version."""
+    for what, value in (
+        ("__version__", "0.0.1"),
+        ("fingerprint.fingerprint", lambda folder: "f" * 16),
+    ):
+        with monkeypatch.context() as changed:
+            changed.setattr(f"elastic_robot.{what}", value)
+            _version.cache_clear()
+            options = ("-o", tmp_path / what, "--run", run, "--scheduler", cluster)
+            done = command("study", case, *options)
+        _version.cache_clear()
+        assert done.returncode == 2
+        assert "worker tcp://127.0.0.1:" in done.stderr
+        assert (
+            f"expected elastic-robot-fmu {'0.0.1' if what[0] == '_' else __version__}"
+            in done.stderr
+        )
+        assert "Traceback" not in done.stderr
+        assert rows(tmp_path / what) == 0
+
+
+def test_a_study_of_another_version_does_not_go_on(case, run, tmp_path, monkeypatch):
+    loaded = load_case(case)
+    table = changed_table(loaded.study, samples=20)
+    opened(tmp_path, loaded, table, run, couple=False)
+    monkeypatch.setattr("elastic_robot.__version__", "0.0.1")
+    with pytest.raises(StudyError, match="holds a study that differs in version"):
+        opened(tmp_path, loaded, table, run, couple=False)
+
+
+def test_a_scheduler_that_is_killed_is_a_sentence_and_the_same_command_goes_on(
+    case, run, undisturbed, tmp_path
+):
+    folder, file = tmp_path / "study", tmp_path / "scheduler.json"
+    options = (case, "--run", run, "--samples", SAMPLES)
+    dask = [sys.executable, "-m", "distributed.cli.dask_"]
+    ports = ["--port", "0", "--no-dashboard", "--scheduler-file", file]
+    scheduler = subprocess.Popen(
+        [*dask[:2], f"{dask[2]}scheduler", *ports], stderr=subprocess.DEVNULL
+    )
+    wait_until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
+    address = json.loads(file.read_text())["address"]
+    worker = subprocess.Popen(
+        [*dask[:2], f"{dask[2]}worker", address, "--nthreads", "1", "--no-nanny"],
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        running = started(*options, "--scheduler", address, folder=folder)
+        wait_for_rows(running, folder, 3)
+        scheduler.kill()
+        assert running.ends_within(60.0)
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()
+    said = running.output.read_text()
+    assert running.status() == 2, said
+    assert f"the Dask scheduler at {address} has ended" in said
+    assert "Traceback" not in said
+    assert 3 <= rows(folder) < SAMPLES
+    done = command("study", case, "-o", folder, *options[1:], "--workers", 1)
+    assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_worker_that_comes_later_is_asked_by_its_first_sample():
+    with pytest.raises(StudyError, match="worker tcp://a:1: expected elastic-robot-fmu 2, got 1:"):
+        _require_same("2", {"tcp://b:1": "2", "tcp://a:1": "1"})
+    with pytest.raises(StudyError, match="got one that cannot be read"):
+        _require_same("2", {"tcp://a:1": ImportError("fingerprint")})
 
 
 def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkeypatch):
@@ -416,13 +493,13 @@ def test_slip_torques_are_uncertain_where_gears_have_elements(tmp_path):
     assert alike.entries[-1].range == pytest.approx((0.7, 1.3))
     (changed,) = alike.sampled([1.0, 1.0, 1.0, 0.9]).differences
     robot = load_robot(tmp_path / "robot.toml")
-    assert changed.parameters(robot, "backlash") == {
+    assert changed.values(robot, "backlash") == {
         f"joint[{i}].hysteresis": pytest.approx(36.0, rel=1e-15) for i in (1, 2)
     }
     each = parameters("hysteresis_factor = [0.5, 1.5]\njoints = 'each'", slipping)
     assert each.names == ("hysteresis_factor[1]", "hysteresis_factor[2]")
     (changed,) = each.sampled([1.0, 0.5]).differences
-    assert changed.parameters(robot, "linear") == {"joint[2].hysteresis": 20.0}
+    assert changed.values(robot, "linear") == {"joint[2].hysteresis": 20.0}
     assert "hysteresis_factor" not in (*parameters("").names, *parameters("").silent)
     assert parameters("hysteresis_factor = [0.5, 1.5]").silent == ("hysteresis_factor",)
 

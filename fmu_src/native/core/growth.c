@@ -79,7 +79,9 @@ bool er_growth_begin(er_model *model)
 void er_growth_end(er_model *model, double length, long crossings)
 {
     er_growth *growth = &model->growth;
-    growth->recent = growth->recent * exp(-length / MEMORY) + (double)crossings;
+    if (!model->watches_growth)
+        return;
+    growth->recent = growth->recent / (1.0 + length / MEMORY) + (double)crossings;
     if (growth->is_carried) {
         double size = size_of_shift(model);
         if (model->sensitivity.reason != NULL || !(size > 0.0 && size < INFINITY)) {

@@ -102,7 +102,7 @@ static void start_motors(er_model *model, const er_command *command)
         motors->integral[d] = motor->inertia * memory->held.qdd[motor->joint] +
                               er_model_felt_torque(model, motor->coordinate) +
                               er_motor_friction(motor, memory->parameters.friction[d], 0.0, 0.0, rate, &slope) -
-                              motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, rate);
+                              motor->rate_gain * er_servo_rate_error(motor, 0.0, 0.0, rate);
     }
 }
 

@@ -38,7 +38,7 @@
         return true;                                                                                \
     }
 
-/* The same of event indicators: `count` values from place `first` of those that exchange.c finds. */
+/* The same of event indicators: `count` values from place `first` of those that indicators.c finds. */
 #define OF_INDICATORS(name, found, first, count)                                                    \
     static bool find_##name(er_instance *instance, double *values)                                  \
     {                                                                                               \

@@ -111,7 +111,7 @@ void er_indicate_slips_along(const er_instance *instance, const er_change *chang
 static double servo_room(const er_model *model, int d, double *torque)
 {
     const er_motor *motor = &model->robot.motor[d];
-    *torque = motor->rate_gain * er_model_wanted(model, d) + model->memory.state.motors.integral[d];
+    *torque = motor->rate_gain * er_model_rate_error(model, d) + model->memory.state.motors.integral[d];
     return motor->torque_limit - fabs(*torque);
 }
 
@@ -134,7 +134,7 @@ void er_indicate_limits_along(const er_instance *instance, const er_change *chan
         ways[d] = 0.0;
         if (model->memory.options.drive == ER_SERVO && isfinite(servo_room(model, d, &torque)))
             ways[d] = -copysign(1.0, torque) *
-                      (model->robot.motor[d].rate_gain * er_wanted_along(model, change, d) +
+                      (model->robot.motor[d].rate_gain * er_rate_error_along(model, change, d) +
                        change->motors.integral[d]);
     }
 }

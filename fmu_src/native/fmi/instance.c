@@ -242,7 +242,7 @@ static bool require_load(er_instance *instance)
            er_contact_require(&instance->inputs.load.contact, &instance->failure);
 }
 
-static bool advance(er_instance *instance, double end)
+static bool advance_model(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     er_step_start *next = &instance->step_start[1 - instance->latest];
@@ -261,7 +261,7 @@ static bool advance_with_parameters(er_instance *instance, double end)
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
     er_model_take_parameters(model, &instance->inputs.parameters);
-    if (advance(instance, end)) {
+    if (advance_model(instance, end)) {
         instance->progress.parameters_changed = false;
         return true;
     }
@@ -338,7 +338,7 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!er_instance_require_before_stop(instance, start + size))
         return false;
     end = step_end(instance->model, start, size);
-    if (!(progress->parameters_changed ? advance_with_parameters(instance, end) : advance(instance, end)))
+    if (!(progress->parameters_changed ? advance_with_parameters(instance, end) : advance_model(instance, end)))
         return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;

@@ -104,8 +104,8 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
  * indicators. */
 static bool require_once(const er_interface *in, int block, int times, er_lines *lines)
 {
-    bool wanted = in->size[block] > 0 && (er_is_state_block(block) || er_blocks[block].kind == ER_LOCAL);
-    return !wanted || times == 1 ||
+    bool is_required = in->size[block] > 0 && (er_is_state_block(block) || er_blocks[block].kind == ER_LOCAL);
+    return !is_required || times == 1 ||
            er_fail(lines->failure, "the robot's data: expected the block %s once among states, their derivatives and"
                                    " event indicators, got it %d times: build the FMU again",
                    er_blocks[block].name, times);

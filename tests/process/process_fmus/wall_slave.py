@@ -1,6 +1,7 @@
 """An elastic wall as an FMI 2 slave: PythonFMU packs this file."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -12,11 +13,12 @@ class WallSlave(Fmi2Slave):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.stiffness, self.height, self.force, self.dies_at = 0.0, 0.0, 0.0, 1e9
-        self.hangs_at = 1e9
+        self.hangs_at, self.killed_at = 1e9, 1e9
         parameter = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.tunable}
         self.register_variable(Real("stiffness", **parameter))
         self.register_variable(Real("dies_at", **parameter))
         self.register_variable(Real("hangs_at", **parameter))
+        self.register_variable(Real("killed_at", **parameter))
         self.register_variable(Real("height", causality=Fmi2Causality.input))
         self.register_variable(Real("force", causality=Fmi2Causality.output))
 
@@ -26,6 +28,8 @@ class WallSlave(Fmi2Slave):
     def do_step(self, current_time, step_size):
         if current_time > self.dies_at:
             os._exit(3)
+        if current_time > self.killed_at:
+            os.kill(os.getpid(), signal.SIGKILL)
         if current_time > self.hangs_at:
             sleep = [sys.executable, "-S", "-c", "import time; time.sleep(600.0)"]
             child = subprocess.Popen(sleep, start_new_session=True)

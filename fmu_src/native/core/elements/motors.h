@@ -67,7 +67,7 @@ typedef struct {
 
 /* What a servo does at the start, the stages and the end of a step: Kp w + z [N m], w [rad/s], w' [rad/s^2]. */
 typedef struct {
-    double asked[ER_CONTROL], wanted[ER_CONTROL], turning[ER_CONTROL];
+    double demand[ER_CONTROL], rate_error[ER_CONTROL], turning[ER_CONTROL];
 } er_servo_course;
 
 /* A complex number for each pair of stages' eigenvalues. */
@@ -82,7 +82,7 @@ typedef struct er_motor_work {
     double start_integral[ER_MAX_JOINTS];      /* z there [N m] */
     double held[ER_MAX_JOINTS], stuck[ER_MAX_JOINTS]; /* part of friction there, and over the angle [1, 1/rad] */
     ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
-    ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w there [rad/s] */
+    ER_ALIGNED er_lanes rate_error[ER_MAX_JOINTS]; /* w there [rad/s] */
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
     ER_ALIGNED er_lanes wind_up[ER_MAX_ANGLES], wind_up_rate[ER_MAX_ANGLES]; /* of all entries of x there [rad, rad/s] */
     er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
@@ -119,7 +119,7 @@ static inline double er_stribeck_fall(const er_motor *motor, double rate)
 }
 
 /* The part of a motor's friction at rest that is left at a rate [rad/s]. */
-static inline double er_stribeck_left(const er_motor *motor, double rate)
+static inline double er_stribeck_part(const er_motor *motor, double rate)
 {
     return 1.0 - motor->stribeck * (1.0 - er_stribeck_fall(motor, rate));
 }
@@ -136,27 +136,27 @@ static inline double er_motor_friction(const er_motor *motor, double slip_torque
 }
 
 /* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */
-static inline double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate)
+static inline double er_servo_rate_error(const er_motor *motor, double p, double pv, double command_rate)
 {
     return -motor->position_gain * p - pv + (motor->feed_forward - 1.0) * command_rate;
 }
 
 /* Torque that a servo asks for [N m]. */
-static inline double er_servo_asked(const er_motor *motor, double wanted, double integral)
+static inline double er_servo_demand(const er_motor *motor, double rate_error, double integral)
 {
-    return motor->rate_gain * wanted + integral;
+    return motor->rate_gain * rate_error + integral;
 }
 
 /* What its limit leaves of that [N m]. */
-static inline double er_servo_limited(const er_motor *motor, double asked)
+static inline double er_servo_limited(const er_motor *motor, double demand)
 {
-    return fmax(fmin(asked, motor->torque_limit), -motor->torque_limit);
+    return fmax(fmin(demand, motor->torque_limit), -motor->torque_limit);
 }
 
 /* Torque of a motor whose servo asks for this, under the law that it obeys [N m]. */
-static inline double er_servo_torque(const er_motor *motor, er_servo_law law, double asked)
+static inline double er_servo_torque(const er_motor *motor, er_servo_law law, double demand)
 {
-    return law.side == 0 ? asked : law.side * motor->torque_limit;
+    return law.side == 0 ? demand : law.side * motor->torque_limit;
 }
 
 #endif

@@ -12,20 +12,20 @@ static double side_of(double rate)
                                          : 0.0;
 }
 
-double er_model_wanted(const er_model *model, int d)
+double er_model_rate_error(const er_model *model, int d)
 {
     const er_held *held = &model->memory.held;
     const er_motors *motors = &model->memory.state.motors;
     const er_motor *motor = &model->robot.motor[d];
-    return er_servo_wanted(motor, motors->angle[d] - held->q[motor->joint], motors->rate[d] - held->qd[motor->joint],
+    return er_servo_rate_error(motor, motors->angle[d] - held->q[motor->joint], motors->rate[d] - held->qd[motor->joint],
                            held->qd[motor->joint]);
 }
 
-double er_wanted_along(const er_model *model, const er_change *change, int d)
+double er_rate_error_along(const er_model *model, const er_change *change, int d)
 {
     const er_motor *motor = &model->robot.motor[d];
     const er_held *held_change = &change->held;
-    return er_servo_wanted(motor, change->motors.angle[d] - held_change->q[motor->joint],
+    return er_servo_rate_error(motor, change->motors.angle[d] - held_change->q[motor->joint],
                            change->motors.rate[d] - held_change->qd[motor->joint], held_change->qd[motor->joint]);
 }
 
@@ -65,7 +65,7 @@ double er_model_motor_torque(const er_model *model, int k)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
         return er_servo_limited(
-            motor, er_servo_asked(motor, er_model_wanted(model, d), memory->state.motors.integral[d]));
+            motor, er_servo_demand(motor, er_model_rate_error(model, d), memory->state.motors.integral[d]));
     rate = held->qd[motor->joint];
     torque = er_model_gear_torque(model, k);
     return er_model_felt_torque(model, k) +
@@ -87,10 +87,10 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
         return held_change->torque[d];
     joint = motor->joint;
     if (memory->options.drive == ER_SERVO) {
-        double asked = er_servo_asked(motor, er_model_wanted(model, d), motors->integral[d]);
-        if (fabs(asked) > motor->torque_limit)
+        double demand = er_servo_demand(motor, er_model_rate_error(model, d), motors->integral[d]);
+        if (fabs(demand) > motor->torque_limit)
             return 0.0;
-        return er_servo_asked(motor, er_wanted_along(model, change, d), change->motors.integral[d]);
+        return er_servo_demand(motor, er_rate_error_along(model, change, d), change->motors.integral[d]);
     }
     rate = memory->held.qd[joint];
     side = side_of(rate);
@@ -99,7 +99,7 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     return er_felt_torque_along(model, change, k) +
            side * copysign(motor->load_friction, torque) * er_gear_torque_along(model, change, k) +
            motor->inertia * held_change->qdd[joint] + slope * held_change->qd[joint] +
-           side * er_stribeck_left(motor, rate) * change->parameters.friction[d];
+           side * er_stribeck_part(motor, rate) * change->parameters.friction[d];
 }
 
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors)
@@ -117,6 +117,6 @@ void er_start_motors_along(const er_model *model, const er_change *change, er_mo
                               (1.0 + error.slope) * er_gear_torque_along(model, change, motor->coordinate) +
                               error.bend * er_model_gear_torque(model, motor->coordinate) * change->held.q[joint] +
                               slope * change->held.qd[joint] -
-                              motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, change->held.qd[joint]);
+                              motor->rate_gain * er_servo_rate_error(motor, 0.0, 0.0, change->held.qd[joint]);
     }
 }

@@ -11,8 +11,8 @@ double er_model_motor_torque(const er_model *model, int k);
 double er_motor_torque_along(const er_model *model, const er_change *change, int k);
 
 /* What a motor's servo wants beside its rate, w [rad/s]. */
-double er_model_wanted(const er_model *model, int d);
-double er_wanted_along(const er_model *model, const er_change *change, int d);
+double er_model_rate_error(const er_model *model, int d);
+double er_rate_error_along(const er_model *model, const er_change *change, int d);
 /* Change of the motors' initial state. */
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);
 

@@ -38,7 +38,7 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
 {
     const er_motor *motor = &model->robot.motor[d];
     double rate = model->memory.state.motors.rate[d], torque = model->memory.parameters.friction[d];
-    double part = friction_part(model, d), left = er_stribeck_left(motor, rate), by_rate, friction;
+    double part = friction_part(model, d), left = er_stribeck_part(motor, rate), by_rate, friction;
     double gear, by_load = motor->load_friction;
     int j = model->robot.elements + d;
     if (er_model_motors(model) == 0)
@@ -61,11 +61,11 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
 static double integral_part(const er_model *model, int d, double *slope)
 {
     const er_motor *motor = &model->robot.motor[d];
-    double wanted = er_model_wanted(model, d), width = WAITING * motor->torque_limit;
-    double torque = er_servo_asked(motor, wanted, model->memory.state.motors.integral[d]);
+    double rate_error = er_model_rate_error(model, d), width = WAITING * motor->torque_limit;
+    double torque = er_servo_demand(motor, rate_error, model->memory.state.motors.integral[d]);
     double beyond = fabs(torque) - motor->torque_limit, left = 1.0 - beyond / width;
     *slope = 0.0;
-    if (!(beyond > 0.0 && torque * wanted > 0.0))
+    if (!(beyond > 0.0 && torque * rate_error > 0.0))
         return 1.0;
     if (left <= 0.0)
         return 0.0;
@@ -78,20 +78,20 @@ double er_model_integral_growth(const er_model *model, int d)
     double slope;
     if (model->memory.options.drive != ER_SERVO)
         return 0.0;
-    return model->robot.motor[d].integral_gain * er_model_wanted(model, d) * integral_part(model, d, &slope);
+    return model->robot.motor[d].integral_gain * er_model_rate_error(model, d) * integral_part(model, d, &slope);
 }
 
 double er_integral_growth_along(const er_model *model, const er_change *change, int d)
 {
     const er_motor *motor = &model->robot.motor[d];
-    double slope, part, wanted;
+    double slope, part, rate_error;
     if (model->memory.options.drive != ER_SERVO)
         return 0.0;
     part = integral_part(model, d, &slope);
-    wanted = er_wanted_along(model, change, d);
+    rate_error = er_rate_error_along(model, change, d);
     return motor->integral_gain *
-           (part * wanted + er_model_wanted(model, d) * slope *
-                                (motor->rate_gain * wanted + change->motors.integral[d]));
+           (part * rate_error + er_model_rate_error(model, d) * slope *
+                                (motor->rate_gain * rate_error + change->motors.integral[d]));
 }
 
 void er_model_accelerations(const er_model *model, double *drives)

@@ -155,11 +155,11 @@ void er_motor_column_gears(const er_sensitivity *s, const er_run *r, const er_st
 }
 
 /* Growth of z along a column at a stage [N m/s], but where it keeps the torque at its limit, and w [rad/s]. */
-static double find_growth(const er_run *r, int d, int l, const er_motor_column *column_motors, er_drive_change at, double *wanted)
+static double find_growth(const er_run *r, int d, int l, const er_motor_column *column_motors, er_drive_change at, double *rate_error)
 {
     const er_motor *motor = &r->system->robot->motor[d];
-    *wanted = er_servo_wanted(motor, column_motors->stage_p[d][l], column_motors->stage_pv[d][l], at.qd);
-    return r->work->motors.law[d].integral == ER_GROWS ? motor->integral_gain * *wanted : 0.0;
+    *rate_error = er_servo_rate_error(motor, column_motors->stage_p[d][l], column_motors->stage_pv[d][l], at.qd);
+    return r->work->motors.law[d].integral == ER_GROWS ? motor->integral_gain * *rate_error : 0.0;
 }
 
 /* Friction along a column at a stage [N m], under the gear's torque and what the column changes of that. */
@@ -172,7 +172,7 @@ static double friction_along(const er_sensitivity *s, const er_run *r, int d, in
     const er_nodes *nodes = &r->work->stages;
     double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle = work->stuck[d], by_rate, part, changed;
     double angle = nodes->q[motor->joint][l] + work->stage_p[d][l];
-    double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l], by_part = er_stribeck_left(motor, rate);
+    double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l], by_part = er_stribeck_part(motor, rate);
     int entry;
     er_cause cause = er_cause_of(robot, column, &entry);
     part = er_friction_part(work, d, angle);
@@ -195,18 +195,18 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
         const er_motor *motor = &robot->motor[d];
         const bool loaded = er_motor_is_loaded(robot, d);
         const int k = motor->coordinate;
-        double growth[ER_STAGES], wanted[ER_STAGES];
+        double growth[ER_STAGES], rate_error[ER_STAGES];
         er_drive_change at[ER_STAGES];
         for (int l = 0; l < ER_STAGES; l++) {
             at[l] = er_column_command(s, r, d, column, state->time + h * er_gauss_node[l]);
-            growth[l] = find_growth(r, d, l, column_motors, at[l], &wanted[l]);
+            growth[l] = find_growth(r, d, l, column_motors, at[l], &rate_error[l]);
         }
         for (int l = 0; l < ER_STAGES; l++) {
             double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0, held = 0.0, rate;
             double follows = column_motors->gear[d][l] + gear[k][l];
             er_gear_error error = {0.0, 0.0, 0.0, 0.0};
             if (s->drive == ER_SERVO && work->law[d].side == 0) {
-                torque = er_servo_asked(motor, wanted[l], s->motors[column].integral[d]);
+                torque = er_servo_demand(motor, rate_error[l], s->motors[column].integral[d]);
                 for (int j = 0; j < ER_STAGES; j++)
                     torque += h * er_gauss_once[j][l] * growth[j];
             }
@@ -238,13 +238,13 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
         er_drive_change at = er_column_command(s, r, d, column, state->time + h);
         er_gear_error error = er_gear_error_at(robot, robot->motor[d].joint, step->motors.angle[d]);
         for (int l = 0; l < ER_STAGES; l++) {
-            double wanted;
+            double rate_error;
             er_drive_change then = er_column_command(s, r, d, column, state->time + h * er_gauss_node[l]);
-            double growth = find_growth(r, d, l, column_motors, then, &wanted);
+            double growth = find_growth(r, d, l, column_motors, then, &rate_error);
             motors->integral[d] += s->drive == ER_SERVO ? h * er_gauss_end_rate[l] * growth : 0.0;
         }
         if (r->work->motors.law[d].integral == ER_KEEPS)
-            motors->integral[d] = -robot->motor[d].rate_gain * er_servo_wanted(&robot->motor[d], p[d], pv[d], at.qd);
+            motors->integral[d] = -robot->motor[d].rate_gain * er_servo_rate_error(&robot->motor[d], p[d], pv[d], at.qd);
         motors->angle[d] = p[d] + at.q;
         motors->rate[d] = pv[d] + at.qd;
         s->x[column][k] -= p[d] + error.slope * motors->angle[d];

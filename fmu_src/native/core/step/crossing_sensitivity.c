@@ -105,7 +105,7 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
     if (d < 0)
         return sum;
     /* Of a motor's friction as much as Stribeck leaves, and what its gear's torque adds. */
-    return er_stribeck_left(&robot->motor[d], state->motors.rate[d]) * sum +
+    return er_stribeck_part(&robot->motor[d], state->motors.rate[d]) * sum +
            load_friction(r, state, d) / robot->motor[d].slip_angle * elongation[robot->elements + d];
 }
 
@@ -192,10 +192,10 @@ void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *st
     const er_servo_course *course = &r->work->motors.course[d];
     const er_servo_law before = state->motors.law[d], after = er_servo_beyond(r, state, crossing);
     const int side = before.side != 0 ? before.side : after.side;
-    double wanted = course->wanted[ER_DEGREE], turning = course->turning[ER_DEGREE];
-    double growth = er_servo_growth(motor, before, wanted, turning);
-    double rate = motor->rate_gain * turning + growth, lost = growth - er_servo_growth(motor, after, wanted, turning);
-    double late = (course->asked[ER_DEGREE] - side * motor->torque_limit) / rate;
+    double rate_error = course->rate_error[ER_DEGREE], turning = course->turning[ER_DEGREE];
+    double growth = er_servo_growth(motor, before, rate_error, turning);
+    double rate = motor->rate_gain * turning + growth, lost = growth - er_servo_growth(motor, after, rate_error, turning);
+    double late = (course->demand[ER_DEGREE] - side * motor->torque_limit) / rate;
     double follows = (after.side == 0) - (before.side == 0);
     double winds = 1.0 + er_gear_error_at(robot, motor->joint, end->angle[d]).slope;
     if (rate == 0.0)
@@ -204,9 +204,9 @@ void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *st
         er_motor_change *change = &s->motors[column];
         er_drive_change at = er_column_command(s, r, d, column, state->time);
         double p = change->angle[d] - at.q, pv = change->rate[d] - at.qd;
-        double asked = er_servo_asked(motor, er_servo_wanted(motor, p, pv, at.qd), change->integral[d]);
-        double rotor = follows * asked * late / motor->inertia;
-        change->integral[d] -= lost * asked / rate;
+        double demand = er_servo_demand(motor, er_servo_rate_error(motor, p, pv, at.qd), change->integral[d]);
+        double rotor = follows * demand * late / motor->inertia;
+        change->integral[d] -= lost * demand / rate;
         change->rate[d] += rotor;
         s->v[column][motor->coordinate] -= winds * rotor;
     }

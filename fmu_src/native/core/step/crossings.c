@@ -302,7 +302,7 @@ static void find_servo_limits(const er_run *r, const er_state *state, int d, er_
         double waiting[ER_CONTROL], growing[ER_CONTROL];
         for (int c = 0; c < ER_CONTROL; c++) {
             waiting[c] = motor->rate_gain * course->turning[c];
-            growing[c] = waiting[c] + motor->integral_gain * course->wanted[c];
+            growing[c] = waiting[c] + motor->integral_gain * course->rate_error[c];
         }
         crossing.at = ER_AT_RELEASE;
         crossing.outward = side, crossing.law = (er_servo_law){side, ER_WAITS};
@@ -315,7 +315,7 @@ static void find_servo_limits(const er_run *r, const er_state *state, int d, er_
         crossing.outward = outward;
         crossing.boundary = (side == 0 ? outward : side) * motor->torque_limit + outward * slack;
         if (outward != side)
-            take_passage(course->asked, crossing, first, has_first);
+            take_passage(course->demand, crossing, first, has_first);
     }
     if (side == 0)
         return;
@@ -323,7 +323,7 @@ static void find_servo_limits(const er_run *r, const er_state *state, int d, er_
     crossing.outward = law.integral == ER_WAITS ? -side : side;
     crossing.boundary = crossing.outward * rate_slack;
     crossing.law = (er_servo_law){side, law.integral == ER_WAITS ? ER_GROWS : ER_WAITS};
-    take_passage(course->wanted, crossing, first, has_first);
+    take_passage(course->rate_error, crossing, first, has_first);
 }
 
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)

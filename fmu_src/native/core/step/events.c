@@ -31,23 +31,23 @@ static double find_depth(const er_run *r, const er_crossing *crossing, const er_
     return step->depth[ER_DEGREE];
 }
 
-static double find_asked(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
+static double find_demand(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
 {
     const int d = motor_of(r, crossing);
     const er_motor *motor = &r->system->robot->motor[d];
     const er_servo_course *course = &r->work->motors.course[d];
     (void)step;
     *rate = motor->rate_gain * course->turning[ER_DEGREE] +
-            er_servo_growth(motor, r->work->motors.law[d], course->wanted[ER_DEGREE], course->turning[ER_DEGREE]);
-    return course->asked[ER_DEGREE];
+            er_servo_growth(motor, r->work->motors.law[d], course->rate_error[ER_DEGREE], course->turning[ER_DEGREE]);
+    return course->demand[ER_DEGREE];
 }
 
-static double find_wanted(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
+static double find_rate_error(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
 {
     const er_servo_course *course = &r->work->motors.course[motor_of(r, crossing)];
     (void)step;
     *rate = course->turning[ER_DEGREE];
-    return course->wanted[ER_DEGREE];
+    return course->rate_error[ER_DEGREE];
 }
 
 static double gear_slack(const er_robot *robot, const er_gears *gears, double tolerance, int coordinate, int element)
@@ -154,7 +154,7 @@ const er_event er_events[ER_EVENTS] = {
     [ER_AT_SLIP] = {find_position, slip_slack, for_position, slip_elements, er_sensitivity_release},
     [ER_AT_REVERSAL] = {find_rate, reversal_slack, for_rate, stick_elements, NULL},
     [ER_AT_CONTACT] = {find_depth, contact_slack, for_position, touch_or_lift, er_sensitivity_contact},
-    [ER_AT_LIMIT] = {find_asked, limit_slack, for_torque, er_servo_cross, er_sensitivity_limit},
-    [ER_AT_TURN] = {find_wanted, turn_slack, for_rate, er_servo_cross, NULL},
+    [ER_AT_LIMIT] = {find_demand, limit_slack, for_torque, er_servo_cross, er_sensitivity_limit},
+    [ER_AT_TURN] = {find_rate_error, turn_slack, for_rate, er_servo_cross, NULL},
     [ER_AT_RELEASE] = {find_position, release_slack, as_usual, er_servo_cross, NULL},
 };

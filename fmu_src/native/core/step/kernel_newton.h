@@ -176,17 +176,17 @@ static void ER_NAME(motor_stages)(const er_robot *robot, int motors, double h, c
         const er_motor *motor = &robot->motor[d];
         const double *qd = nodes->qd[motor->joint];
         const er_servo_law law = work->law[d];
-        double *wanted = work->wanted[d], *integral = work->integral[d];
+        double *rate_error = work->rate_error[d], *integral = work->integral[d];
         er_lanes growth;
         for (int l = 0; l < ER_LANES; l++) {
-            wanted[l] = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], qd[l]);
-            growth[l] = h * motor->integral_gain * wanted[l];
+            rate_error[l] = er_servo_rate_error(motor, work->stage_p[d][l], work->stage_pv[d][l], qd[l]);
+            growth[l] = h * motor->integral_gain * rate_error[l];
             integral[l] = work->start_integral[d];
         }
         if (law.integral == ER_GROWS)
             add_mixed(er_gauss_once, growth, integral);
         for (int l = 0; law.integral == ER_KEEPS && l < ER_LANES; l++)
-            integral[l] = law.side * motor->torque_limit - motor->rate_gain * wanted[l];
+            integral[l] = law.side * motor->torque_limit - motor->rate_gain * rate_error[l];
     }
 }
 
@@ -227,13 +227,13 @@ static void ER_NAME(motor_residual)(const er_robot *robot, int motors, const dou
         const double *q = nodes->q[motor->joint], *qd = nodes->qd[motor->joint], *qdd = nodes->qdd[motor->joint];
         er_lanes given, friction;
         for (int l = 0; l < ER_LANES; l++) {
-            double asked = er_servo_asked(motor, work->wanted[d][l], work->integral[d][l]);
-            given[l] = torque != NULL ? torque[d] : er_servo_torque(motor, work->law[d], asked);
+            double demand = er_servo_demand(motor, work->rate_error[d][l], work->integral[d][l]);
+            given[l] = torque != NULL ? torque[d] : er_servo_torque(motor, work->law[d], demand);
         }
         for (int l = 0; l < ER_LANES; l++)
             friction[l] = slip_torque[d];
         for (int l = 0; motor->stribeck > 0.0 && l < ER_LANES; l++)
-            friction[l] *= er_stribeck_left(motor, qd[l] + work->stage_pv[d][l]);
+            friction[l] *= er_stribeck_part(motor, qd[l] + work->stage_pv[d][l]);
         for (int l = 0; l < ER_LANES; l++) {
             double gear = residual[motor->coordinate][l] - work->load[d][l], rate = qd[l] + work->stage_pv[d][l];
             double part = er_friction_part(work, d, q[l] + work->stage_p[d][l]);

@@ -149,13 +149,13 @@ double er_motors_defect(const er_run *r, double *defect)
 
 /* What a servo does at a moment: w [rad/s], w' [rad/s^2], Kp w + z [N m]. */
 typedef struct {
-    double wanted, turning, asked;
+    double rate_error, turning, demand;
 } moment;
 
 /* w' of a servo [rad/s^2], from p' and the accelerations of p and of the command. */
 static double find_turning(const er_motor *motor, double pv, double pa, double command_acceleration)
 {
-    return er_servo_wanted(motor, pv, pa, command_acceleration);
+    return er_servo_rate_error(motor, pv, pa, command_acceleration);
 }
 
 /* Acceleration of a motor in a state under a torque [rad/s^2], as its equation has it. */
@@ -179,16 +179,16 @@ static moment find_moment(const er_run *r, const er_state *state, int d)
     const er_motor_work *work = &r->work->motors;
     double command_acceleration = work->command_acceleration[d], acceleration;
     moment now;
-    now.wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
-    now.asked = er_servo_asked(motor, now.wanted, state->motors.integral[d]);
-    acceleration = motor_acceleration_under(r, state, d, er_servo_limited(motor, now.asked));
+    now.rate_error = er_servo_rate_error(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
+    now.demand = er_servo_demand(motor, now.rate_error, state->motors.integral[d]);
+    acceleration = motor_acceleration_under(r, state, d, er_servo_limited(motor, now.demand));
     now.turning = find_turning(motor, work->pv[d], acceleration - command_acceleration, command_acceleration);
     return now;
 }
 
-double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning)
+double er_servo_growth(const er_motor *motor, er_servo_law law, double rate_error, double turning)
 {
-    return law.integral == ER_GROWS   ? motor->integral_gain * wanted
+    return law.integral == ER_GROWS   ? motor->integral_gain * rate_error
            : law.integral == ER_KEEPS ? -motor->rate_gain * turning
                                       : 0.0;
 }
@@ -212,14 +212,14 @@ double er_servo_rate_slack(const er_robot *robot, double tolerance)
 static er_servo_law find_law(const er_run *r, int d, const moment *now)
 {
     const er_motor *motor = &r->system->robot->motor[d];
-    const int side = now->asked < 0.0 ? -1 : 1;
-    const double beyond = fabs(now->asked) - motor->torque_limit, slack = er_servo_slack(r->system->robot, d, r->means->tolerance);
+    const int side = now->demand < 0.0 ? -1 : 1;
+    const double beyond = fabs(now->demand) - motor->torque_limit, slack = er_servo_slack(r->system->robot, d, r->means->tolerance);
     const double waiting = side * motor->rate_gain * now->turning;
-    const double growing = waiting + side * motor->integral_gain * now->wanted;
-    if (side * now->wanted > 0.0 && fabs(beyond) <= 2.0 * slack && waiting < 0.0 && growing > 0.0)
+    const double growing = waiting + side * motor->integral_gain * now->rate_error;
+    if (side * now->rate_error > 0.0 && fabs(beyond) <= 2.0 * slack && waiting < 0.0 && growing > 0.0)
         return (er_servo_law){side, ER_KEEPS};
     if (beyond > 0.5 * slack)
-        return (er_servo_law){side, side * now->wanted > 0.0 ? ER_WAITS : ER_GROWS};
+        return (er_servo_law){side, side * now->rate_error > 0.0 ? ER_WAITS : ER_GROWS};
     return (er_servo_law){0, ER_GROWS};
 }
 
@@ -228,9 +228,9 @@ static bool law_holds(const er_run *r, int d, er_servo_law law, const moment *no
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const double slack = er_servo_slack(r->system->robot, d, r->means->tolerance), rate_slack = er_servo_rate_slack(r->system->robot, r->means->tolerance);
-    const double onwards = law.side * now->wanted, beyond = law.side * now->asked - motor->torque_limit;
+    const double onwards = law.side * now->rate_error, beyond = law.side * now->demand - motor->torque_limit;
     if (law.side == 0)
-        return fabs(now->asked) <= motor->torque_limit + slack;
+        return fabs(now->demand) <= motor->torque_limit + slack;
     if (law.integral == ER_KEEPS)
         return false; /* found again from where it stands */
     return beyond >= -slack && (law.integral == ER_WAITS ? onwards >= -rate_slack : onwards <= rate_slack);
@@ -242,7 +242,7 @@ static void obey_law(const er_run *r, er_state *state, int d, er_servo_law law, 
     const er_motor *motor = &r->system->robot->motor[d];
     state->motors.law[d] = law;
     if (law.integral == ER_KEEPS)
-        state->motors.integral[d] = law.side * motor->torque_limit - motor->rate_gain * now->wanted;
+        state->motors.integral[d] = law.side * motor->torque_limit - motor->rate_gain * now->rate_error;
 }
 
 static bool is_limited(const er_run *r, int d)
@@ -252,16 +252,16 @@ static bool is_limited(const er_run *r, int d)
 
 bool er_servos_settle(const er_run *r, er_state *state)
 {
-    bool begun = false, changed = false;
+    bool has_begun = false, changed = false;
     for (int d = 0; d < r->motors; d++) {
         const er_servo_law before = state->motors.law[d];
         er_servo_law law = before;
         moment now;
         if (!is_limited(r, d))
             continue;
-        if (!begun)
+        if (!has_begun)
             begin_motors(r, state);
-        begun = true;
+        has_begun = true;
         now = find_moment(r, state, d);
         if (!law_holds(r, d, law, &now))
             law = find_law(r, d, &now);
@@ -295,7 +295,7 @@ void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossin
 }
 
 /* z at the end of a step, where w is known, and the course of a servo that has a torque limit. */
-static void end_servo(const er_run *r, const er_state *state, er_step *step, int d, double wanted)
+static void end_servo(const er_run *r, const er_state *state, er_step *step, int d, double rate_error)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_nodes *nodes = &r->work->stages;
@@ -306,23 +306,23 @@ static void end_servo(const er_run *r, const er_state *state, er_step *step, int
     er_servo_course *course = &work->course[d];
     moment start;
     for (int l = 0; law.integral == ER_GROWS && l < ER_STAGES; l++)
-        end->integral[d] += step->length * er_gauss_end_rate[l] * motor->integral_gain * work->wanted[d][l];
+        end->integral[d] += step->length * er_gauss_end_rate[l] * motor->integral_gain * work->rate_error[d][l];
     if (law.integral == ER_KEEPS)
-        end->integral[d] = law.side * motor->torque_limit - motor->rate_gain * wanted;
+        end->integral[d] = law.side * motor->torque_limit - motor->rate_gain * rate_error;
     if (!is_limited(r, d))
         return;
     start = find_moment(r, state, d);
-    course->wanted[0] = start.wanted;
+    course->rate_error[0] = start.rate_error;
     course->turning[0] = start.turning;
-    course->asked[0] = start.asked;
+    course->demand[0] = start.demand;
     for (int l = 0; l < ER_STAGES; l++) {
-        course->wanted[1 + l] = work->wanted[d][l];
+        course->rate_error[1 + l] = work->rate_error[d][l];
         course->turning[1 + l] = find_turning(motor, work->stage_pv[d][l], step->motor_acceleration[d][l], qdd[l]);
-        course->asked[1 + l] = er_servo_asked(motor, work->wanted[d][l], work->integral[d][l]);
+        course->demand[1 + l] = er_servo_demand(motor, work->rate_error[d][l], work->integral[d][l]);
     }
-    course->wanted[ER_DEGREE] = wanted;
+    course->rate_error[ER_DEGREE] = rate_error;
     course->turning[ER_DEGREE] = find_turning(motor, end->pv[d], end->pa[d], end->acceleration[d] - end->pa[d]);
-    course->asked[ER_DEGREE] = er_servo_asked(motor, wanted, end->integral[d]);
+    course->demand[ER_DEGREE] = er_servo_demand(motor, rate_error, end->integral[d]);
 }
 
 void er_motors_end(const er_run *r, const er_state *state, er_step *step)
@@ -339,7 +339,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &r->system->robot->motor[d];
-        double wanted;
+        double rate_error;
         step->motors.pa[d] = 0.0;
         for (int j = 0; j < ER_STAGES; j++)
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
@@ -349,13 +349,13 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
         step->motors.integral[d] = work->start_integral[d];
-        wanted = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
+        rate_error = er_servo_rate_error(motor, step->motors.p[d], step->motors.pv[d],
                                  step->motors.rate[d] - step->motors.pv[d]);
         if (r->system->drive == ER_SERVO)
-            end_servo(r, state, step, d, wanted);
+            end_servo(r, state, step, d, rate_error);
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
-        work->wanted[d][0] = wanted;
+        work->rate_error[d][0] = rate_error;
         work->integral[d][0] = step->motors.integral[d];
     }
 }

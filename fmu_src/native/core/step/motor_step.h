@@ -22,7 +22,7 @@ er_servo_law er_servo_beyond(const er_run *r, const er_state *state, const er_cr
 void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
 
 /* z' under a law [N m/s]. */
-double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning);
+double er_servo_growth(const er_motor *motor, er_servo_law law, double rate_error, double turning);
 
 /* How far beyond its torque limit a servo obeys another law [N m], and by what w it turns [rad/s]: the motor goes as
  * far by it within a longest step, or a first one, as a coordinate may beyond its boundary. */

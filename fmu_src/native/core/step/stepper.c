@@ -66,13 +66,13 @@ static bool take_step(const er_run *r, er_state *state, double end)
     const er_means *means = r->means;
     er_step *step = &r->work->solved;
     double tolerance = means->tolerance, factor, proposal;
-    double wanted = fmin(state->step, settings->longest_step);
+    double proposed = fmin(state->step, settings->longest_step);
     /* What lies beyond three steps does not change this one. */
     double target = er_drives_next_kink(r->system->drives, state->time,
-                                        fmin(end, state->time + 3.0 * wanted), means->jump);
+                                        fmin(end, state->time + 3.0 * proposed), means->jump);
     double left = target - state->time;
     /* One step a little longer, or two equal ones, rather than one full and a sliver. */
-    double h = left <= settings->stretch * wanted ? left : fmin(wanted, 0.5 * left);
+    double h = left <= settings->stretch * proposed ? left : fmin(proposed, 0.5 * left);
     bool reaches_target = h == left;
     er_crossing crossing;
 
@@ -105,13 +105,13 @@ static bool take_step(const er_run *r, er_state *state, double end)
             er_guess_part(r, shorter / h, step, step);
             h = shorter;
         }
-        wanted = h;
+        proposed = h;
         reaches_target = false;
     }
     /* A step cut short by the target says little about the step that the error would allow. */
     proposal = h * fmin(settings->fastest_growth, factor);
-    if (h < wanted)
-        proposal = fmax(proposal, wanted);
+    if (h < proposed)
+        proposal = fmax(proposal, proposed);
     else if (factor < settings->smallest_growth)
         proposal = h * fmin(1.0, factor);
     take_end(r, state, step);
