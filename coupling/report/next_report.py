@@ -36,7 +36,7 @@ def next_summary(result: NextResult) -> list[Section]:
     first, *further_sentences = result.sentences
     forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
     return [
-        Section("", [*forecast, first], good=not result.judgement.worse),
+        Section("", [*forecast, first], good=not result.step.worse),
         Section("", further_sentences),
         Section("Measured runs", _runs(result)),
     ]

@@ -17,9 +17,7 @@ class RunForecast(ResultPart):
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
         before: Rms that was measured under the last command.
-        robots: Factors of the robot file's parameters by name, of robots that are possible.
-        left_over: Variance of what was left by the fit of the robot's parameters, by that of noise; 1 of
-            parameters that were not fitted.
+        robots: Factors of the robot file's parameters by name, of robots within its model's uncertainty.
 
     Example:
         >>> forecast = RunForecast(
@@ -36,7 +34,6 @@ class RunForecast(ResultPart):
     absolute: bool
     before: float
     robots: tuple[dict[str, float], ...] = ()
-    left_over: float = 1.0
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -13,7 +13,7 @@ from coupling.results.run_result import Three
 
 @dataclass(frozen=True)
 class DeviationSize:
-    """Size of a deviation [m], without noise, of which is all faster than 15 Hz that could be noise.
+    """Size of a deviation [m] without noise; what is faster than 15 Hz counts where it exceeds noise.
 
     Attributes:
         maximum, rms: Largest and rms distance.
@@ -31,20 +31,22 @@ class DeviationSize:
 
 
 @dataclass(frozen=True)
-class RunComparison:
-    """The last run beside the best one.
+class LearningStep:
+    """From which run the next command goes on, and how far.
 
     Attributes:
-        best: Number of the run that left least, from 0.
-        last: Number of the last one.
-        worse: Whether the last one left more than the best one, beyond what is chance.
-        again: Whether the best one's command is given again, as a correction would gain little.
+        base: Number of the run that it goes on from, from 0.
+        best: Number of the run that left least.
+        worse: Whether the last run left more than the best one, beyond chance.
+        gain: Part of the deviation that is corrected.
+        cutoff: Cutoff, at most that which contracts [Hz].
     """
 
+    base: int
     best: int
-    last: int
     worse: bool
-    again: bool = False
+    gain: float
+    cutoff: float
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,7 @@ class PathCorrectionResult(ResultPart):
     """Correction along the path."""
 
     cutoff_Hz: float
-    weights: tuple[float, ...]
-    left_m: float
+    gain: float
     time: list[float]
     deviation_m: list[list[float]]
 
@@ -112,7 +113,7 @@ class NextResult(ResultFile):
     absolute: bool
     sentences: tuple[str, ...]
     runs: tuple[NextRunResult, ...]
-    judgement: Annotated[RunComparison, From("comparison")]
+    step: LearningStep
     move: str
     robot: Annotated[str, From("model.name")]
     repeated: bool

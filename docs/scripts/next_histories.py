@@ -245,7 +245,7 @@ def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | Non
         done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)
-    return done.forecast, "back" if found.comparison.worse else found.move
+    return done.forecast, "back" if found.step.worse else found.move
 
 
 def trial_results(trials: list[Trial]) -> list[TrialResult]:

@@ -9,34 +9,27 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
+from coupling.identification.next.command_model import (
+    CommandModel,
+    file_model,
+    learned_model,
+    model_of_run,
+)
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     PathCorrection,
-    compare_runs,
-    correction_of,
     is_repeated,
     learn_path,
-    weigh_runs,
-)
-from coupling.identification.next.possible_robot import (
-    PossibleRobot,
-    commanded_model,
-    file_model,
-    learned_model,
+    learning_step,
 )
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
-from coupling.results.next_result import Contraction, RunComparison
+from coupling.results.next_result import Contraction, LearningStep
 from coupling.run.models import Models
 
-# Parameters are learned from the first run, and anew from the first runs up to this number where the fit
-# left so much more than the variance of noise: a gear may cross its backlash at another time.
-_LEARNED_FROM, _UNEXPLAINED = 3, 3.0
-# A correction that is expected to leave more than this part of the best run is not worth the risk.
-_WORTH = 0.85
-# What parameters are learned with where the frame is not known better.
+# Prior of the measuring frame where it is not known better.
 _FRAME = FramePrior()
 
 
@@ -47,16 +40,16 @@ class CommandPlan:
     Attributes:
         history: The runs.
         model: The robot that the command is computed for.
-        comparison: The last run beside the best one.
+        step: Run from which the command goes on, and how far.
         correction: Part that is corrected along the path; None: nothing.
         learned: Result of learning parameters from these runs; None where that was not done.
-        options: Options that it was found with.
-        repeated: Whether what is left of the last run is more than by what the last two runs differ.
+        options: Options of the search.
+        repeated: Whether the last run left more than by what it differs from the one before.
     """
 
     history: History
-    model: PossibleRobot
-    comparison: RunComparison
+    model: CommandModel
+    step: LearningStep
     correction: PathCorrection | None
     learned: Learned | None
     options: NextOptions
@@ -72,13 +65,7 @@ class CommandPlan:
         """What is learned: "path", "parameters" or "both"."""
         if self.correction is None:
             return "parameters"
-        return "both" if np.any(self.model.x) else "path"
-
-    @property
-    def reference(self) -> int:
-        """Number of the run from which the next one is predicted."""
-        back = self.comparison.worse or self.comparison.again
-        return self.comparison.best if back else self.comparison.last
+        return "both" if self.model.has_parameters else "path"
 
 
 def plan(
@@ -99,37 +86,20 @@ def plan(
     watch(Progress("comparing what was measured", 0, 1))
     history = History.of(sources, options.known, models)
     model, learned = _robot(history, options, models, watch)
-    history = history.beside(model.x)
+    history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
-    comparisons = [compare_runs(sizes[:count], options) for count in range(1, len(sizes) + 1)]
-    comparison = comparisons[-1]
-    if comparison.worse:
-        # Back to the best command: its own robot, and what was learned along the path with that.
-        model = commanded_model(history, comparison.best, options)
-        history = history.beside(model.x)
-    correction = None
-    if options.move != "parameters":
-        rms = [options.rms_of(size) for size in sizes]
-        weights = weigh_runs(comparisons, rms, model.contraction.gain)
-        correction = learn_path(history, model, weights)
-        best = comparison.best
-        if (
-            best > 0
-            and not learned
-            and not comparison.worse
-            and correction.left > _WORTH * rms[best]
-        ):
-            # Gears may cross their backlash elsewhere: not for so small a gain.
-            comparison = replace(comparison, again=True)
-            model = commanded_model(history, best, options)
-            correction = correction_of(history.runs[best])
-    repeated = is_repeated(history, model)
-    return CommandPlan(history, model, comparison, correction, learned, options, repeated)
+    repeats = [is_repeated(history, number, model.x) for number in range(len(sizes))]
+    step = learning_step(sizes, repeats, model.has_parameters, options)
+    if step.worse and learned is None:
+        model = model_of_run(history, step.base, options)
+        history = history.aligned_with(model.x)
+    correction = None if options.move == "parameters" else learn_path(history, model, step)
+    return CommandPlan(history, model, step, correction, learned, options, repeats[-1])
 
 
 def _robot(
     history: History, options: NextOptions, models: Models, watch: Watch
-) -> tuple[PossibleRobot, Learned | None]:
+) -> tuple[CommandModel, Learned | None]:
     """Return the robot that the next command is computed for, and what was learned of it now.
 
     Raises:
@@ -137,15 +107,14 @@ def _robot(
     """
     if options.move == "path":
         return file_model(history, options), None
-    before = commanded_model(history, len(history.runs) - 1, options)
-    asked_for = options.move in ("parameters", "both")
-    unexplained = before.since == 0 or before.left_over > _UNEXPLAINED
-    if not (asked_for or (len(history.runs) <= _LEARNED_FROM and unexplained)):
+    before = model_of_run(history, len(history.runs) - 1, options)
+    is_asked = options.move in ("parameters", "both")
+    if before.has_parameters and not is_asked:
         return before, None
     learned = _learn(history, options, models, watch)
     if not learned.refusal:
         return learned_model(history, learned, options), learned
-    if asked_for and before.since == 0:
+    if is_asked and not before.has_parameters:
         raise LearnError(
             f"--move {options.move}: no parameters are identifiable: {learned.refusal}"
         )
@@ -153,12 +122,12 @@ def _robot(
 
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
-    """Return what the runs tell of the parameters."""
+    """Return the parameters that the runs identify."""
     shift, turn = options.known.shift, options.known.turn
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     sources = [
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    asked = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
-    return learn(sources, asked, models, watch)
+    learn_options = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
+    return learn(sources, learn_options, models, watch)

@@ -131,10 +131,10 @@ class _Posture:
 def contraction(responses: Responses, gain: float, cutoff: float) -> Contraction:
     """Return what a gain and a cutoff [Hz] leave at worst.
 
-    The filter is that of `smoother.Smoother`, (f / cutoff)^8 as for nodes without end.
+    The filter is the Gaussian of `SlowPart`.
     """
     frequency = responses.frequency
-    left = responses.left(gain, 1.0 / (1.0 + (frequency / cutoff) ** 8))
+    left = responses.left(gain, 0.5 ** (0.5 * (frequency / cutoff) ** 2))
     low = frequency <= cutoff
     learned, everywhere = float(left[low].max()), float(left.max())
     return Contraction(

@@ -1,4 +1,4 @@
-"""How the next command was found: next.json, and in words for terminal and page."""
+"""How the next command was computed: next.json, and in words for terminal and page."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from coupling.results.forecast import RunForecast
 from coupling.results.next_result import NextResult, NextRunResult, PathCorrectionResult
 
 
-def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
+def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
     """Return the figures of a plan; SI.
 
     Args:
-        found: Plan of the next command.
+        plan: Plan of the next command.
         forecast: Deviation that it is expected to leave; None before it is computed.
     """
-    beyond = found.correction
+    correction = plan.correction
     return NextResult.of(
-        found,
-        found.options,
-        sentences=sentences(found),
-        runs=[_run(run) for run in found.history.runs],
-        parameters_refused="" if found.learned is None else found.learned.refusal,
-        correction=beyond and PathCorrectionResult.of(beyond, deviation_m=beyond.deviation[:, :3]),
+        plan,
+        plan.options,
+        sentences=sentences(plan),
+        runs=[_run(run) for run in plan.history.runs],
+        parameters_refused="" if plan.learned is None else plan.learned.refusal,
+        correction=correction
+        and PathCorrectionResult.of(correction, deviation_m=correction.deviation[:, :3]),
         forecast=forecast,
     )
 
@@ -47,17 +48,17 @@ def _run(run: MeasuredRun) -> NextRunResult:
     )
 
 
-def sentences(found: CommandPlan) -> list[str]:
+def sentences(plan: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
-    lines = [_verdict(found)]
-    lines.append(f"Next: {_move(found)}.")
-    for run in found.history.runs:
-        lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
-    if found.learned is not None and found.learned.refusal:
-        lines.append(sentence(f"No parameters are learned: {found.learned.refusal}"))
-    if found.correction is not None:
-        lines.append(f"Converges: {found.contraction.sentence}.")
-    if not found.options.absolute:
+    lines = [_verdict(plan)]
+    lines.append(f"Next: {_move(plan)}.")
+    for run in plan.history.runs:
+        lines += filter(None, (frame_sentence(run, plan.options.known), clock_sentence(run)))
+    if plan.learned is not None and plan.learned.refusal:
+        lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
+    if plan.correction is not None:
+        lines.append(f"Converges: {plan.contraction.sentence}.")
+    if not plan.options.absolute:
         lines.append(
             "The constant part of the deviation is not corrected, as the measuring frame is not known:"
             " give its uncertainty by --frame-known to correct the absolute position too."
@@ -94,53 +95,47 @@ def clock_sentence(run: MeasuredRun) -> str:
     )
 
 
-def _verdict(found: CommandPlan) -> str:
-    """Return how the last run was, beside the best one and its forecast."""
-    runs, comparison = found.history.runs, found.comparison
-    last, best = runs[comparison.last], runs[comparison.best]
-    if comparison.worse:
+def _verdict(plan: CommandPlan) -> str:
+    """Return how the last run compares with the best one and its forecast."""
+    runs, step = plan.history.runs, plan.step
+    last, base = runs[-1], runs[step.base]
+    if step.worse:
+        name = base.source.folder.name
         return (
-            f"WORSE: the deviation under {last.source.folder.name} was {_rms(found, last)} rms, under"
-            f" {best.source.folder.name} only {_rms(found, best)}: the next command is that of"
-            f" {best.source.folder.name}, corrected by half of the deviation measured under it"
+            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} rms, under"
+            f" {name} only {_rms(plan, base)}: the next command is that of {name} with a smaller"
+            " correction"
         )
     forecast = last.source.forecast
     if forecast is None:
-        return f"Deviation under the last command: {_rms(found, last)} rms."
-    left = last.size.rms if forecast.absolute else last.size.rms_less_constant
-    state = "as forecast" if forecast.low <= left <= forecast.high else "not as forecast"
-    better = "better" if left < forecast.low else "worse"
-    word = state if state == "as forecast" else f"{better} than forecast"
-    ends = f"{_um(forecast.low)} to {_um(forecast.high)}"
-    return f"Deviation under the last command: {_um(left)} rms, {word} ({ends})."
+        return f"Deviation under the last command: {_rms(plan, last)} rms."
+    rms = last.size.rms if forecast.absolute else last.size.rms_less_constant
+    state = "as forecast" if forecast.low <= rms <= forecast.high else "worse than forecast"
+    if rms < forecast.low:
+        state = "better than forecast"
+    interval = f"{_um(forecast.low)} to {_um(forecast.high)}"
+    return f"Deviation under the last command: {_um(rms)} rms, {state} ({interval})."
 
 
-def _move(found: CommandPlan) -> str:
+def _move(plan: CommandPlan) -> str:
     """Return what is learned, and what to expect of further runs."""
-    robot = f"the parameters {found.model.name}"
-    best = found.history.runs[found.comparison.best]
-    if found.comparison.again:
-        return (
-            f"the command of {best.source.folder.name} again: the rest is faster than what a correction"
-            " of the path reaches, or noise"
+    words = f"the parameters {plan.model.name}"
+    correction = plan.correction
+    if correction is not None:
+        words = (
+            f"learning along the path up to {correction.cutoff:.2g} Hz with gain"
+            f" {correction.gain:.2g}, with {words}"
         )
-    if found.comparison.worse:
-        return f"{robot}, with half the correction, from the best run"
-    words = {
-        "path": f"learning along the path, with {robot}",
-        "parameters": robot,
-        "both": f"{robot}, and learning along the path",
-    }[found.move]
-    if found.repeated:
+    if plan.repeated:
         return words
     return (
-        f"{words}; the last two runs differ by as much as is left, which no command corrects: runs are"
+        f"{words}; the last two runs differ by as much as remains, which no command corrects: runs are"
         " averaged"
     )
 
 
-def _rms(found: CommandPlan, run: MeasuredRun) -> str:
-    return _um(found.options.rms_of(run.size))
+def _rms(plan: CommandPlan, run: MeasuredRun) -> str:
+    return _um(plan.options.rms_of(run.size))
 
 
 def _um(length: float) -> str:

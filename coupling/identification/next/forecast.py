@@ -1,9 +1,6 @@
-"""Forecast of the deviation under the next command.
+"""Forecast of the deviation under the next command: measured + s(next command) - s(measured command).
 
-What the robot's model does else under the next command than under the one that was measured adds to what
-was measured:
-
-    measured + s(next command) - s(command that was measured).
+s is the robot's model; what it does not describe is expected to repeat.
 """
 
 from __future__ import annotations
@@ -18,60 +15,57 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.forecast import RunForecast
 
-# Part of a change of the path by which the robot is expected to do another one at most, of the change's
-# rms; factor by which an rms is off beside that.
-_PART_OFF, _FACTOR_OFF = 0.15, 1.5
+# Part of a change of the path that the robot does not do as its model, of the change's rms; factor
+# within which an rms is expected beside that.
+_PART_OFF, _FACTOR = 0.15, 1.5
 
 
-def forecast(found: CommandPlan, command: JointPath, wrench: WrenchHistory) -> RunForecast:
+def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> RunForecast:
     """Return what a command is expected to leave.
 
     Args:
-        found: Plan by which it was computed.
+        plan: Plan by which it was computed.
         command: The command.
         wrench: Wrench on the tool under it, axes of the robot's base.
 
     Raises:
         SimulationError: If the robot cannot be simulated.
     """
-    history, model, absolute = found.history, found.model, found.options.absolute
-    number = found.reference
+    history, model, absolute = plan.history, plan.model, plan.options.absolute
+    number = plan.step.base
     run = history.runs[number]
-    time, low = run.measured.time, signal_filter(run.measured.time)
+    time, low_pass = run.measured.time, signal_filter(run.measured.time)
 
-    def slow(off: np.ndarray) -> np.ndarray:
-        kept = low.at_samples(low(off))
-        return kept if absolute else less_constant(time, kept)
+    def slow(deviation: np.ndarray) -> np.ndarray:
+        part = low_pass(deviation)
+        return part if absolute else less_constant(low_pass.time, part)
 
     after = history.fmu.simulate(command, wrench, "dynamic", history.robot_at(model.x))
     change = SimulatedPath(after).position(time) - history.simulated(number, model.x).position(time)
-    left = slow(run.deviation + change)
-    noise = 3.0 * run.noise**2 * low.of_noise
-    square = max(_mean_square(time, left) - noise, 0.0) + run.size.fast**2
-    if found.correction is not None:
-        # The command takes off noise of the very run from which it is computed; in the next one it is
-        # there.
-        square += 6.0 * run.noise**2 * found.correction.noise_share
+    residual = slow(run.deviation + change)
+    noise = 3.0 * run.noise**2 * low_pass.of_noise
+    square = max(_mean_square(residual) - noise, 0.0) + run.size.fast**2
+    if plan.correction is not None:
+        # The correction takes off noise of the run that it is computed from; the next one has its own.
+        square += 6.0 * run.noise**2 * plan.correction.noise_share
     rms = float(np.sqrt(square))
-    off = _PART_OFF**2 * _mean_square(time, slow(change)) + found.options.random**2
+    uncertainty = _PART_OFF**2 * _mean_square(slow(change)) + plan.options.random**2
     return RunForecast(
         rms=rms,
-        low=rms / _FACTOR_OFF,
-        high=float(np.sqrt((_FACTOR_OFF * rms) ** 2 + off)),
-        maximum=max(float(np.linalg.norm(left, axis=1).max()), rms),
+        low=rms / _FACTOR,
+        high=float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty)),
+        maximum=max(float(np.linalg.norm(residual, axis=1).max()), rms),
         absolute=absolute,
-        before=found.options.rms_of(history.runs[-1].size),
+        before=plan.options.rms_of(history.runs[-1].size),
         robots=tuple(
             {
-                own.name: float(np.exp(value))
-                for own, value in zip(history.parameters, x, strict=True)
+                parameter.name: float(np.exp(value))
+                for parameter, value in zip(history.parameters, x, strict=True)
             }
-            for x in model.robots
+            for x in model.samples
         ),
-        left_over=model.left_over,
     )
 
 
-def _mean_square(time: np.ndarray, off: np.ndarray) -> float:
-    """Return the mean over time of the square of displacements (n, 3)."""
-    return float(np.trapezoid(np.sum(off**2, axis=1), time) / np.ptp(time))
+def _mean_square(values: np.ndarray) -> float:
+    return float(np.mean(np.sum(values**2, axis=1)))

@@ -1,4 +1,4 @@
-"""The inputs of the next command's run: robot file, discrepancy and case, in a folder of their own."""
+"""The inputs of the next command's run: robot file, discrepancy and case, in a folder."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
-from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.runs.results import figures, learned_text
-from coupling.path.discrepancy import Discrepancy
 from coupling.results.next_result import NextResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
@@ -48,12 +46,12 @@ def require_inputs_folder(folder: Path) -> None:
         )
 
 
-def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
+def write_inputs(folder: Path, plan: CommandPlan, result: NextResult) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
         folder: Folder of the inputs, which is made.
-        found: Plan of the next command.
+        plan: Plan of the next command.
         result: The plan's figures.
 
     Raises:
@@ -62,36 +60,29 @@ def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
     with writing(folder, LearnError):
         begin_folder(folder, _KIND)
         claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN))
-    robot = _robot_file(folder, found)
-    beyond = found.correction
+    robot = _robot_file(folder, plan)
     discrepancy = None
-    if beyond is not None:
+    if plan.correction is not None:
         discrepancy = folder / DISCREPANCY
-        run = found.history.runs[0]
-        write_atomically(
-            discrepancy, _seen_from_world(run, beyond.discrepancy(found.history)), LearnError
-        )
-    last = found.history.runs[-1].source.folder
+        base_table = plan.correction.discrepancy(plan.history)
+        world_from_base = plan.history.runs[0].source.world_from_base
+        write_atomically(discrepancy, base_table.transformed(world_from_base).text(), LearnError)
+    last = plan.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
     write_atomically(folder / PLAN, result.text() + "\n", LearnError)
     write_atomically(folder / CASE, text, LearnError)
     return folder / CASE
 
 
-def _robot_file(folder: Path, found: CommandPlan) -> Path:
+def _robot_file(folder: Path, plan: CommandPlan) -> Path:
     """Return the file of the robot that the command is computed for, written if it is a new one."""
-    model, runs = found.model, found.history.runs
-    if found.learned is not None and model.since == len(runs):
+    model, runs = plan.model, plan.history.runs
+    if plan.learned is not None and model.run_count == len(runs):
         target = folder / ROBOT
-        write_atomically(target, learned_text(found.learned, target), LearnError)
-        write_atomically(folder / LEARNED, figures(found.learned).text() + "\n", LearnError)
+        write_atomically(target, learned_text(plan.learned, target), LearnError)
+        write_atomically(folder / LEARNED, figures(plan.learned).text() + "\n", LearnError)
         return target
-    return runs[model.since].source.file
-
-
-def _seen_from_world(run: MeasuredRun, beyond: Discrepancy) -> str:
-    """Return a discrepancy in axes of the robot's base in those of the run folder's files."""
-    return beyond.transformed(run.source.world_from_base).text()
+    return runs[model.run_count].source.file
 
 
 def next_case_text(data: Mapping[str, Any], robot: Path, discrepancy: Path | None = None) -> str:

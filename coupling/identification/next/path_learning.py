@@ -1,13 +1,9 @@
-"""Iterative learning along the path: what the robot does beyond its model, learned from run to run.
+"""Iterative learning control along the path: d_(k+1) = d_b + g Q (y_b - s_b - d_b) [Bristow2006].
 
-The inverse of the robot's model takes the desired path less a correction d.  After run k
-
-    d_(k+1) = d_k + g_k Q (y_k - s_k - d_k),
-
-y_k the measured tool, s_k the model's under the same command, Q a low-pass of zero phase, g_k the gain
-[Bristow2006].  Where the model follows its path, s_k + d_k is the desired path, and y_k - s_k - d_k the
-measured deviation; as s_k is simulated, a model whose parameters were learned later takes its own part
-off, and nothing is corrected twice.
+The inverse of the robot's model takes the desired path less a correction d.  y_b is the measured tool,
+s_b the model's under the command of run b, Q a Gaussian low-pass and g the gain.  Where the model is on
+its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured deviation; as s_b is simulated,
+a model whose parameters were learned later takes its part off, and nothing is corrected twice.
 """
 
 from __future__ import annotations
@@ -17,46 +13,48 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.next.contraction import CUTOFFS
+from coupling.identification.next.command_model import CommandModel
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import NextOptions
-from coupling.identification.next.possible_robot import PossibleRobot
-from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.linear import interpolated
-from coupling.results.next_result import DeviationSize, RunComparison
+from coupling.results.next_result import DeviationSize, LearningStep
 
-# A run that leaves more than this part of the one before: from there runs are averaged.
-_STAGNANT = 0.7
+# A run confirms its correction that leaves less than this part of the best one before.
+_CONFIRMED = 0.7
 # A run is worse than another by this factor of the rms, and by so many standard deviations of chance.
-_WORSE, _DOUBTS = 1.1, 2.0
+_WORSE, _DEVIATIONS = 1.1, 2.0
 # Independent values of what differs from run to run: a shift and a drift in three directions.
 _VALUES = 6.0
-# Intervals of the grid, at least.
-_FEWEST_INTERVALS = 8
+# Cutoff that learning begins with where the robot's parameters are learned, and where not [Hz]: there
+# gears cross their backlash at other times than the model's.
+_FIRST, _CAUTIOUS = 1.5, 0.4
+# Cutoff up to which it grows [Hz]: above it a correction has more noise than signal.
+_HIGHEST = 3.0
+# Steps of the table of a correction per time constant of the filter, and fewest of them.
+_STEPS, _FEWEST_STEPS = 2.0, 8
 
 
 @dataclass(frozen=True)
 class PathCorrection:
-    """What is corrected along the path beyond the model.
+    """Correction along the path beyond the model.
 
     Attributes:
         time: Even times over the whole path [s], (k,).
         deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
         cutoff: Cutoff of the low-pass Q [Hz].
-        left: Rms of what Q does not let through, and of the noise that it does [m].
-        weights: Weights of the measured runs, (runs,).
-        noise_share: Part of the noise variance of the last run that is in the correction.
+        gain: Gain g of the last step.
+        noise_share: Part of the noise variance of the run that it was computed from.
     """
 
     time: np.ndarray
     deviation: np.ndarray
     cutoff: float
-    left: float
-    weights: tuple[float, ...]
+    gain: float
     noise_share: float
 
     def discrepancy(self, history: History) -> Discrepancy:
@@ -65,136 +63,114 @@ class PathCorrection:
         return Discrepancy(self.time, position, self.deviation)
 
 
-def compare_runs(sizes: Sequence[DeviationSize], options: NextOptions) -> RunComparison:
-    """Return the last of some runs beside the best one.
+def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> bool:
+    """Return whether a run left more than the best one, beyond noise and repeatability.
+
+    Args:
+        size: Measured deviation of the run.
+        best: Measured deviation of the best one.
+        options: Repeatability, and whether the constant counts.
+    """
+    rms, best_rms, random = options.rms_of(size), options.rms_of(best), options.random
+    # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
+    chance = (2.0 * best_rms + random) * random / np.sqrt(_VALUES)
+    doubt = float(np.hypot(np.hypot(best.doubt, size.doubt), chance))
+    return rms**2 > (_WORSE * best_rms) ** 2 + _DEVIATIONS * doubt
+
+
+def learning_step(
+    sizes: Sequence[DeviationSize],
+    repeats: Sequence[bool],
+    has_parameters: bool,
+    options: NextOptions,
+) -> LearningStep:
+    """Return from which run the next command goes on, and how far.
+
+    A worse run is taken back: from the best one, with half the gain and half the cutoff.  The cutoff
+    doubles when a run confirms its correction, up to that at which the iteration contracts.  What
+    does not repeat from run to run is averaged, with the gains 1/2, 1/3, .. [Butcher2008].
 
     Args:
         sizes: Measured deviation of every run.
+        repeats: Whether each run left more than by what it differs from the run before.
+        has_parameters: Whether the robot's parameters were learned.
         options: Repeatability, and whether the constant counts.
-    """
-    rms, random = [options.rms_of(size) for size in sizes], options.random
-    best, last = int(np.argmin(rms)), len(rms) - 1
-    # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
-    chance = (2.0 * rms[best] + random) * random / np.sqrt(_VALUES)
-    doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), chance))
-    return RunComparison(best, last, rms[last] ** 2 > (_WORSE * rms[best]) ** 2 + _DOUBTS * doubt)
-
-
-def weigh_runs(
-    comparisons: Sequence[RunComparison], rms: Sequence[float], gain: float
-) -> np.ndarray:
-    """Return the weights of the measured runs in the next correction, (runs,).
-
-    While the deviation shrinks, the gain is g.  What does not shrink is not learned or differs from run
-    to run, and of that a mean has the least: g / 2, g / 3, .. [Butcher2008].  A run that is worse than
-    the best one does not count; the next command is the best one's with half of its last correction,
-    and later gains are halved, as in a line search.
-
-    Args:
-        comparisons: Every run beside the best one until then.
-        rms: Measured deviation of every run [m].
-        gain: g.
 
     Example:
-        >>> runs = [RunComparison(0, 0, False), RunComparison(1, 1, False), RunComparison(1, 2, False)]
-        >>> weigh_runs(runs, [400.0, 40.0, 39.0], 1.0)
-        array([0. , 0.5, 0.5])
-        >>> weigh_runs([*runs[:2], RunComparison(1, 2, True)], [400.0, 40.0, 90.0], 1.0)
-        array([0.5, 0.5, 0. ])
+        >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
+        >>> runs = [size(4e-4), size(4e-5)]
+        >>> step = learning_step(runs, [True] * 2, True, NextOptions())
+        >>> step.base, step.gain, step.cutoff
+        (1, 1.0, 3.0)
+        >>> step = learning_step([*runs, size(9e-5)], [True] * 3, True, NextOptions())
+        >>> step.base, step.gain, step.cutoff
+        (1, 0.5, 1.5)
     """
-    commanded, gains, averaged, best = [np.zeros(len(rms))], [], 1, rms[0]
-    for run, measured in zip(comparisons, rms, strict=True):
-        if run.worse:
-            gain *= 0.5
-        elif run.last and measured > _STAGNANT * best:
+    best, base, scale, averaged = 0, 0, 1.0, 1
+    cutoff = options.cutoff or (_FIRST if has_parameters else _CAUTIOUS)
+    worse = False
+    for run in range(1, len(sizes)):
+        worse = is_worse(sizes[run], sizes[best], options)
+        improved = options.rms_of(sizes[run]) < options.rms_of(sizes[best])
+        confirmed = options.rms_of(sizes[run]) < _CONFIRMED * options.rms_of(sizes[best])
+        if improved:
+            best = run
+        base = best if worse else run
+        if worse:
+            scale, cutoff = 0.5 * scale, 0.5 * cutoff
+        elif confirmed:
+            scale, cutoff = min(2.0 * scale, 1.0), min(2.0 * cutoff, options.cutoff or _HIGHEST)
+        elif not repeats[run]:
             averaged += 1
-        gains.append(gain / averaged)
-        best = min(best, measured)
-        start = run.best if run.worse else run.last
-        weights = (1.0 - gains[-1]) * commanded[start]
-        weights[start] += gains[-1]
-        commanded.append(weights)
-    return commanded[-1]
+    return LearningStep(base, best, worse, scale / averaged, cutoff)
 
 
-def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> PathCorrection:
-    """Return the correction that measured runs tell beyond a model.
+def learn_path(history: History, model: CommandModel, step: LearningStep) -> PathCorrection:
+    """Return the next correction along the path.
 
     Args:
         history: All measured runs.
         model: The robot's model, with the highest cutoff that contracts.
-        weights: Weights of the runs, (runs,).
+        step: Run to go on from, gain and cutoff.
     """
-    numbers = np.flatnonzero(weights).tolist()
-    beyond = [history.beyond(number, model.x) for number in numbers]
-    cutoff, error = _best_cutoff(history, model, numbers[-1], float(np.sum(weights**2)))
-    filters = [Smoother(history.runs[number].measured.time, cutoff) for number in numbers]
-    path = history.runs[0].desired.time
-    spacing = min(low.spacing for low in filters)
-    count = max(int(np.ceil(float(np.ptp(path)) / spacing)), _FEWEST_INTERVALS)
-    time = np.linspace(path[0], path[-1], count + 1)
-    slow = [interpolated(time, q.time, q(off)) for q, off in zip(filters, beyond, strict=True)]
-    deviation = np.einsum("p,pkc->kc", weights[numbers], np.array(slow))
-    share = float(weights[numbers[-1]]) * filters[-1].trace
-    return PathCorrection(time, deviation, cutoff, error, tuple(weights.tolist()), share)
+    run = history.runs[step.base]
+    cutoff = min(step.cutoff, model.contraction.cutoff)
+    low_pass = SlowPart.of(run.measured.time, cutoff)
+    desired = run.desired.time
+    count = max(int(np.ceil(_STEPS * len(low_pass.time))), _FEWEST_STEPS)
+    time = np.linspace(desired[0], desired[-1], count + 1)
+    unmodelled = history.unmodelled(step.base, model.x)
+    before = corrected(run, run.measured.time)
+    gain = step.gain * model.contraction.gain
+    change = gain * low_pass(unmodelled - before)
+    deviation = corrected(run, time) + interpolated(time, low_pass.time, change)
+    return PathCorrection(time, deviation, cutoff, gain, gain * low_pass.weight_of_sample)
 
 
-def _best_cutoff(
-    history: History, model: PossibleRobot, number: int, share: float
-) -> tuple[float, float]:
-    """Return the cutoff of least expected error [Hz], and the rms of that [m].
-
-    It is at most the one at which the iteration contracts. What is faster is not corrected; of what is
-    slower the correction has a share of the noise [Stein1981].
-
-    Args:
-        history: All measured runs.
-        model: The robot's model.
-        number: The run from which it is told.
-        share: Sum of the squares of the runs' weights.
-    """
-    run, highest = history.runs[number], model.contraction.cutoff
-    beyond, wide = history.beyond(number, model.x)[:, :3], signal_filter(run.measured.time)
-    errors = {}
-    for cutoff in (highest, *(lower for lower in CUTOFFS if lower < highest)):
-        low = Smoother(run.measured.time, cutoff)
-        bias = max(low.bias(beyond, run.noise, wide), 0.0)
-        errors[cutoff] = float(np.sqrt(bias + 3.0 * share * run.noise**2 * low.of_noise))
-    best = min(errors, key=errors.__getitem__)
-    return best, errors[best]
+def corrected(run: MeasuredRun, time: np.ndarray) -> np.ndarray:
+    """Return what a run's command corrected along the path at times (n,) [m, rad], (n, 6)."""
+    discrepancy = run.source.discrepancy
+    return np.zeros((len(time), 6)) if discrepancy is None else discrepancy.at(time)
 
 
-def correction_of(run: MeasuredRun) -> PathCorrection | None:
-    """Return what a run's command corrected, to be corrected once more; None: nothing."""
-    known = run.source.discrepancy
-    if known is None:
-        return None
-    return PathCorrection(known.time, known.deviation, 0.0, 0.0, (), 0.0)
-
-
-def is_repeated(history: History, model: PossibleRobot) -> bool:
-    """Return whether what is left of the last run is more than by what the last two runs differ.
+def is_repeated(history: History, number: int, x: np.ndarray) -> bool:
+    """Return whether a run left more than by what it differs from the run before.
 
     Args:
         history: The runs.
-        model: The robot's model: what the change of the command did is taken off.
+        number: Number of the run, from 0.
+        x: Log factors of the robot [1], (P,): what it does of the change of the command is taken off.
     """
-    if len(history.runs) == 1:
+    if number == 0:
         return True
-    last = history.runs[-1]
-    low = Smoother(last.measured.time, model.contraction.cutoff)
-    noise = 3.0 * last.noise**2 * low.of_noise
-    change = _mean_square(low(_change(history, model.x))) - 2.0 * noise
-    return change < _mean_square(low(last.deviation)) - noise
-
-
-def _change(history: History, x: np.ndarray) -> np.ndarray:
-    """Return what a robot does beyond a model in the last run and not in the one before [m], (n, 3)."""
-    last = len(history.runs) - 1
-    time, before = (history.runs[number].measured.time for number in (last, last - 1))
-    earlier = interpolated(time, before, history.beyond(last - 1, x))
-    change: np.ndarray = (history.beyond(last, x) - earlier)[:, :3]
-    return change
+    run, before = history.runs[number], history.runs[number - 1]
+    time, low_pass = run.measured.time, signal_filter(run.measured.time)
+    earlier = interpolated(time, before.measured.time, history.unmodelled(number - 1, x))
+    change = (history.unmodelled(number, x) - earlier)[:, :3]
+    noise = 3.0 * run.noise**2 * low_pass.of_noise
+    return (
+        _mean_square(low_pass(change)) - 2.0 * noise < _mean_square(low_pass(run.deviation)) - noise
+    )
 
 
 def _mean_square(values: np.ndarray) -> float:

@@ -24,11 +24,11 @@ from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
+from coupling.identification.next.command_model import file_model
 from coupling.identification.next.figures import clock_sentence, frame_sentence
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
-from coupling.identification.next.possible_robot import file_model
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
 from coupling.run.models import Models
@@ -187,7 +187,7 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
 
     def known(history, learned, options):
         x = np.log([0.8 if own.kind == "stiffness" else 1.0 for own in history.parameters])
-        return replace(file_model(history, options), name="known", x=x, since=1)
+        return replace(file_model(history, options), name="known", x=x, run_count=1)
 
     folder, robot = shop
     soft = MeasuredRobot(robot.fmu, robot.chain, Settings(scale={"stiffness": 0.8}), Extras())
@@ -199,7 +199,9 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
     sag = np.linalg.norm(moved.deviation.mean(axis=0))
     assert sag > 1e-4
     assert found.model.name == "known"
-    assert np.linalg.norm(found.history.beyond(0, found.model.x)[:, :3].mean(axis=0)) < 0.02 * sag
+    assert (
+        np.linalg.norm(found.history.unmodelled(0, found.model.x)[:, :3].mean(axis=0)) < 0.02 * sag
+    )
     assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 
