@@ -7,38 +7,44 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
+from coupling.report.learn_report import learned_figures, learned_summary
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import UM, DrawnLine, over_time
+from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
 
 _TIME = "time of the run [s]"
 
 
-def next_page(title: str, result: NextResult) -> str:
+def next_page(title: str, result: NextResult, learned: LearnedResult | None) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Its figures, the content of next.json.
+        learned: Parameters that were learned for it, the content of learned.json.
     """
     sections = [
-        *next_summary(result),
+        *next_summary(result, learned),
         Section("What was measured", [_MEASURED], "measured-runs", [_distances(result)]),
     ]
     if result.correction is not None:
-        title = "Correction along the path"
-        sections.append(Section(title, [], "correction", [_correction(result.correction)]))
+        heading = "Correction along the path"
+        sections.append(Section(heading, [], "correction", [_correction(result.correction)]))
+    if learned is not None:
+        sections += learned_figures(learned)
     return document(title, sections)
 
 
-def next_summary(result: NextResult) -> list[Section]:
-    """Return how a next command is found, and what to expect of it once that is known."""
+def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:
+    """Return how a next command is computed, and what to expect of it once that is known."""
     first, *further_sentences = result.sentences
     forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
     return [
         Section("", [*forecast, first], good=not result.step.worse),
         Section("", further_sentences),
         Section("Measured runs", _runs(result)),
+        *([] if learned is None else learned_summary(learned)),
     ]
 
 

@@ -21,8 +21,7 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next.command import plan
-from coupling.identification.next.figures import figures
-from coupling.identification.next.inputs import inputs_folder, write_inputs
+from coupling.identification.next.inputs import begin_inputs, inputs_folder, write_inputs
 from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import MeasuredFile, read_source
@@ -241,7 +240,8 @@ def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | Non
     """Compute the next command into a run folder; return what it is to leave, and how it was found."""
     with Models("native") as models:
         found = plan(sources, NextOptions(KNOWN), models)
-        case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
+        begin_inputs(inputs_folder(run))
+        case = load_case(write_inputs(inputs_folder(run), found))
         done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)

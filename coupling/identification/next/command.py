@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.command_model import (
     CommandModel,
@@ -61,6 +60,12 @@ class CommandPlan:
         return self.model.contraction
 
     @property
+    def is_refused(self) -> bool:
+        """Whether parameters are asked for, and none are identifiable."""
+        is_asked = self.options.move in ("parameters", "both")
+        return is_asked and self.learned is not None and bool(self.learned.refusal)
+
+    @property
     def move(self) -> str:
         """What is learned: "path", "parameters" or "both"."""
         if self.correction is None:
@@ -103,22 +108,15 @@ def _robot(
     """Return the robot that the next command is computed for, and what was learned of it now.
 
     Raises:
-        LearnError: If parameters are asked for, and none are identifiable.
+        LearnError: If a measurement does not fit its run.
     """
     if options.move == "path":
         return file_model(history, options), None
     before = model_of_run(history, len(history.runs) - 1, options)
-    is_asked = options.move in ("parameters", "both")
-    if before.has_parameters and not is_asked:
+    if before.has_parameters and options.move == "auto":
         return before, None
     learned = _learn(history, options, models, watch)
-    if not learned.refusal:
-        return learned_model(history, learned, options), learned
-    if is_asked and not before.has_parameters:
-        raise LearnError(
-            f"--move {options.move}: no parameters are identifiable: {learned.refusal}"
-        )
-    return before, learned
+    return (before if learned.refusal else learned_model(history, learned, options)), learned
 
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
@@ -129,5 +127,5 @@ def _learn(history: History, options: NextOptions, models: Models, watch: Watch)
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    learn_options = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
+    learn_options = LearnOptions(bool(np.isinf(turn)), options.draws, options.seed, frame)
     return learn(sources, learn_options, models, watch)

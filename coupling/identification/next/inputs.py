@@ -14,11 +14,15 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
-from coupling.identification.runs.results import figures, learned_text
-from coupling.results.next_result import NextResult
+from coupling.identification.next.figures import figures
+from coupling.identification.runs import results
+from coupling.identification.runs.results import learned_text
+from coupling.report.next_report import next_page
+from coupling.results.forecast import RunForecast
+from coupling.results.learned_result import LearnedResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
-LEARNED = "learned.json"
+LEARNED, REPORT = "learned.json", "next.html"
 _KIND = "inputs"
 
 
@@ -46,20 +50,53 @@ def require_inputs_folder(folder: Path) -> None:
         )
 
 
-def write_inputs(folder: Path, plan: CommandPlan, result: NextResult) -> Path:
-    """Write the inputs of the next run, and return the file of its case.
-
-    Args:
-        folder: Folder of the inputs, which is made.
-        plan: Plan of the next command.
-        result: The plan's figures.
+def begin_inputs(folder: Path) -> None:
+    """Make the folder of the inputs, in which files of an earlier command are replaced.
 
     Raises:
         LearnError: If something cannot be written.
     """
     with writing(folder, LearnError):
         begin_folder(folder, _KIND)
-        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN))
+        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN, REPORT))
+
+
+def learned_figures(plan: CommandPlan) -> LearnedResult | None:
+    """Return the figures of the parameters that were learned for a plan; None if none were."""
+    return None if plan.learned is None else results.figures(plan.learned)
+
+
+def write_report(
+    folder: Path, title: str, plan: CommandPlan, forecast: RunForecast | None = None
+) -> None:
+    """Write how a command was computed: page and figures.
+
+    Args:
+        folder: Folder of the inputs.
+        title: Title of the page.
+        plan: Plan of the next command.
+        forecast: Deviation that it is expected to leave; None before it is computed.
+
+    Raises:
+        LearnError: If something cannot be written.
+    """
+    result, learned = figures(plan, forecast), learned_figures(plan)
+    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
+    if learned is not None:
+        write_atomically(folder / LEARNED, learned.text() + "\n", LearnError)
+    write_atomically(folder / REPORT, next_page(title, result, learned), LearnError)
+
+
+def write_inputs(folder: Path, plan: CommandPlan) -> Path:
+    """Write the inputs of the next run, and return the file of its case.
+
+    Args:
+        folder: Folder of the inputs.
+        plan: Plan of the next command.
+
+    Raises:
+        LearnError: If something cannot be written.
+    """
     robot = _robot_file(folder, plan)
     discrepancy = None
     if plan.correction is not None:
@@ -69,7 +106,6 @@ def write_inputs(folder: Path, plan: CommandPlan, result: NextResult) -> Path:
         write_atomically(discrepancy, base_table.transformed(world_from_base).text(), LearnError)
     last = plan.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
     write_atomically(folder / CASE, text, LearnError)
     return folder / CASE
 
@@ -80,7 +116,6 @@ def _robot_file(folder: Path, plan: CommandPlan) -> Path:
     if plan.learned is not None and model.run_count == len(runs):
         target = folder / ROBOT
         write_atomically(target, learned_text(plan.learned, target), LearnError)
-        write_atomically(folder / LEARNED, figures(plan.learned).text() + "\n", LearnError)
         return target
     return runs[model.run_count].source.file
 

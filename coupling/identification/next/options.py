@@ -83,6 +83,7 @@ class NextOptions:
             contracts.
         seed: Seed of the sampled robots.
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
+        draws: Simulated robots for the intervals of parameters; 0 for those of the fit.
     """
 
     known: FrameAccuracy = field(default_factory=FrameAccuracy)
@@ -90,6 +91,7 @@ class NextOptions:
     cutoff: float | None = None
     seed: int = 1
     repeatability: float = REPEATABILITY
+    draws: int = 0
 
     @property
     def random(self) -> float:

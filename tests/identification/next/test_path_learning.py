@@ -132,7 +132,7 @@ def test_what_does_not_repeat_is_averaged_from_where_the_deviation_no_longer_shr
 
 
 def test_the_cutoff_grows_when_a_run_confirms_it():
-    """Twice as high after a run that leaves much less, up to 3 Hz; lower at first for a robot not learned."""
+    """Twice as high after a run that leaves much less, up to 3 Hz; lower where nothing is learned."""
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
     cutoffs = [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)]
     np.testing.assert_allclose(np.divide(cutoffs, cutoffs[0]), [1.0, 2.0, 2.0, 2.0])
