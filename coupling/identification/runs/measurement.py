@@ -204,7 +204,7 @@ class SimulatedPath:
 
 
 def read_measurement(path: Path) -> Measurement:
-    """Read where a tool was measured (columns: docs/learn.md).
+    """Read where a tool was measured (columns: docs/next.md).
 
     Args:
         path: CSV file; lines that begin with # are comments, other columns are ignored.
