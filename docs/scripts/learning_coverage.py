@@ -112,7 +112,7 @@ def coverage() -> str:
                 own = list(CoveredParameter.of(found, truth, times))
                 learned += own
                 outside = sum(one.error > 1.0 for one in own)
-                over = found.left[1] / found.noise_left
+                over = found.residual_rms[1] / found.noise_left
                 print(
                     name,
                     truth.name,
@@ -177,7 +177,7 @@ def unmodelled() -> str:
 def _unmodelled_row(shop: Shop, truth: Truth, found: Learned) -> tuple[str, ...]:
     learned = list(CoveredParameter.of(found, truth, 1.0))
     off = shop.less_off(truth, found)
-    left = " → ".join(f"{1e6 * own:.1f}" for own in found.left)
+    left = " → ".join(f"{1e6 * own:.1f}" for own in found.residual_rms)
     return (
         f"{left}, {1e6 * found.noise_left:.1f}",
         f"{found.widened:.1f}",

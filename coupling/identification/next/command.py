@@ -89,7 +89,7 @@ def plan(
             asked for is not to be had.
     """
     watch(Progress("comparing what was measured", 0, 1))
-    history = History.of(sources, options.known, models)
+    history = History.of(sources, options.frame_accuracy, models)
     model, learned = _robot(history, options, models, watch)
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
@@ -121,7 +121,7 @@ def _robot(
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
     """Return the parameters that the runs identify."""
-    shift, turn = options.known.shift, options.known.turn
+    shift, turn = options.frame_accuracy.shift, options.frame_accuracy.turn
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     sources = [
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))

@@ -53,7 +53,9 @@ def sentences(plan: CommandPlan) -> list[str]:
     lines = [_verdict(plan)]
     lines.append(f"Next: {_move(plan)}.")
     for run in plan.history.runs:
-        lines += filter(None, (frame_sentence(run, plan.options.known), clock_sentence(run)))
+        lines += filter(
+            None, (frame_sentence(run, plan.options.frame_accuracy), clock_sentence(run))
+        )
     if plan.learned is not None and plan.learned.refusal:
         lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
     if plan.correction is not None:
@@ -66,16 +68,16 @@ def sentences(plan: CommandPlan) -> list[str]:
     return lines
 
 
-def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
+def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:
     """Return that a frame is doubted which is said to be known; "" where it is not."""
-    if known.explains(run.offset):
+    if frame_accuracy.explains(run.offset):
         return ""
     off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
     return (
         f"CHECK THE FRAME: {run.measured.name} deviates from the robot's model by a constant of {off} mm"
         f" (x, y, z of the base), more than an industrial robot and a frame known to"
-        f" {1e3 * known.shift:.2g} mm explain. It is corrected as an error of the robot: if it is one of"
-        " the frame, it becomes an error of the next run that no measurement in this frame shows."
+        f" {1e3 * frame_accuracy.shift:.2g} mm explain. It is corrected as an error of the robot: if it is"
+        " one of the frame, it becomes an error of the next run that no measurement in this frame shows."
     )
 
 

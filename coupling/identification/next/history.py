@@ -30,26 +30,28 @@ class History:
 
     Attributes:
         sources: The runs, and what was measured under their commands as it came.
-        known: Standard deviations of the measuring device's frame and tip.
+        frame_accuracy: Standard deviations of the measuring device's frame and tip.
         parameters: Parameters that are learned, of the robot of the first one's file.
         fmu: FMU of that robot.
         runs: Measured runs, on their commands' clocks and in the robot's frame.
     """
 
     sources: tuple[MeasuredFile, ...]
-    known: FrameAccuracy
+    frame_accuracy: FrameAccuracy
     parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
     runs: tuple[MeasuredRun, ...] = ()
     _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sources: Sequence[MeasuredFile], known: FrameAccuracy, models: Models) -> History:
+    def of(
+        cls, sources: Sequence[MeasuredFile], frame_accuracy: FrameAccuracy, models: Models
+    ) -> History:
         """Return the history of runs and what was measured under their commands.
 
         Args:
             sources: Runs in their order; the robot of the first one is the file's.
-            known: Standard deviations of the measuring device's frame and tip.
+            frame_accuracy: Standard deviations of the measuring device's frame and tip.
             models: Simulation models of the robots.
 
         Raises:
@@ -60,7 +62,7 @@ class History:
         first = sources[0]
         fmu = models.of(first.robot, first.torque_curve, first.drive).fmu
         parameters = learnable(first.robot, first.torque_curve, first.drive)
-        history = cls(tuple(sources), known, parameters, fmu)
+        history = cls(tuple(sources), frame_accuracy, parameters, fmu)
         return history.aligned_with(history.start)
 
     def aligned_with(self, x: np.ndarray) -> History:
@@ -72,7 +74,7 @@ class History:
             x: Log factors of the robot [1], (P,).
         """
         runs = tuple(
-            MeasuredRun.of(source, self.simulated(number, x), self.known)
+            MeasuredRun.of(source, self.simulated(number, x), self.frame_accuracy)
             for number, source in enumerate(self.sources)
         )
         return replace(self, runs=runs)

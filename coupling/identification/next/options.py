@@ -65,8 +65,8 @@ class FrameAccuracy:
         return _share(self.tip, _ROBOT_OFF)
 
 
-def _share(known: float, robot: float) -> float:
-    return 1.0 if np.isinf(known) else known**2 / (known**2 + robot**2)
+def _share(deviation: float, robot: float) -> float:
+    return 1.0 if np.isinf(deviation) else deviation**2 / (deviation**2 + robot**2)
 
 
 ANYWHERE = FrameAccuracy(np.inf, np.inf)
@@ -77,7 +77,7 @@ class NextOptions:
     """How the next command is found.
 
     Attributes:
-        known: Standard deviations of the measuring device's frame and tip.
+        frame_accuracy: Standard deviations of the measuring device's frame and tip.
         move: One of `KINDS`.
         cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
             contracts.
@@ -86,7 +86,7 @@ class NextOptions:
         draws: Simulated robots for the intervals of parameters; 0 for those of the fit.
     """
 
-    known: FrameAccuracy = field(default_factory=FrameAccuracy)
+    frame_accuracy: FrameAccuracy = field(default_factory=FrameAccuracy)
     move: str = "auto"
     cutoff: float | None = None
     seed: int = 1
@@ -101,7 +101,7 @@ class NextOptions:
     @property
     def absolute(self) -> bool:
         """Whether the deviation's constant counts: the frame is said to be known."""
-        return bool(np.isfinite(self.known.shift))
+        return bool(np.isfinite(self.frame_accuracy.shift))
 
     def rms_of(self, size: DeviationSize) -> float:
         """Return the rms of a deviation [m]: less a constant where the frame is not known."""

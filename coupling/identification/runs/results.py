@@ -22,85 +22,90 @@ from coupling.results.learned_result import (
 )
 
 
-def figures(found: Learned) -> LearnedResult:
+def figures(learned: Learned) -> LearnedResult:
     """Return the figures of what was learned; SI."""
-    before, after = found.left
+    before, after = learned.residual_rms
     return LearnedResult.of(
-        found,
-        found.fit,
-        found.spread,
-        robot=found.sources[0].file,
+        learned,
+        learned.fit,
+        learned.spread,
+        robot=learned.sources[0].file,
         left_m=LeftResult(robot_file=before, learned=after),
         slow_below_Hz=CUT_OFF,
-        parameters=[_parameter(own) for own in found.parameters],
-        runs=[_run(found, number) for number in range(len(found.runs))],
+        parameters=[_parameter(parameter) for parameter in learned.parameters],
+        runs=[_run(learned, number) for number in range(len(learned.runs))],
     )
 
 
-def _parameter(own: LearnedParameter) -> LearnedParameterResult:
-    low, high = own.low / own.start, own.high / own.start
-    return LearnedParameterResult.of(own, factor_low=low, factor_high=high)
+def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
+    low, high = parameter.low / parameter.start, parameter.high / parameter.start
+    return LearnedParameterResult.of(parameter, factor_low=low, factor_high=high)
 
 
-def _of_motors(one: MeasuredPath) -> dict[str, float]:
+def _of_motors(run: MeasuredPath) -> dict[str, float]:
     """Return the deviations by which columns of motors count [rad], [N m], by name."""
-    motors = one.measured.motors
+    motors = run.measured.motors
     if motors is None:
         return {}
     return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
 
 
-def _run(found: Learned, number: int) -> LearnedRunResult:
-    one, source = found.runs[number], found.sources[number]
-    size = (len(found.fit.z) - len(found.parameters)) // len(found.runs)
-    own = found.fit.z[len(found.parameters) + size * number :][:size]
-    rest, slow = found.before[number], found.fit.slow[number]
-    shift, turn = one.measured.frame_offset(own[:3], own[3:6])
+def _run(learned: Learned, number: int) -> LearnedRunResult:
+    run, source = learned.runs[number], learned.sources[number]
+    size = (len(learned.fit.z) - len(learned.parameters)) // len(learned.runs)
+    frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
+    slow_before, slow = learned.before[number], learned.fit.slow[number]
+    shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
     return LearnedRunResult.of(
-        one,
+        run,
         run=source.folder,
-        from_s=one.measured.time[0],
-        to_s=one.measured.time[-1],
+        from_s=run.measured.time[0],
+        to_s=run.measured.time[-1],
         frame_shift_m=shift,
         frame_turn_rad=turn,
-        clock_s=one.measured.clock + own[6],
-        orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
-        motors=_of_motors(one),
-        time=SlowPart.of(one.measured.time).time,
-        left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
+        clock_s=run.measured.clock + frame_values[6],
+        orientation_noise_rad=Residual(run).noise[1] if run.tool_rotation is not None else None,
+        motors=_of_motors(run),
+        time=SlowPart.of(run.measured.time).time,
+        left_robot_file_m=np.linalg.norm(slow_before[:, :3], axis=1),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
     )
 
 
-def learned_text(found: Learned, target: Path) -> str:
+def learned_text(learned: Learned, target: Path) -> str:
     """Return the robot file of the first run with what was learned.
 
     Args:
-        found: Result of learning.
+        learned: Result of learning.
         target: Path of the new file.
 
     Raises:
         LearnError: If nothing should be written.
         RobotFileError: If the run's robot file cannot be read.
     """
-    if found.refusal:
-        raise LearnError(f"{target}: not written: {found.refusal}")
-    start = found.sources[0].file
-    measured = " and ".join(source.measured.name for source in found.sources)
+    if learned.refusal:
+        raise LearnError(f"{target}: not written: {learned.refusal}")
+    start = learned.sources[0].file
+    measured = " and ".join(source.measured.name for source in learned.sources)
     entries = [
-        FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
-        for own in found.parameters
+        FileEntry(
+            parameter.name,
+            None if parameter.written == parameter.start else parameter.written,
+            remark(parameter),
+        )
+        for parameter in learned.parameters
     ]
-    before, after = found.left
-    left = (
+    before, after = learned.residual_rms
+    words = (
         f"Slow part of the residual, frame and clock fitted: {1e6 * before:.1f} um rms with"
         f" {start.name}, {1e6 * after:.1f} um with this file."
     )
-    return fitted_text(start, found.robot, entries, "learn", measured, left, target)
+    return fitted_text(start, learned.robot, entries, "learn", measured, words, target)
 
 
-def remark(own: LearnedParameter) -> str:
+def remark(parameter: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
-    if own.identifiable or own.written == own.start:
-        return own.remark
-    return f"best fit with the others, but {own.reason}; {interval_words(own.low, own.high)}"
+    if parameter.identifiable or parameter.written == parameter.start:
+        return parameter.remark
+    interval = interval_words(parameter.low, parameter.high)
+    return f"best fit with the others, but {parameter.reason}; {interval}"

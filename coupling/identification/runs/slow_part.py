@@ -47,8 +47,8 @@ class SlowPart:
         first = np.searchsorted(samples, time - _REACH * width)
         last = np.searchsorted(samples, time + _REACH * width)
         many = last - first
-        kept = many > _FEWEST * np.median(many)
-        time, first, many = time[kept], first[kept], many[kept]
+        filled = many > _FEWEST * np.median(many)
+        time, first, many = time[filled], first[filled], many[filled]
         row = np.repeat(np.arange(len(time)), many)
         within = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
         column = np.repeat(first, many) + within

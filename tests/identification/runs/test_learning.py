@@ -140,8 +140,12 @@ def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
 
 
 def test_gears_that_float_for_most_of_a_path_are_named(robots):
-    free = replace(robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time))
-    loads = (diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted))
+    free = replace(
+        robots.desired_motion, wrench=WrenchHistory.none(robots.desired_motion.path.time)
+    )
+    loads = (
+        diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.desired_motion)
+    )
     alone, pushed = (mostly_in_backlash(gears, 5.0) for gears in loads)
     assert alone.startswith("the gears of joints 1, 4")
     assert pushed == ""
