@@ -27,11 +27,13 @@ from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
+from coupling.files.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
+    from coupling.results.forecast import RunForecast
     from coupling.run.execute import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
@@ -236,13 +238,11 @@ def _advance(
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import (
         CASE,
-        REPORT,
         begin_inputs,
         inputs_folder,
         learned_figures,
         require_inputs_folder,
         write_inputs,
-        write_report,
     )
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
@@ -272,9 +272,9 @@ def _advance(
         plan_figures = figures(command_plan)
         print_sections(console, next_summary(plan_figures, learned_figures(command_plan)))
         begin_inputs(place)
-        write_report(place, title, command_plan)
+        report = _write_report(place, title, command_plan)
         if command_plan.is_refused:
-            console.print(f"Report: {place / REPORT}")
+            console.print(f"Report: {report}")
             raise typer.Exit(REFUSED)
         case = write_inputs(place, command_plan)
         if inputs_only:
@@ -287,11 +287,28 @@ def _advance(
             return expected(case_of_run, command_plan, watch)
 
         finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
-        write_report(place, title, command_plan, finished.run.forecast)
+        _write_report(place, title, command_plan, finished.run.forecast)
     print_run(finished, output)
-    console.print(f"Report on the learning: {place / REPORT}")
+    console.print(f"Report on the learning: {report}")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _write_report(
+    place: Path, title: str, command_plan: CommandPlan, forecast: RunForecast | None = None
+) -> Path:
+    """Write how a command was computed, page and figures; return the page."""
+    from coupling.identification.next.figures import figures
+    from coupling.identification.next.inputs import LEARNED, PLAN, REPORT, learned_figures
+    from coupling.report.next_report import next_page
+
+    result, learned = figures(command_plan, forecast), learned_figures(command_plan)
+    write_atomically(place / PLAN, result.text() + "\n", LearnError)
+    if learned is not None:
+        write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
+    page = place / REPORT
+    write_atomically(page, next_page(title, result, learned), LearnError)
+    return page
 
 
 def expected(case: Case, command_plan: CommandPlan, watch: Watch) -> Run:

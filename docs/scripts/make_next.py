@@ -1,4 +1,4 @@
-"""Write the tables and the picture of docs/next.md: make next.
+"""Write the tables of docs/next.md: make next.
 
 Robots that are not the model are measured four times, in simulation, and each next command is computed
 from that.  The tables on parameters take longer and are made by name:
@@ -11,9 +11,6 @@ import sys
 from dataclasses import replace
 from functools import cache
 
-import plotly.graph_objects as go
-
-from coupling.report.colours import JOINTS
 from docs.scripts.learning_coverage import coverage, unmodelled
 from docs.scripts.learning_shop import cone
 from docs.scripts.learning_studies import hidden
@@ -28,7 +25,6 @@ from docs.scripts.next_histories import (
     trial_results,
 )
 from docs.scripts.page import finish, replace_parts, table
-from docs.scripts.pictures import save, styled
 
 # The non-repeatable part of a run: a shift and a drift [m].
 ANEW = replace(EXTRAS, again=1e-5)
@@ -91,26 +87,6 @@ def sums() -> str:
     return table(("", ""), rows)
 
 
-def picture() -> str:
-    """Draw the distance from the path in every run of one robot."""
-    result = _results()[0]
-    figure = go.Figure()
-    for number, distance in enumerate(result.distance, start=1):
-        figure.add_scatter(
-            x=result.time[::5],
-            y=1e6 * distance[::5],
-            mode="lines",
-            name=f"run {number}",
-            line={"width": 1.4, "color": JOINTS[number - 1]},
-        )
-    figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(
-        title="distance of the tool from its path [um]", type="log", range=[-0.5, 3]
-    )
-    save("next", styled(figure, 1000, 420))
-    return "![Distance of the tool from its path in four runs](figures/next.png)"
-
-
 def parameters() -> str:
     """Return what the commands leave on robots whose parameters are hidden and learned."""
     rows = []
@@ -122,7 +98,7 @@ def parameters() -> str:
     return table(head, rows)
 
 
-PARTS = {"histories": histories, "sums": sums, "picture": picture}
+PARTS = {"histories": histories, "sums": sums}
 SLOW_PARTS = {"parameters": parameters, "coverage": coverage, "unmodelled": unmodelled}
 
 

@@ -76,8 +76,8 @@ def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:
     return (
         f"CHECK THE FRAME: {run.measured.name} deviates from the robot's model by a constant of {off} mm"
         f" (x, y, z of the base), more than an industrial robot and a frame known to"
-        f" {1e3 * frame_accuracy.shift:.2g} mm explain. It is corrected as an error of the robot: if it is"
-        " one of the frame, it becomes an error of the next run that no measurement in this frame shows."
+        f" {1e3 * frame_accuracy.shift:.2g} mm explain. It is corrected as an error of the robot: if it"
+        " is one of the frame, it becomes one of the next run that no measurement in this frame shows."
     )
 
 

@@ -14,11 +14,8 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
-from coupling.identification.next.figures import figures
 from coupling.identification.runs import results
 from coupling.identification.runs.results import learned_text
-from coupling.report.next_report import next_page
-from coupling.results.forecast import RunForecast
 from coupling.results.learned_result import LearnedResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
@@ -64,27 +61,6 @@ def begin_inputs(folder: Path) -> None:
 def learned_figures(plan: CommandPlan) -> LearnedResult | None:
     """Return the figures of the parameters that were learned for a plan; None if none were."""
     return None if plan.learned is None else results.figures(plan.learned)
-
-
-def write_report(
-    folder: Path, title: str, plan: CommandPlan, forecast: RunForecast | None = None
-) -> None:
-    """Write how a command was computed: page and figures.
-
-    Args:
-        folder: Folder of the inputs.
-        title: Title of the page.
-        plan: Plan of the next command.
-        forecast: Deviation that it is expected to leave; None before it is computed.
-
-    Raises:
-        LearnError: If something cannot be written.
-    """
-    result, learned = figures(plan, forecast), learned_figures(plan)
-    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
-    if learned is not None:
-        write_atomically(folder / LEARNED, learned.text() + "\n", LearnError)
-    write_atomically(folder / REPORT, next_page(title, result, learned), LearnError)
 
 
 def write_inputs(folder: Path, plan: CommandPlan) -> Path:

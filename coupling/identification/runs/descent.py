@@ -1,7 +1,7 @@
-"""The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
+"""Gauss-Newton steps with Levenberg-Marquardt damping on the low-pass filtered residual.
 
-Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
-equation or of simulations (`effect`).
+Weights are Cauchy's, with a prior; derivatives are those of the gears' equation or differences of
+simulations (`effect`).
 """
 
 from __future__ import annotations
@@ -24,12 +24,11 @@ from coupling.robot.robot_fmu import RobotFmu
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
 MOST_ITERATIONS, _FRAME_ITERATIONS, _FITTED = 12, 3, 1
-# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better
-# and after one that did not, of which there are so many before the way ends.  The valley is narrow, long
-# and bent: along it a stiff and a soft gear make up for each other, and no step may be longer than it is
-# straight.
+# Damping of the first step, as part of the diagonal; its factors after a step that reduced the cost and
+# after one that did not, and how many of these end the search.  Where one stiffness compensates another
+# the minimum is a long, curved valley.
 _DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
-# A step that explains less ends the way; noise explains 1 for every unknown.
+# A step that reduces the cost by less ends the search; noise explains 1 for every unknown.
 SETTLED = 0.3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
@@ -71,13 +70,13 @@ def size_of(parts: Sequence[np.ndarray]) -> float:
 
 
 class Descent:
-    """The way down from some unknowns of a problem.
+    """Damped Gauss-Newton method for a problem.
 
     Args:
         problem: The problem.
         slow: Slow parts of the samples of every measured run.
         variance: Variance of a coordinate of the slow part [m^2]; None: by Cauchy's scale, under which
-            what was known before counts more than it should, and the way down is even.
+            the prior has more weight, and the cost is smoother.
 
     Attributes:
         problem: The same.

@@ -1,14 +1,12 @@
-"""The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
+"""Gauss-Newton fit of parameters, frame and clock to measured runs, in a growing fitting window.
 
-All of a run at once has local minima beside the valley: where a gear crosses its backlash too late or
-not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
-What a crossing does wrong is past a second later.  So the fit goes along the runs: it looks a little
-further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
-is tried again from beside it (`backlash_trials`) before it looks any further.
+A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
+or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
+crossing has decayed a second later, so the window is extended along the run as far as the residual is
+explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
 
-So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
-fit goes on with rows that count as their noise says, and as what is left over noise says
-(`UnexplainedPart`): that is the most likely robot, and its covariance.
+Until then rows have a fifth of the weight of their noise, which smooths the cost.  The last fit has rows
+weighted by noise and variance inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
 _COUNTED = 2
 # Iterations of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
 # whole, and of so many gears' best sides.
-_LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
+_LED, _PART_TRIES, _TRIES, _RESTART_GEARS = 6, 1, 2, 2
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
 # Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
@@ -92,7 +90,7 @@ class Fitter:
             start: Log factors to begin at [1], (P,).
         """
         whole, now = self._whole, self._whole.framed(start)
-        before, seconds = 0.0, self._look(now, 0.0)
+        before, seconds = 0.0, self._window(now, 0.0)
         while seconds < np.inf:
             part = self._descent(self.problem.until(seconds))
             here = part.at(now.z)
@@ -100,7 +98,7 @@ class Fitter:
                 here, _ = part.descended(here, part.problem.effects)
             here, _ = self._refined(part, here, _LED, _PART_TRIES)
             now, before = whole.at(here.z), seconds
-            seconds = self._look(now, before, _is_noise(part, here))
+            seconds = self._window(now, before, _is_noise(part, here))
         now, _ = self._refined(whole, now, MOST_ITERATIONS, _TRIES)
         return self._settled(now)
 
@@ -137,7 +135,7 @@ class Fitter:
         )
 
     def _counted(self, now: DescentPoint, over: float) -> Descent:
-        """Return the way down with rows that count as their noise says, times its variance."""
+        """Return the method with rows weighted by their noise, its variance times a factor."""
         variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
         return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
 
@@ -174,10 +172,10 @@ class Fitter:
         slow = [SlowPart.of(run.measured.time) for run in problem.runs]
         return Descent(problem, slow)
 
-    def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
+    def _window(self, now: DescentPoint, before: float, explained: bool = True) -> float:
         """Return how far to look next [s]."""
         whole = self._whole
-        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
+        return fitting_window(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
 
     def _refined(
         self, part: Descent, start: DescentPoint, most: int, tries: int
@@ -192,15 +190,15 @@ class Fitter:
             return now, settled
 
         now, converged = refined(start)
-        sides = _restart_points(part, now, secants[0])
+        restarts = _restart_points(part, now, secants[0])
         for _ in range(tries):
-            neighbour = None if _is_noise(part, now) else next(sides, None)
+            neighbour = None if _is_noise(part, now) else next(restarts, None)
             if neighbour is None:
                 break
             other, settled = refined(neighbour)
             if part.costed(other.z, other.slow, now.scale)[1] < now.cost - SETTLED:
                 now, converged = other, settled
-                sides = _restart_points(part, now, secants[0])
+                restarts = _restart_points(part, now, secants[0])
         return now, converged
 
 
@@ -234,10 +232,9 @@ def _restart_points(
     all_steps = [step for steps in gears for step in steps]
     ordered = iter(in_parallel(problem.fmus, all_steps, tried))
     candidates = [
-        min((next(ordered) for _ in steps), key=lambda derivatives: derivatives.cost)
-        for steps in gears
+        min((next(ordered) for _ in steps), key=lambda point: point.cost) for steps in gears
     ]
-    yield from sorted(candidates, key=lambda derivatives: derivatives.cost)[:_SIDES]
+    yield from sorted(candidates, key=lambda point: point.cost)[:_RESTART_GEARS]
 
 
 def backlash_trials(
@@ -274,7 +271,7 @@ def backlash_trials(
     return trials
 
 
-def next_horizon(
+def fitting_window(
     slow: Sequence[np.ndarray],
     means: Sequence[SlowPart],
     noise: float,

@@ -166,10 +166,10 @@ class Learned:
         return [
             *remarks,
             f"{1e6 * self.residual_rms[1]:.3g} um of the slow part of the deviation remain, noise alone"
-            f" would be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash with"
-            " rounded flanks, another load, heat), or a gear unloaded in its backlash; the intervals"
-            f" are therefore {self.widened:.2g} times as wide, and hardly identifiable parameters"
-            " stay near the file",
+            f" would be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash"
+            " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
+            f" intervals are therefore {self.widened:.2g} times as wide, and hardly identifiable"
+            " parameters stay near the file",
         ]
 
 
