@@ -67,9 +67,9 @@ class Path3:
     roll: float = 0.0
 
 
-CONE = Path3("cone", "cone", {"depth_m": 0.0015})
-PYRAMID = Path3("pyramid", "cone", {"kind": "pyramid", "radius_m": 0.05, "depth_m": 0.001})
-ISO = Path3("ISO 9283, 0.1 m/s, base rolled", "iso9283", {"size_m": 0.2}, 6.0)
+CONE = Path3("cone", "cone", {"depth_m": 0.0005})
+PYRAMID = Path3("pyramid", "cone", {"kind": "pyramid", "radius_m": 0.05, "depth_m": 0.0005})
+ISO = Path3("ISO 9283, 0.1 m/s, base rolled", "iso9283", {"size_m": 0.1}, 6.0)
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     prior = prior_of(robots.parameters)
     x, effect = 0.3 * prior, np.full(len(prior), 1e-6)
     effect[:5] = 0.0
-    gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.desired_motion)
+    gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     verdicts = judge_parameters(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
     assert not any(own.identifiable or own.significant for own in verdicts)
     assert all(own.written == own.start for own in verdicts[:5])

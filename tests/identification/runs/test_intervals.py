@@ -114,7 +114,7 @@ def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots
 
 def test_noise_is_not_blamed_for_what_the_model_does_not_know(robots):
     """Where gears reverse and nothing is identifiable: 7 of 45 um are noise, or 7 of 8."""
-    gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.desired_motion)
+    gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     assert any(gear.reversals for gear in gears)
     for left, words in (
         (45e-6, "45 um remain, noise alone would be 7 um"),
