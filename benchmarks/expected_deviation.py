@@ -32,8 +32,9 @@ from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.case_process import evaluated_process
+from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
-from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
 from docs.scripts.page import replace as replace_part
@@ -149,7 +150,7 @@ def coverage(case: Case, plants: int, coupled: bool) -> Coverage:
         CouplingError: If the case cannot be run, or a plant not be simulated.
     """
     run = run_compensation(case)
-    stated = DrawnDeviation.among(run.drawn)
+    stated = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
     assert stated is not None
     tables = ("robot", "support")[: len(case.robots)]
     files = [find_robot(case.resolved[name]["description"]) for name in tables]
@@ -210,7 +211,7 @@ def main() -> None:
             try:
                 case = load_case(str(file))
                 robots = tuple(map(with_ranges, case.robots))
-                process = kept_process(case, options.store)
+                process = evaluated_process(case, options.store)
                 found = coverage(
                     replace(case, robots=robots, process=process), options.plants, options.coupled
                 )
@@ -220,10 +221,10 @@ def main() -> None:
             rows.append(found.row)
             print(*found.row, f"({time.perf_counter() - begin:.0f} s)", sep="; ", flush=True)
             if found.softer is not None:
+                says = "" if options.coupled else f" Its run says: *{found.stated.sentence}*"
                 lines.append(
                     "\nThe KR 210 with joint 2 at 60 % and joint 3 at 80 % of the file's stiffness under"
-                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um. Its run says:"
-                    f" *{found.stated.sentence}*"
+                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um.{says}"
                 )
                 print(*lines)
     if options.page:

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.task import ROBOT
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.native.compiler import SOURCES, host_platform
 
 _HOST = Path(__file__).parent.parent / "tests" / "native" / "host.c"
 # Communication steps [s], as host.c has them.

@@ -23,7 +23,7 @@ import fmpy
 
 from benchmarks.task import ROBOT
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.native.compiler import SOURCES, host_platform
 from docs.scripts.page import replace, table
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive, StopElement

@@ -64,6 +64,10 @@ class ProgramError(CouplingError):
     """A robot program cannot be read, or its language or robot does not allow what it should say."""
 
 
+class StabilityError(CouplingError):
+    """The modes of a robot or the stability of a cut cannot be computed or kept."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

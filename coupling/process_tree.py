@@ -33,7 +33,7 @@ class ProcessTree:
     threads are never part of a tree.
 
     Args:
-        root: Number of the process.
+        root: Number of the process; None: those alone that have the mark.
         mark: Text that `marked_environment` has put into its environment.
 
     Example:
@@ -45,15 +45,19 @@ class ProcessTree:
         True
     """
 
-    def __init__(self, root: int, mark: str) -> None:
+    def __init__(self, root: int | None, mark: str) -> None:
         self._root, self._mark = root, mark
         self._members: set[psutil.Process] = set()
 
-    def terminate(self) -> None:
-        """Ask all processes to end."""
+    def end(self, grace: float) -> None:
+        """Ask all processes to end, and kill those that have not done so after some time [s]."""
         for member in self._look():
             with contextlib.suppress(psutil.Error):
                 member.terminate()
+        end = time.monotonic() + grace
+        while time.monotonic() < end and self._look():
+            time.sleep(_BETWEEN_LOOKS)
+        self.kill()
 
     def kill(self) -> None:
         """End all processes, also those that are started meanwhile."""
@@ -66,29 +70,24 @@ class ProcessTree:
                     member.kill()
             time.sleep(_BETWEEN_LOOKS)
 
-    @property
-    def is_running(self) -> bool:
-        """Whether any of the processes runs."""
-        return bool(self._look())
-
     def _look(self) -> set[psutil.Process]:
         """Return the processes that run; those seen once stay members, whoever their parent is now."""
-        running = {own.pid: own for own in psutil.process_iter()}
+        running = {process.pid: process for process in psutil.process_iter()}
         for process in running.values():
             if process.pid == self._root or self._has_mark(process):
                 self._members.add(process)
-        known = {member.pid for member in self._members if _runs(member)}
+        numbers = {member.pid for member in self._members if _runs(member)}
         while True:
             children = {
                 pid
                 for pid, process in running.items()
-                if pid not in known and _parent(process) in known
+                if pid not in numbers and _parent(process) in numbers
             }
             if not children:
                 break
-            known |= children
+            numbers |= children
             self._members |= {running[pid] for pid in children}
-        return {own for own in self._members if own.pid != os.getpid() and _runs(own)}
+        return {member for member in self._members if member.pid != os.getpid() and _runs(member)}
 
     def _has_mark(self, process: psutil.Process) -> bool:
         try:

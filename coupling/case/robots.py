@@ -14,12 +14,12 @@ from coupling.files.provenance import Provenance, load_provenance
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
-from coupling.fmu_export.build import DEFAULT_KIND, KINDS
+from coupling.native.robot_text import require_native
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.robot.robot_text import require_native
+from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES
@@ -132,7 +132,7 @@ class RobotTable(_MemberTable):
     """
 
     mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
-    fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
+    fmu: Annotated[str, _one_of(FMU_KINDS)] = DEFAULT_KIND
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
     def robot(self, folder: Path) -> Robot:

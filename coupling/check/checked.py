@@ -11,15 +11,16 @@ from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
-from coupling.inverse.diagnosis import GearDiagnosis, diagnosed, loads_along, stiff_links
+from coupling.inverse.diagnosis import diagnosed, loads_along, stiff_links
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import arc_length
+from coupling.results.drive_result import DriveMotion
+from coupling.results.gear_result import GearDiagnosis
+from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
-from coupling.results.run_result import DriveMotion
-from coupling.robot.robot import LimitWarning
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -38,6 +39,32 @@ MeasuredRuns = Annotated[
 OwnFrame = Annotated[
     bool, typer.Option("--own-frame", help="The pose of the measuring frame is unknown.")
 ]
+
+
+def numbers_of(
+    option: str, text: str, error: type[Exception], count: int | None = None
+) -> list[float]:
+    """Return the numbers of an option, between commas.
+
+    Args:
+        option: Name of the option.
+        text: Its value.
+        error: Raised if it is something else.
+        count: Number of them; None: any.
+
+    Example:
+        >>> numbers_of("--posture-deg", "0, 10,-20.5", ValueError)
+        [0.0, 10.0, -20.5]
+    """
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError as cause:
+        raise error(f"{option}: expected numbers between commas, got {text!r}") from cause
+    if not all(map(math.isfinite, numbers)):
+        raise error(f"{option}: expected finite numbers, got {text!r}")
+    if count is not None and len(numbers) != count:
+        raise error(f"{option}: expected {count} numbers, got {len(numbers)}")
+    return numbers
 
 
 def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:

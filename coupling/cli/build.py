@@ -14,7 +14,9 @@ from coupling.files.output_file import require_output
 
 Platforms = Annotated[
     str | None,
-    typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
+    typer.Option(
+        help="linux64,win64,... or all; what the installation has or this one, unless given."
+    ),
 ]
 
 
@@ -55,6 +57,8 @@ def build(
     )
     for line in remarks(build_fmu(described, output, options), name):
         console.print(line)
+    if kind == "native" and platforms is None and len(options.platforms) == 1:
+        console.print("This machine's platform alone: --platforms all for the others, too")
 
 
 def ssp(
@@ -74,7 +78,8 @@ def ssp(
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
     from coupling.case.file import load_case
-    from coupling.run.ssp import SspSystem
+    from coupling.fmu_export.ssp import SspSystem
+    from coupling.run.execute import coupled_path
 
     require_output(output, ".ssp", BuildError)  # before the work that would be lost
     loaded = load_case(case)
@@ -83,20 +88,20 @@ def ssp(
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
     console.print("Simulating what the step costs")
-    for line in system.costs():
+    for line in system.costs(coupled_path(loaded)):
         console.print(line)
 
 
 def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
-    from coupling.fmu_export.core_library import is_ready, platforms_named
+    from coupling.native.core_library import is_ready, platforms_named, usual_platforms
 
     if kind != "native":
         return platform_names(platforms or "")
-    names = platform_names("all" if platforms is None else platforms)
-    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
+    chosen = usual_platforms() if platforms is None else platforms_named(platform_names(platforms))
+    waiting = [p.name for p in chosen if not is_ready(p)]
     if waiting:
         text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
         console.print(text)
-    return names
+    return tuple(p.name for p in chosen)

@@ -38,17 +38,19 @@ def check(
     from coupling.check.estimate import forewarned, repeated
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
+    from coupling.modes.analysis import places_in_brief
     from coupling.path.histories import WrenchHistory
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
-    from coupling.report.section import Section, warned
+    from coupling.report.modes_report import modes_in_brief
     from coupling.report.terminal import print_sections
+    from coupling.results.section import Section, warned
+    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
-    from coupling.run.kept_process import checked_process
     from coupling.run.plausibility import remarks
-    from coupling.run.repeated_evaluation import RememberedProcess, smoothed_process
+    from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robots import touch_off_of
 
     # Of a folder's name, which is no case, as well.
@@ -63,25 +65,30 @@ def check(
         said, alike = remarks(loaded), []
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
-            process = checked_process(loaded, view.watch)
-            remembered = RememberedProcess(process)
-            quiet = smoothed_process(loaded, remembered, view.watch)
-            wrench = (quiet or remembered).evaluate(desired).wrench
-            assert remembered.last is not None
-            each, said = remembered.last.seconds, remarks(loaded, wrench)
-            if quiet is not None and quiet.noise is not None:
-                said = (*said, *quiet.noise.remarks)
-            if quiet is not None and quiet.repeatability is not None:
-                alike = [quiet.repeatability.sentence()]
+            removal = noise_removal(loaded, view.watch)
+            process = evaluated_process(loaded, None, view.watch, removal)
+            wrench = process.evaluate(desired).wrench
+            assert process.last is not None
+            each, said = process.last.seconds, remarks(loaded, wrench)
+            if removal is not None and removal.noise is not None:
+                said = (*said, *removal.noise.remarks)
+            if removal is not None and removal.repeatability is not None:
+                alike = [removal.repeatability.sentence()]
             elif isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, remembered.last.response, each)]
+                alike = [repeated(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
+        modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
-    sections = [*check_summary(robots, loads), *warned((), (*moving, *said)), Section("", others)]
+    sections = [
+        *check_summary(robots, loads),
+        modes,
+        *warned((), (*moving, *said)),
+        Section("", others),
+    ]
     write_check_page(file, f"{loaded.name}: check", robots, sections)
     print_sections(console, sections)
     console.print(f"Page: {file}")

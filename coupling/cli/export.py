@@ -94,7 +94,8 @@ def export(
     """Write a command as robot programs, read them back and simulate them."""
     from coupling.export.exported import ExportOptions
     from coupling.export.exporting import export_commands
-    from coupling.export.folder import require_writable, write_export
+    from coupling.export.folder import EXPORT_FOLDER, write_export
+    from coupling.files.atomic_folder import require_free
     from coupling.run.console import RunView
 
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
@@ -118,7 +119,7 @@ def export(
         for language in languages
     }
     for folder in folders.values():
-        require_writable(folder, overwrite)
+        require_free(folder, EXPORT_FOLDER, overwrite)
     with RunView(console) as view:
         commands = read()
         exports = {

@@ -11,10 +11,10 @@ from coupling.cli.console import console
 from coupling.errors import CouplingError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
-from coupling.report.section import Section
 from coupling.report.terminal import print_sections
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
+from coupling.results.section import Section
 
 _REFUSED = 1
 

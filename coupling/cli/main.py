@@ -29,6 +29,7 @@ from coupling.cli import (
     export,
     identify,
     init,
+    modes,
     place,
     robots,
     runs,
@@ -96,6 +97,7 @@ app = typer.Typer(
 _COMMANDS = (
     init.init,
     check.check,
+    modes.modes,
     build.build,
     build.ssp,
     runs.couple,
@@ -185,15 +187,23 @@ def _notes(error: BaseException) -> list[str]:
 
 @contextmanager
 def termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM be as orderly as an interrupt by hand; only a process's main thread can."""
+    """Let SIGTERM and SIGHUP be as orderly as Ctrl-C; only a process's main thread can.
+
+    SIGHUP stays ignored where it is, as under nohup.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in numbers}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, _interrupt)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -233,7 +233,7 @@ def _advance(
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
-    from coupling.files.atomic_folder import exclusively
+    from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import (
@@ -250,14 +250,14 @@ def _advance(
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.models import Models
-    from coupling.run.new_folder import require_free
+    from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
     goes_on = is_to_go_on(output, "compensate", place / CASE)
     if not inputs_only:
-        require_free(output, overwrite or goes_on)  # before the work that would be lost
+        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
@@ -283,8 +283,8 @@ def _advance(
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
 
-        def work(case_of_run: Case, watch: Watch) -> Run:
-            return expected(case_of_run, command_plan, watch)
+        def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
+            return expected(case_of_run, command_plan, watch, store)
 
         finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
         _write_report(place, title, command_plan, finished.run.forecast)
@@ -311,12 +311,12 @@ def _write_report(
     return page
 
 
-def expected(case: Case, command_plan: CommandPlan, watch: Watch) -> Run:
+def expected(case: Case, command_plan: CommandPlan, watch: Watch, store: Path | None = None) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation
 
-    run = run_compensation(case, watch)
+    run = run_compensation(case, watch, store)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
     return replace(run, forecast=forecast(command_plan, correction.joints, wrench))

@@ -14,8 +14,8 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.output_file import require_output
 from coupling.identification.static.measurements import FORCE, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
-from coupling.report.section import Section, Table
 from coupling.report.terminal import print_sections
+from coupling.results.section import Section, Table
 
 
 def require_replaceable_plan(file: Path) -> None:

@@ -13,7 +13,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Language
-from coupling.results.run_result import DriveMotion
+from coupling.results.drive_result import DriveMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
 from coupling.run.stored_run import StoredRobot, StoredRun

@@ -23,13 +23,13 @@ from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
 from coupling.files.ratings import load_ratings
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.mounting import AS_DESCRIBED
+from coupling.robot.robot_fmu import DEFAULT_KIND
 from coupling.run.stored_run import read_run
 
 # The torque curve of a case that does not say another one.

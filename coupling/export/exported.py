@@ -10,8 +10,8 @@ from coupling.errors import ProgramError, one_of
 from coupling.path.deviation import Deviation
 from coupling.programs.languages import Language, Targets
 from coupling.programs.program import ProgramFile, RobotProgram
+from coupling.results.drive_result import DriveMotion
 from coupling.results.export_result import NearestSingularity
-from coupling.results.run_result import DriveMotion
 
 # Largest loss by the export at the tool of the moving robot [m].
 TOLERANCE = 5e-6

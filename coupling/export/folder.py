@@ -1,8 +1,4 @@
-"""The folder of exported programs, whole or not at all, with a summary beside them.
-
-Programs are written beside their folder, in `.<name>.unfinished`, and change places with those that are
-there when they are complete and on the disk.
-"""
+"""The folder of exported programs, whole or not at all, with a summary beside them."""
 
 from __future__ import annotations
 
@@ -11,15 +7,9 @@ from pathlib import Path
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.files.atomic_file import AtomicFile, require_writable_place, writing
-from coupling.files.atomic_folder import (
-    exclusively,
-    finish_replacement,
-    replace_folder,
-    replaced_name,
-)
-from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind, remove_written
-from coupling.results.export_result import ExportResult
+from coupling.files.atomic_folder import FolderKind, whole_folder
+from coupling.files.written_files import claim, is_of_kind
+from coupling.results.export_result import ExportedFileResult, ExportedProgramResult, ExportResult
 
 SUMMARY = "export.json"
 # Kind of the folder.
@@ -31,25 +21,7 @@ def is_export(folder: Path) -> bool:
     return is_of_kind(folder, _KIND) or (folder / SUMMARY).is_file()
 
 
-def require_writable(folder: Path, overwrite: bool) -> None:
-    """Refuse a folder that holds something else, or programs that may not be replaced.
-
-    Raises:
-        ProgramError: With the folder.
-    """
-    # Programs that a killed export had put aside are still those of the folder.
-    place = folder if folder.exists() else replaced_name(folder.resolve())
-    if not place.exists():
-        require_writable_place(folder, ProgramError)
-        return
-    if not place.is_dir():
-        raise ProgramError(f"{folder}: expected the name of a folder, got a file")
-    if is_free(place):
-        return
-    if not is_export(place):
-        raise ProgramError(f"{folder}: holds files that are no export: name another folder")
-    if not overwrite:
-        raise ProgramError(f"{folder}: holds programs already: add --overwrite to replace them")
+EXPORT_FOLDER = FolderKind(_KIND, "an export", ProgramError, is_export)
 
 
 def write_export(
@@ -60,21 +32,11 @@ def write_export(
     Raises:
         ProgramError: If the folder may not be replaced or cannot be written.
     """
-    target = folder.resolve()
-    draft = target.with_name(f".{target.name}.unfinished")
-    with exclusively(folder, ProgramError), writing(folder, ProgramError):
-        finish_replacement(target)
-        require_writable(folder, overwrite)
-        remove_written(draft)  # of an export that was killed
-        try:
-            contents = dict(_contents(exports, options))
-            begin_folder(draft, _KIND)
-            claim(draft, contents)
-            for name, text in contents.items():
-                AtomicFile(draft / name).write([text.encode()])
-            replace_folder(draft, target)
-        finally:
-            remove_written(draft)
+    contents = dict(_contents(exports, options))
+    with whole_folder(folder, EXPORT_FOLDER, overwrite) as draft:
+        claim(draft, contents)
+        for name, text in contents.items():
+            (draft / name).write_bytes(text.encode())
 
 
 def _contents(
@@ -84,4 +46,35 @@ def _contents(
     for program in exports:
         for file in program.files:
             yield file.name, file.text
-    yield SUMMARY, ExportResult.of(options, robots=exports).text()
+    result = ExportResult(
+        language=options.language.name,
+        targets=options.targets,
+        tolerance_m=options.tolerance,
+        robots=tuple(map(_program_result, exports)),
+    )
+    yield SUMMARY, result.text()
+
+
+def _program_result(export: ExportedProgram) -> ExportedProgramResult:
+    """Return the figures of the program of one robot."""
+    return ExportedProgramResult(
+        robot=export.robot,
+        program=export.program.name,
+        files=tuple(
+            ExportedFileResult(name=file.name, bytes=len(file.text)) for file in export.files
+        ),
+        points=export.points,
+        points_on_every_cycle=export.candidates,
+        points_tolerance_m=export.points_tolerance,
+        shortest_time_s=export.shortest,
+        median_time_s=export.median,
+        loss_m=export.loss,
+        loss_on_joint_lines_m=export.loss_on_joint_lines,
+        deviation_of_command_m=export.command,
+        deviation_of_file_m=export.read_back,
+        base=export.program.base,
+        tool=export.program.tool,
+        counted_as_controller=export.counted,
+        nearest_singularity=export.nearest,
+        drives=export.drives,
+    )

@@ -75,6 +75,12 @@ class AtomicFile:
             self._draft.unlink()
 
 
+def sync_file(file: Path) -> None:
+    """Bring a file to the disk, where the system can."""
+    with file.open("rb") as stream, suppress(OSError):
+        os.fsync(stream.fileno())
+
+
 def sync_folder(folder: Path) -> None:
     """Bring the names in a folder to the disk, where the system can."""
     with suppress(OSError):  # not every file system knows this of folders

@@ -1,22 +1,127 @@
-"""Folders that one command at a time writes, and that change places with what they replace.
+"""Folders that one command at a time writes, and that have their name when they are complete.
 
-A folder is replaced by two renames: the old one is put aside as `.<name>.replaced`, and the new one gets
-its name.  Where a command was killed between them, the next one puts the old one back.  What is not the
-command's in the old one comes into the new one.
+A folder is `<name>.unfinished` until it is complete and on the disk.  One of its name is replaced by two
+renames: the old one is put aside as `.<name>.replaced`, and the new one gets its name.  Where a command
+was killed between them, the next one puts the old one back.  What is not the command's in the old one
+comes into the new one.
 """
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from coupling.files.atomic_file import sync_folder, writing
-from coupling.files.written_files import hand_over
+from coupling.files.atomic_file import require_writable_place, sync_file, sync_folder, writing
+from coupling.files.written_files import (
+    begin_folder,
+    claim,
+    hand_over,
+    is_free,
+    listed_files,
+    remove_written,
+)
+
+
+@dataclass(frozen=True)
+class FolderKind:
+    """Kind of folder that a command writes.
+
+    Attributes:
+        name: Its name in the list of what was written, such as "run".
+        content: Its content in words, such as "a result".
+        error: Error of a folder that cannot be written.
+        is_of: Function that tells whether a folder is of this kind.
+        is_complete: Function that tells whether one of this kind is complete.
+    """
+
+    name: str
+    content: str
+    error: type[Exception]
+    is_of: Callable[[Path], bool]
+    is_complete: Callable[[Path], bool] = lambda _: True
+
+
+def unfinished_name(target: Path) -> Path:
+    """Return where a folder is until it is complete."""
+    return target.parent / f"{target.name}.unfinished"
+
+
+def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:
+    """Refuse a folder that a command may not write, before its work.
+
+    Args:
+        overwrite: Whether what its kind of command has written there may be replaced.
+
+    Raises:
+        Exception: That of the kind.
+    """
+    # What a killed command has put aside is still that of the folder.
+    place = folder if folder.exists() else replaced_name(folder.resolve())
+    if not place.exists():
+        require_writable_place(folder, kind.error)
+        return
+    if not place.is_dir():
+        raise kind.error(f"{folder}: expected the name of a folder, got a file")
+    _require_kind(place, kind)
+    if kind.is_of(place) and kind.is_complete(place) and not overwrite:
+        raise kind.error(f"{folder}: holds {kind.content} already: add --overwrite to replace it")
+
+
+def _require_kind(place: Path, kind: FolderKind) -> None:
+    if not is_free(place) and not kind.is_of(place):
+        raise kind.error(f"{place}: holds files that are not {kind.content}: name another folder")
+
+
+@contextmanager
+def whole_folder(
+    folder: Path,
+    kind: FolderKind,
+    overwrite: bool,
+    keep: Iterable[str] = (),
+    who: Callable[[], str] = lambda: "another command writes it",
+) -> Iterator[Path]:
+    """Give a folder to write into, which becomes `folder` where the block ends well.
+
+    What was listed in it goes where the block fails, and where a command was killed.
+
+    Args:
+        folder: The folder.
+        kind: Its kind.
+        overwrite: Whether what its kind of command has written there may be replaced.
+        keep: Names in it, as of `claim`, that the next attempt finds.
+        who: Function that says in words which command writes it, if another one does.
+
+    Raises:
+        Exception: That of the kind, if the folder is not free, another command writes it, or it
+            cannot be written.
+    """
+    target, protected = folder.resolve(), tuple(keep)
+    draft = unfinished_name(target)
+    with exclusively(folder, kind.error, who):
+        with writing(folder, kind.error):
+            finish_replacement(target)
+            require_free(folder, kind, overwrite)
+            _require_kind(draft, kind)
+            begin_folder(draft, kind.name)
+            claim(draft, protected)
+            remove_written(draft, keep=protected)
+            begin_folder(draft, kind.name)
+        try:
+            with writing(folder, kind.error):
+                yield draft
+                for file in listed_files(draft):
+                    sync_file(file)
+                replace_folder(draft, target)
+        except BaseException:  # an interrupt as well
+            with suppress(OSError):
+                remove_written(draft, keep=protected)
+            raise
 
 
 @contextmanager
@@ -49,7 +154,7 @@ def exclusively(
             f"{folder}: expected a folder that this user may write into, got one of another user or one"
             " that is read-only: name another folder"
         )
-    lock = FileLock(target.with_name(f".{target.name}.lock"))
+    lock = FileLock(target.parent / f".{target.name}.lock")
     with writing(folder, error):
         target.parent.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=target.parent).close()  # else filelock may say it were locked
@@ -68,7 +173,7 @@ def exclusively(
 
 def replaced_name(target: Path) -> Path:
     """Return where a folder is while another one takes its place."""
-    return target.with_name(f".{target.name}.replaced")
+    return target.parent / f".{target.name}.replaced"
 
 
 def finish_replacement(target: Path) -> None:

@@ -13,7 +13,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -146,6 +146,16 @@ def claimed_folder(folder: Path) -> Path:
     claim(folder.parent, [f"{folder.name}{_LISTED}"])
     folder.mkdir(exist_ok=True)
     return folder
+
+
+def listed_files(folder: Path) -> Iterator[Path]:
+    """Yield the files on the list of a folder, and of those in it that have a list."""
+    for name in _Written.of(folder).names:
+        place = folder / name.removesuffix(_LISTED)
+        if place.is_file():
+            yield place
+        elif name.endswith(_LISTED) and place.is_dir():
+            yield from listed_files(place)
 
 
 def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:

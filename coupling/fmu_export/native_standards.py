@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.fmu_export.compiler import SOURCES, Platform, core_sources
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
 from coupling.fmu_export.model_description import ModelInfo
 from coupling.fmu_export.terminals import terminal_entries
+from coupling.native.compiler import SOURCES, Platform, core_sources
 from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]

@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.fmu_export.compiler import (
+from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native.compiler import (
     FMU_SOURCES,
     PLATFORMS,
     SOURCES,
@@ -20,7 +21,6 @@ from coupling.fmu_export.compiler import (
     compile_library,
     host_platform,
 )
-from coupling.fmu_export.native_standards import STANDARDS
 
 HOST_SOURCES = FMU_SOURCES / "python_host"
 _INNER = "_pythonfmu"  # as component.h has it

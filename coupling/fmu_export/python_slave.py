@@ -15,11 +15,11 @@ from pathlib import Path
 from pythonfmu.builder import FmuBuilder
 
 from coupling.fmu_export.archive import write_fmu
-from coupling.fmu_export.compiler import FMU_SOURCES
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.identity import about, licenses
 from coupling.fmu_export.model_description import STATUSES
 from coupling.fmu_export.python_host import with_host
+from coupling.native.compiler import FMU_SOURCES
 from elastic_robot.fmi.variables import Block
 
 

@@ -24,8 +24,6 @@ _HELD = 1e-6
 _NO_COLUMN = 1e-9
 # Huber's constant [standard deviations], 95 % efficient under normal errors.
 _HUBER = 1.345
-_MOST_REWEIGHTINGS = 50
-_SETTLED = 1e-10
 
 
 @dataclass(frozen=True)
@@ -212,18 +210,3 @@ def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarr
 
 
 LOSSES = ("squares", "huber")
-
-
-def solved(problem: LinearProblem, loss: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return p, in its units, (P,), and the weights of the measurements, (k,), under a loss."""
-    weight = np.ones(len(problem.target))
-    p = problem.solve()
-    if loss == "squares":
-        return p, weight
-    for _ in range(_MOST_REWEIGHTINGS):
-        weight = robust_weights(problem, p, loss)
-        before, p = p, problem.weighted(weight).solve()
-        moved = problem.columns @ (p - before)
-        if np.abs(moved).max() <= _SETTLED * np.abs(problem.target).max():
-            break
-    return p, weight

@@ -26,12 +26,22 @@ class FileEntry:
         value: New value, in the file's unit; None: as in the start file.
         remark: Comment beside it.
         added: Whether the start file lacks its tilt, or its gear's elements of hysteresis.
+        interval: Its 95 % interval, in the file's unit; what is not finite and positive bounds nothing.
     """
 
     name: str
     value: float | None
     remark: str
     added: bool = False
+    interval: tuple[float | None, float | None] = (None, None)
+
+    @property
+    def bounds(self) -> tuple[float, float] | None:
+        """Its 95 % interval where both ends are known, finite and positive."""
+        low, high = self.interval
+        if low is None or high is None or not 0.0 < low <= high < np.inf:
+            return None
+        return low, high
 
 
 def fitted_text(
@@ -72,7 +82,7 @@ def fitted_text(
         if entry.added and entry.name.endswith(".hysteresis"):
             file.add_elements(joint, robot.joints[joint - 1].hysteresis)
         if entry.value is not None:
-            file.change(entry.name, entry.value, source)
+            file.change(entry.name, entry.value, source, entry.bounds)
         file.remark(entry.name, entry.remark)
     kept = [entry.name for entry in entries if entry.value is None]
     rest = f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified."

@@ -15,7 +15,7 @@ import pinocchio as pin
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import LinkTask
-from coupling.inverse.links import LinkProblem
+from coupling.inverse.links import rigid_motion
 from coupling.inverse.reversals import (
     backlash_error,
     backlash_reversals,
@@ -25,6 +25,7 @@ from coupling.inverse.reversals import (
 )
 from coupling.inverse.spline import UniformSpline
 from coupling.path.linear import interpolated
+from coupling.results.gear_result import GearDiagnosis
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import tcp_jacobian
 
@@ -32,8 +33,6 @@ from elastic_robot.kinematics import tcp_jacobian
 _DIRECTIONS = 72
 # Tilts of a base beyond are none [rad]; up to here gravity's share is nearly linear in them.
 _LARGEST_TILT = 0.5
-# What a wrong backlash does not show at the tool [m].
-_NO_ERROR = 1e-7
 # Nodes between two looks at how far the tool moves with a gear.
 _SELDOM = 5
 
@@ -58,63 +57,6 @@ class GearLoads:
     static: np.ndarray
     by_gravity: np.ndarray
     lever: np.ndarray
-
-
-@dataclass(frozen=True)
-class PreloadTilt:
-    """A tilt of the robot's base, with which gravity avoids the reversals of a gear.
-
-    Attributes:
-        angle: Angle of the tilt [rad].
-        direction: Angle of its axis in the base's x-y plane, from x [rad].
-    """
-
-    angle: float
-    direction: float
-
-
-@dataclass(frozen=True)
-class GearDiagnosis:
-    """Diagnosis of one gear along a path.
-
-    Attributes:
-        joint: Number, from 1.
-        backlash: Half width of its backlash [rad].
-        reversals: Number of its backlash reversals.
-        in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
-            held there by the elements of its hysteresis [s]; 0 where it has neither.
-        margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
-            minus the constant torque (preload) that avoids its reversals.
-        backlash_error: Error of the tool at rest behind a backlash reversal if the backlash is 20 %
-            off [m]; in motion it is several times as much.
-        torque: Largest torque that it carries, to either side [N m].
-        torque_time: Instant of it [s].
-        base_tilt: Smallest tilt of the base that avoids its reversals; None where it has none,
-            or none does.
-        hysteresis_error: Error of the tool at rest behind a reversal if the slip torques of its
-            elements are 30 % off [m]; None where it has none.
-    """
-
-    joint: int
-    backlash: float
-    reversals: int
-    in_backlash: float
-    margin: float
-    backlash_error: float
-    torque: float
-    torque_time: float
-    base_tilt: PreloadTilt | None
-    hysteresis_error: float | None
-
-    @property
-    def bias(self) -> float:
-        """Preload that avoids reversals [N m]; 0 where there are none."""
-        return max(0.0, -self.margin)
-
-    @property
-    def at_risk(self) -> bool:
-        """Whether a wrong backlash would show at the tool."""
-        return self.backlash_error > _NO_ERROR and (self.reversals > 0 or self.in_backlash > 0.0)
 
 
 def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
@@ -151,6 +93,12 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     slip_torque = gears.hysteresis
     by_hysteresis = hysteresis_error(slip_torque, gears.stiffness, lever)
     gravity = np.asarray(model.parameters.gravity)
+    tilts = [
+        _base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
+        if clear[gear] < 0.0
+        else (None, None)
+        for gear in range(len(model.gears))
+    ]
     return tuple(
         GearDiagnosis(
             joint=int(joint) + 1,
@@ -161,9 +109,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
             backlash_error=float(by_backlash[gear]),
             torque=float(carried[:, gear].max()),
             torque_time=float(at_most[gear]),
-            base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
-            if clear[gear] < 0.0
-            else None,
+            base_tilt=tilts[gear][0],
+            base_tilt_direction=tilts[gear][1],
             hysteresis_error=float(by_hysteresis[gear]) if slip_torque[gear] > 0.0 else None,
         )
         for gear, joint in enumerate(model.gear_joint)
@@ -178,7 +125,7 @@ def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
 
 def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
     """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
-    return LinkProblem(robot.model, task).guess()
+    return rigid_motion(robot.model, task)
 
 
 def loads_along(
@@ -229,15 +176,15 @@ def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def _base_tilt(
     torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray
-) -> PreloadTilt | None:
-    """Return the smallest tilt of the base that keeps a gear from reversing, if there is one.
+) -> tuple[float, float] | tuple[None, None]:
+    """Return angle and direction [rad] of the smallest base tilt that keeps a gear from reversing.
 
     Args:
         torque: Torque of the gear [N m], (k,).
         by_gravity: Its derivative by gravity, (k, 3).
         gravity: Gravity in base axes [m/s^2], (3,).
     """
-    best: PreloadTilt | None = None
+    best: tuple[float, float] | tuple[None, None] = None, None
     for direction in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False).tolist():
         axis = np.array([np.cos(direction), np.sin(direction), 0.0])
         # Seen from the base gravity turns the other way: what a radian of tilt adds.
@@ -245,6 +192,6 @@ def _base_tilt(
         if added.min() <= 0.0:
             continue
         angle = float(np.max(-torque / added))
-        if angle < (_LARGEST_TILT if best is None else best.angle):
-            best = PreloadTilt(angle, direction)
+        if angle < (_LARGEST_TILT if best[0] is None else best[0]):
+            best = angle, direction
     return best

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -38,19 +39,27 @@ class Deviation:
 
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
     """Return the deviation of an actual path from the desired one: the worst figures of the tools."""
-    figures = [
+    return worst_of(measure_tools(actual, desired))
+
+
+def measure_tools(actual: ToolPath, desired: ToolPath) -> tuple[Deviation, ...]:
+    """Return the deviation of every tool's actual path from its desired one."""
+    differences = actual.deviation_from(desired)
+    return tuple(
         _of_tool(
             desired.time,
             difference[:, :3],
-            tool,
+            position,
             float(np.linalg.norm(difference[:, 3:], axis=1).max()),
         )
-        for difference, tool in zip(actual.deviation_from(desired), desired.position, strict=True)
-    ]
-    worst = max(figures, key=lambda figure: figure.maximum)
-    largest = {
-        name: max(getattr(difference, name) for difference in figures) for name in asdict(worst)
-    }
+        for difference, position in zip(differences, desired.position, strict=True)
+    )
+
+
+def worst_of(tools: Sequence[Deviation]) -> Deviation:
+    """Return the largest of each figure of several tools, and the time of the largest deviation."""
+    worst = max(tools, key=lambda figure: figure.maximum)
+    largest = {name: max(getattr(figure, name) for figure in tools) for name in asdict(worst)}
     return replace(worst, **largest | {"time_of_maximum": worst.time_of_maximum})
 
 

@@ -13,11 +13,11 @@ import tomlkit
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
-from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
+from coupling.results.gear_result import GearDiagnosis
 from coupling.run.gear_loads import diagnose_robots, wanted_of
 
 # What of a setting turns the tool on the part, so that the process may answer otherwise.

@@ -16,8 +16,11 @@ from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
-from coupling.results.placement_result import MapResult, PlacementResult, SettingResult
-from coupling.results.run_result import GearResult
+from coupling.results.placement_result import (
+    MapResult,
+    PlacementResult,
+    SettingResult,
+)
 
 FIGURES, MAP = "place.json", "map.csv"
 _MAP_COLUMNS = ("map", "across_m", "up_m", "admitted", "moved_m", "exposure_m", "changing")
@@ -66,19 +69,35 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     """Return the figures of a placement."""
     placing, ranges = placement.placing, placement.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
-    return PlacementResult.of(
-        placement,
-        placing,
+    goal = placing.goal
+    return PlacementResult(
+        case=placing.case.name,
+        robot=placing.robot.name,
+        optimise=goal.objective,
+        forced=goal.forced,
+        demands=goal.demands,
         limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
         ranges={key: (low[key], high[key]) for key in low},
-        free=[NAMES[k] for k in ranges.free],
+        free=tuple(NAMES[k] for k in ranges.free),
+        places_s=tuple(placement.stations.time.tolist()),
+        settings=placement.looked_at,
+        filling=placing.case.place.settings,
+        refused=placement.refused,
         present_setting=setting_keys(placing.present),
         present=None if placement.present is None else _setting(placing, placement.present),
-        best=[
+        best=tuple(
             _setting(placing, evaluated, placed_file(number))
             for number, evaluated in enumerate(placement.best, start=1)
-        ],
+        ),
+        maps=tuple(map(_map_result, placement.maps)),
         version=elastic_robot.__version__,
+    )
+
+
+def _map_result(part_map: PartMap) -> MapResult:
+    height, width = part_map.deviation.shape
+    return MapResult(
+        setting=part_map.name, across=part_map.across, up=part_map.up, shape=(height, width)
     )
 
 
@@ -87,22 +106,22 @@ def _setting(
 ) -> SettingResult:
     """Return what one setting comes to."""
     figures, goal = evaluated.figures, placing.goal
-    return SettingResult.of(
-        evaluated,
+    return SettingResult(
         file=file,
         setting=setting_keys(evaluated.setting),
-        admitted=goal.demands.admits(figures)[0],
-        moved_m=goal.deviation(figures)[0],
-        exposure_m=goal.demands.exposure(figures)[0],
-        compliance_m_N=figures.compliance[0],
-        conditioning=figures.conditioning[0],
-        limit_margin_rad=figures.limit_margin[0],
-        rate_share=figures.rate_share[0],
-        motor_share=figures.motor_share[0],
-        gears=[
-            GearResult.of(gear, swing_Nm=swing)
-            for gear, swing in zip(evaluated.gears, figures.swing[0], strict=True)
-        ],
+        admitted=bool(goal.demands.admits(figures)[0]),
+        cost_m=evaluated.cost,
+        moved_m=float(goal.deviation(figures)[0]),
+        exposure_m=float(goal.demands.exposure(figures)[0]),
+        compliance_m_N=float(figures.compliance[0]),
+        conditioning=float(figures.conditioning[0]),
+        limit_margin_rad=float(figures.limit_margin[0]),
+        rate_share=float(figures.rate_share[0]),
+        motor_share=float(figures.motor_share[0]),
+        gears=tuple(
+            gear.model_copy(update={"swing": swing})
+            for gear, swing in zip(evaluated.gears, figures.swing[0].tolist(), strict=True)
+        ),
     )
 
 

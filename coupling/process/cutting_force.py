@@ -174,19 +174,41 @@ def _edge_wrench(
     height: np.ndarray,
 ) -> np.ndarray:
     """Return force and moment per length of axis [N/m, N] at points of an edge, (n, 6)."""
-    K, R = coefficients, cutter.radius
+    K = coefficients
+    h = np.maximum(chip[:, 0] * np.sin(phi) + chip[:, 1] * np.cos(phi), 0.0)
+    # A right-hand helix is pulled into the work.
+    edge = (K.K_tc * h + K.K_te, K.K_rc * h + K.K_re, K.K_ac * h + K.K_ae)
+    return wrench_of_edge(cutter.radius, edge, phi, height)
+
+
+def wrench_of_edge(
+    radius: float,
+    edge: tuple[np.ndarray | float, np.ndarray | float, np.ndarray | float],
+    phi: np.ndarray,
+    height: np.ndarray,
+) -> np.ndarray:
+    """Return the wrench on the tool of forces at points of its edges, axes f, n, z.
+
+    Args:
+        radius: Radius of the cutter [m].
+        edge: Tangential, radial and axial force in any unit, numbers or of the shape of `phi`.
+        phi: Angles of the points [rad], (...).
+        height: Their heights above the tip [m], shape of `phi`.
+
+    Returns:
+        Forces in that unit, and moments about the tip's centre in it times [m], (..., 6).
+    """
+    tangential, radial, axial = edge
     sin, cos = np.sin(phi), np.cos(phi)
-    h = np.maximum(chip[:, 0] * sin + chip[:, 1] * cos, 0.0)
-    tangential, radial = K.K_tc * h + K.K_te, K.K_rc * h + K.K_re
-    axial = K.K_ac * h + K.K_ae  # a right-hand helix is pulled into the work
     along, across = -tangential * cos - radial * sin, tangential * sin - radial * cos
-    return np.column_stack(
+    return np.stack(
         [
             along,
             across,
-            -axial,
-            -height * across - R * cos * axial,
-            height * along + R * sin * axial,
-            R * tangential,
-        ]
+            -axial * np.ones_like(phi),
+            -height * across - radius * cos * axial,
+            height * along + radius * sin * axial,
+            radius * tangential * np.ones_like(phi),
+        ],
+        axis=-1,
     )

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from coupling.errors import CaseError, ProcessError
-from coupling.events import ProcessMessage, Watch, unwatched
+from coupling.events import Watch, unwatched
 from coupling.files.csv_table import (
     POSE_COLUMNS,
     STIFFNESS_COLUMNS,
@@ -31,13 +31,12 @@ from coupling.process.base import EVALUATIONS, ProcessResponse, ProcessTable, Wi
 from coupling.process.evaluation_folder import (
     PATH,
     RESTART,
-    EvaluationFolder,
-    finished_as,
-    finished_in,
-    mark_of,
+    begin_evaluation,
+    finish_evaluation,
+    note_failure,
 )
 from coupling.process.frames import PoseFrame, poses_in, response_in_base
-from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
+from coupling.process.program import OUTPUT, last_lines, quoted, run_program
 from coupling.toolpaths.task import Task
 
 WRENCH = "wrench.csv"
@@ -57,7 +56,6 @@ class ExternalProgram(WithIdentity):
         part: base_from_part.
         frame: Frame of path.csv and wrench.csv: "part" or "base".
         folder: Place where every evaluation gets a folder of its own: 0001, 0002, ...
-        earlier: Evaluations that were there before; the answer of one is taken for the same path.
         watch: Function called with every line that the program prints.
     """
 
@@ -66,13 +64,10 @@ class ExternalProgram(WithIdentity):
     part: Frame
     frame: PoseFrame
     folder: Path
-    earlier: tuple[Path, ...] = ()
     watch: Watch = unwatched
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Run the program on a path and return its answer, base axes.
-
-        Where a run that was killed has left the program running for this path, its end is awaited.
 
         Raises:
             ProcessError: With the program's last lines, if it fails or answers nonsense.
@@ -80,40 +75,19 @@ class ExternalProgram(WithIdentity):
         table = StringIO()
         poses = poses_in(self.frame, path, self.part)
         write_table(table, ("time", *POSE_COLUMNS), np.column_stack([path.time, poses]))
+        with_restart = any(_RESTART in word for word in self.command)
         content = table.getvalue().encode()
-        mark = mark_of(self.identity, content)
-        before = finished_as(self.earlier, mark) if self.identity else None
-        if before is not None:
-            return response_in_base(self.frame, self._read(before, path), path, self.part)
-        place = EvaluationFolder(self.folder, mark)
-        rows = self._taken_over(place, path)
-        try:
-            if rows is None:
-                rows = self._computed(place, content, path)
-        except ProcessError as cause:
-            place.fail(str(cause))
-            raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
-        place.finish()
-        return response_in_base(self.frame, rows, path, self.part)
-
-    def _computed(self, place: EvaluationFolder, content: bytes, path: ToolPath) -> np.ndarray:
-        """Run the program from its start and return what `_read` does."""
-        place.begin(content, any(_RESTART in word for word in self.command))
-        restart = str((place.path / RESTART).resolve())
+        place = begin_evaluation(self.folder, self.identity, content, with_restart)
+        restart = str((place / RESTART).resolve())
         command = [word.replace(_RESTART, restart) for word in self.command]
-        run_program(command, place.path, self.time_limit, self.watch)
-        return self._read(place.path, path)
-
-    def _taken_over(self, place: EvaluationFolder, path: ToolPath) -> np.ndarray | None:
-        """Return the answer of the program of a killed run; None where there is none."""
-        if not self.identity or not place.can_be_taken_over:
-            return None
-        self.watch(ProcessMessage(f"continuing {place.path}, which a killed run has started"))
         try:
-            wait_for_program(self.command[0], place.path, self.time_limit, self.watch)
-            return self._read(place.path, path)
-        except ProcessError:  # it starts again
-            return None
+            run_program(command, place, self.time_limit, self.watch)
+            rows = self._read(place, path)
+        except ProcessError as cause:
+            note_failure(place, str(cause))
+            raise ProcessError(f"evaluation {place.name}: {cause}") from cause
+        finish_evaluation(place)
+        return response_in_base(self.frame, rows, path, self.part)
 
     def _read(self, folder: Path, path: ToolPath) -> np.ndarray:
         """Return times, wrenches and, if stated, stiffnesses that the program left, (n, 7 or 13)."""
@@ -191,14 +165,12 @@ class ExternalTable(ProcessTable):
                 f"process: command: there is no program {self.command[0]!r}: give a name on the"
                 " search path, or an absolute path ({case} is the folder of the case file)"
             )
-        folder = task.workspace / EVALUATIONS
         return ExternalProgram(
             tuple(self.command),
             self.time_limit_s,
             task.part,
             self.frame,
-            folder,
-            finished_in(folder),
+            task.workspace / EVALUATIONS,
             task.watch,
             identity=self.identity(task),
         )

@@ -13,13 +13,14 @@ from coupling.errors import ResultError
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.run_tables import gear_loads, motor_limit
-from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import drawn, in_space
 from coupling.report.thinning import PARTS
+from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
-from coupling.results.run_result import DriveMotion, GearResult
+from coupling.results.section import Note, Section, Table, warned
+from coupling.run.gear_check import gear_sections
 from coupling.run.motor_demands import COLD, WARM, MotorDemand
+from coupling.run.motor_loads import motor_limit
 
 _REACH = "#009E73"
 _NOTE = Note(
@@ -71,7 +72,7 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
     return [
         Section(robot.name, sentences),
         Section(f"{robot.name} under {loads}", list(_of_gears(robot))),
-        *gear_loads([GearResult.of(gear) for gear in robot.gears]),
+        *gear_sections(robot.gears),
         *motor_table(robot.motors),
         *warned(map(str, robot.warnings)),
     ]
@@ -87,7 +88,7 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
             *(f"{motor.torque[factor]:.4g}" for factor in (WARM, 1.0, COLD)),
             *motor_limit(motor.torque[1.0], motor.limit),
             f"{motor.time[1.0]:.3f}",
-            motor.beyond,
+            motor.exceeded,
         )
         for motor in motors
     ]
@@ -180,7 +181,7 @@ def joint_table(demands: Sequence[DriveMotion]) -> Table:
                     demand.acceleration_limit,
                 ),
             ),
-            ", ".join(demand.beyond) or "-",
+            ", ".join(demand.exceeded) or "-",
         )
         for demand in demands
     ]

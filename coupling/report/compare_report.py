@@ -18,11 +18,11 @@ from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, DrawnLine, log_axis, over_time, shown_distance
+from coupling.report.style import DrawnLine, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
+from coupling.results.section import UM, Note, Section, Table
 from coupling.run.stored_run import StoredRobot
 
 _COLOURS = (BEFORE, AFTER)
@@ -100,7 +100,7 @@ def _figures(comparison: Comparison) -> Table:
     names = dict.fromkeys(entry.name for figures in (first, second) for entry in figures.robustness)
     for name in names:
         values = [
-            next((r.deviation_m.maximum for r in f.robustness if r.name == name), None)
+            next((r.deviation.maximum for r in f.robustness if r.name == name), None)
             for f in (first, second)
         ]
         cells = (_cell(value and UM * value, 2) for value in values)

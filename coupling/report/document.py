@@ -7,17 +7,17 @@ import gzip
 import html
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
 
 from coupling.report.colours import ON_DARK
-from coupling.report.plotly_js import plotly_js
-from coupling.report.section import Note, Part, Section, Table
+from coupling.results.section import Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
@@ -59,7 +59,7 @@ def document(title: str, sections: Iterable[Section]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
         f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>"
-        f'<script type="application/octet-stream" id="plotly">{_plotly(_kinds(drawn))}</script>'
+        f'<script type="application/octet-stream" id="plotly">{_plotly()}</script>'
         f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
         f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
@@ -108,13 +108,9 @@ _TROUBLE = (
 )
 
 
-def _kinds(figures: Mapping[str, go.Figure]) -> frozenset[str]:
-    return frozenset(trace.type for figure in figures.values() for trace in figure.data)
-
-
 @cache
-def _plotly(kinds: frozenset[str]) -> str:
-    return _packed(plotly_js(kinds))
+def _plotly() -> str:
+    return _packed(get_plotlyjs())
 
 
 def _packed(text: str) -> str:

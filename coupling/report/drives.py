@@ -8,9 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
-from coupling.report.section import Note, Table
 from coupling.report.style import Keys, curve, drawn, row, rows
 from coupling.results.run_result import RunResult
+from coupling.results.section import Note, Table
 from coupling.run.stored_run import StoredRobot
 
 # Parts of the time axis: there are 18 curves, and 6 of motors.

@@ -14,8 +14,8 @@ from coupling.report.identify_figures import (
     label,
     residuals,
 )
-from coupling.report.section import Note, Section, Table, warned
 from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
+from coupling.results.section import Note, Section, Table, warned
 
 _MM = 1e3
 

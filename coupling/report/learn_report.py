@@ -8,10 +8,10 @@ import plotly.graph_objects as go
 from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
-from coupling.report.run_tables import gear_loads
-from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import UM, DrawnLine, over_time, rule
+from coupling.report.style import DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
+from coupling.results.section import UM, Note, Section, Table, warned
+from coupling.run.gear_check import gear_sections
 
 
 def learned_figures(result: LearnedResult) -> list[Section]:
@@ -48,7 +48,7 @@ def learned_summary(result: LearnedResult) -> list[Section]:
         *warned(map(sentence, result.warnings)),
         Section("", _sizes(result)),
         Section("Parameters", [_parameters(result)]),
-        *gear_loads(result.gears),
+        *gear_sections(result.gears),
     ]
 
 

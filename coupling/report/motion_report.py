@@ -8,9 +8,9 @@ import plotly.graph_objects as go
 from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
-from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, DrawnLine, over_time
+from coupling.report.style import DrawnLine, over_time
 from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
+from coupling.results.section import UM, Note, Section, Table
 
 
 def motion_page(title: str, result: MotionResult) -> str:

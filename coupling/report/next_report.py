@@ -8,10 +8,10 @@ import plotly.graph_objects as go
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
 from coupling.report.learn_report import learned_figures, learned_summary
-from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, DrawnLine, over_time
+from coupling.report.style import DrawnLine, over_time
 from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
+from coupling.results.section import UM, Note, Section, Table
 
 _TIME = "time of the run [s]"
 

@@ -14,9 +14,9 @@ from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.section import Note, Part, Section, Table, warned
-from coupling.report.style import UM, Keys, drawn
+from coupling.report.style import Keys, drawn
 from coupling.results.placement_result import PlacementResult, SettingResult
+from coupling.results.section import UM, Note, Part, Section, Table, warned
 
 # What the page is called.
 REPORT = "report.html"
@@ -64,12 +64,12 @@ def place_summary(figures: PlacementResult) -> list[Section]:
             changes(setting),
             f"{setting.conditioning:.3f}",
             "-"
-            if setting.limit_margin_rad is None
+            if np.isinf(setting.limit_margin_rad)
             else f"{np.rad2deg(setting.limit_margin_rad):.0f}",
             in_words(setting.setting, figures.free)
             + ("" if setting.admitted else "; violates a limit of [place]"),
         )
-        for name, setting in figures.named
+        for name, setting in figures.settings_by_name
     ]
     load = "process [um]" if figures.forced else "100 N [um]"
     header = (
@@ -100,11 +100,7 @@ def changes(setting: SettingResult) -> str:
     Args:
         setting: A setting in place.json.
     """
-    said = [
-        f"{gear.joint}: {gear.backlash_reversals}"
-        for gear in setting.gears
-        if gear.backlash_reversals
-    ]
+    said = [f"{gear.joint}: {gear.reversals}" for gear in setting.gears if gear.reversals]
     return ", ".join(said) or "none"
 
 
@@ -197,14 +193,14 @@ def _gears(figures: PlacementResult) -> Section:
     rows = [
         (
             f"{name}, joint {gear.joint}",
-            f"{gear.backlash_reversals}",
-            f"{gear.in_backlash_s:.1f}",
-            f"{gear.margin_Nm:.0f}",
-            f"{gear.swing_Nm:.0f}",
-            f"{UM * gear.backlash_20_percent_m:.0f}",
-            *([f"{UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
+            f"{gear.reversals}",
+            f"{gear.in_backlash:.1f}",
+            f"{gear.margin:.0f}",
+            f"{gear.swing:.0f}",
+            f"{UM * gear.backlash_error:.0f}",
+            *([f"{UM * (gear.hysteresis_error or 0.0):.0f}"] if slips else []),
         )
-        for name, setting in figures.named[: 1 if figures.present is None else 2]
+        for name, setting in figures.settings_by_name[: 1 if figures.present is None else 2]
         for gear in setting.gears
     ]
     header = (

@@ -13,7 +13,6 @@ from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
 from coupling.report.style import (
     FLOOR_UM,
-    UM,
     DrawnLine,
     Keys,
     curve,
@@ -24,7 +23,8 @@ from coupling.report.style import (
     rows,
     shown_distance,
 )
-from coupling.results.run_result import ReversalResult
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.section import UM
 from coupling.run.stored_run import StoredRobot
 
 _STAGES = (BEFORE, AFTER)
@@ -122,11 +122,11 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     return spans
 
 
-def _gears(changes: Sequence[ReversalResult], gears: list[int]) -> list[Keys]:
+def _gears(changes: Sequence[BacklashReversal], gears: list[int]) -> list[Keys]:
     """Return when which gear is in its backlash, and which flank it reaches."""
     heights = {joint: number for number, joint in enumerate(gears)}
     in_backlash = {
-        "x": [time for c in changes for time in (c.begins_s, c.ends_s, None)],
+        "x": [time for c in changes for time in (c.begins, c.ends, None)],
         "y": [heights[c.joint] for c in changes for _ in range(3)],
         "mode": "lines",
         "name": "gear in its backlash",
@@ -138,7 +138,7 @@ def _gears(changes: Sequence[ReversalResult], gears: list[int]) -> list[Keys]:
     for side, symbol, color in ((1, "triangle-up", BEFORE), (-1, "triangle-down", AFTER)):
         changes_to_side = [c for c in changes if c.after == side]
         reached = {
-            "x": [c.ends_s for c in changes_to_side],
+            "x": [c.ends for c in changes_to_side],
             "y": [heights[c.joint] for c in changes_to_side],
             "mode": "markers",
             "name": f"reaches its {'upper' if side > 0 else 'lower'} flank",
@@ -160,8 +160,8 @@ def _gear_axis(gears: list[int]) -> Keys:
     }
 
 
-def _hint(change: ReversalResult) -> str:
-    return f"joint {change.joint}, {change.begins_s:.4f} to {change.ends_s:.4f} s"
+def _hint(change: BacklashReversal) -> str:
+    return f"joint {change.joint}, {change.begins:.4f} to {change.ends:.4f} s"
 
 
 def components(run: StoredRobot) -> go.Figure:
@@ -202,8 +202,8 @@ def convergence(run: StoredRobot) -> go.Figure:
     for entry in run.figures.iterations:
         numbers = [count + k + 1 for k in range(len(entry.evaluations))]
         for name, changes, dash in (
-            ("max", [evaluation.path_change_max_m for evaluation in entry.evaluations], "solid"),
-            ("rms", [evaluation.path_change_rms_m for evaluation in entry.evaluations], "dot"),
+            ("max", [evaluation.path_change for evaluation in entry.evaluations], "solid"),
+            ("rms", [evaluation.path_change_rms for evaluation in entry.evaluations], "dot"),
         ):
             change = {
                 "x": numbers,
@@ -216,7 +216,7 @@ def convergence(run: StoredRobot) -> go.Figure:
             }
             traces.append(change)
         count += len(numbers)
-        ends.append((count, UM * entry.deviation_m.maximum))
+        ends.append((count, UM * entry.deviation.maximum))
     corrections = {
         "x": [number for number, _ in ends],
         "y": [max(value, FLOOR_UM) for _, value in ends],

@@ -23,13 +23,14 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import write_page
-from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
 from coupling.results.run_result import RunResult
+from coupling.results.section import Note, Part, Section, warned
+from coupling.run.checks import check_sections
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 
@@ -76,7 +77,7 @@ def run_summary(run: StoredRun) -> list[Section]:
     """Return what a run found, of one robot or of a whole cell."""
     head = cell_head(run) if run.gap is not None else robot_head(run, run.first)
     answers = Section("", cost(run.figures, case_of(run), run.answers))
-    return [*head, *_replayed(run.figures), answers]
+    return [*head, *check_sections(run.figures), answers]
 
 
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
@@ -123,17 +124,6 @@ def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Sect
     ]
 
 
-def _replayed(figures_: RunResult) -> list[Section]:
-    """Return what the command leaves where something differs, and what it asks of the gears."""
-    return [
-        *run_tables.robustness(figures_),
-        *run_tables.plant(figures_),
-        *run_tables.passages(figures_),
-        *run_tables.gear_loads(figures_.gears),
-        *run_tables.motors(figures_),
-    ]
-
-
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
     robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
@@ -152,7 +142,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             "robot",
             robot_views(robot_figures.robots, [robot.desired]),
         ),
-        *_replayed(robot_figures),
+        *check_sections(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section(
@@ -190,7 +180,7 @@ def cell_page(cell: StoredRun) -> str:
         *cell_head(cell),
         Section("Gap between the tools", [_GAP], "gap", [gap_figure(cell)]),
         Section("Robots in the cell", [_ROBOT], "robot", robot_views(robots, paths)),
-        *_replayed(cell.figures),
+        *check_sections(cell.figures),
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
-from coupling.results.run_result import ReversalResult
+from coupling.results.gear_result import BacklashReversal
 from coupling.run.stored_run import StoredRobot
 
 # A gear that has reached its other flank is felt for so long [s].
@@ -94,7 +94,7 @@ def _between(path: ToolPath | None, other: ToolPath) -> DeviationShare | None:
     return None if path is None else DeviationShare.of(path.time, path.distance_to(other))
 
 
-def near_reversals(time: np.ndarray, changes: Iterable[ReversalResult]) -> np.ndarray:
+def near_reversals(time: np.ndarray, changes: Iterable[BacklashReversal]) -> np.ndarray:
     """Return at which times a gear is in its backlash or has just left it, (n,).
 
     Args:
@@ -102,20 +102,20 @@ def near_reversals(time: np.ndarray, changes: Iterable[ReversalResult]) -> np.nd
         changes: `backlash_reversals` of result.json.
 
     Example:
-        >>> change = ReversalResult(robot="", joint=1, begins_s=0.5, ends_s=2.0, before=-1, after=1)
+        >>> change = BacklashReversal(robot="", joint=1, begins=0.5, ends=2.0, before=-1, after=1)
         >>> near_reversals(np.array([0.0, 1.0, 2.05, 2.2]), [change])
         array([False,  True,  True, False])
     """
     near = np.zeros(len(time), dtype=bool)
     for change in changes:
-        first, last = np.searchsorted(time, [change.begins_s, change.ends_s + BEHIND])
+        first, last = np.searchsorted(time, [change.begins, change.ends + BEHIND])
         near[first:last] = True
     return near
 
 
-def spike(time: np.ndarray, distance: np.ndarray, change: ReversalResult) -> tuple[float, float]:
+def spike(time: np.ndarray, distance: np.ndarray, change: BacklashReversal) -> tuple[float, float]:
     """Return time [s] and height [m] of the largest deviation where a gear reverses, of (n,) values."""
-    first, last = np.searchsorted(time, [change.begins_s, change.ends_s + BEHIND])
+    first, last = np.searchsorted(time, [change.begins, change.ends + BEHIND])
     first = min(int(first), len(time) - 1)
     row = first + int(distance[first : max(int(last), first + 1)].argmax())
     return float(time[row]), float(distance[row])

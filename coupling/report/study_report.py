@@ -13,8 +13,8 @@ from coupling.errors import StudyError
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, Keys, drawn, rule, style
+from coupling.report.style import Keys, drawn, rule, style
+from coupling.results.section import UM, Note, Section, Table
 from coupling.results.study_result import StudyResult
 from coupling.study.folder import REPORT, RUN
 from coupling.study.robot_pool import PARTS

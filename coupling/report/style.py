@@ -9,8 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.thinning import PARTS, extremes
+from coupling.results.section import UM
 
-UM = 1e6
 # Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
 FLOOR_UM = 1e-3
 # Keys of a trace, an axis or another part of a figure, as plotly.js has them.

@@ -8,7 +8,7 @@ from rich import table
 from rich.console import Console
 from rich.text import Text
 
-from coupling.report.section import Note, Section, Table
+from coupling.results.section import Note, Section, Table
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
 from coupling.report.run_tables import mode_names
-from coupling.report.section import Section
-from coupling.report.style import UM
-from coupling.results.run_result import ReplayResult, RunResult
+from coupling.results.outlook import Replay
+from coupling.results.run_result import RunResult
+from coupling.results.section import UM, Section
 from coupling.robot.parameter_table import VARIED
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
@@ -69,10 +69,7 @@ def _of_class(figures: RunResult) -> Iterator[str]:
     if not ranges:
         return
     low, high = min(ranges)[0], max(high for _, high in ranges)
-    yield (
-        f"The stiffness of the gears is known as a range ({low:.2g} to {high:.2g} N m/rad), not"
-        " measured on this robot."
-    )
+    yield (f"The stiffness of the gears is known as a range ({low:.2g} to {high:.2g} N m/rad).")
 
 
 def _describe_turn(deviation: Deviation) -> str:
@@ -95,9 +92,9 @@ def _of_gears(figures: RunResult) -> str:
     return "; ".join(sentences)
 
 
-def _worst(rows: Sequence[ReplayResult], where: str = "gears") -> str:
-    worst = max(rows, key=lambda row: row.deviation_m.maximum)
-    return f"with {worst.name} in all {where} {_um(worst.deviation_m.maximum)} would remain"
+def _worst(rows: Sequence[Replay], where: str = "gears") -> str:
+    worst = max(rows, key=lambda row: row.deviation.maximum)
+    return f"with {worst.name} in all {where} {_um(worst.deviation.maximum)} would remain"
 
 
 def _of_backlash(figures: RunResult) -> str:
@@ -105,10 +102,10 @@ def _of_backlash(figures: RunResult) -> str:
     rows = [row for row in figures.robustness if row.name.startswith("backlash")]
     if rows:
         return _worst(rows)
-    with_backlash = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
+    with_backlash = [gear for gear in figures.gears if gear.backlash_error > 0.0]
     if not with_backlash:
         return "no gear has backlash in this model"
-    gears = [gear for gear in with_backlash if gear.backlash_reversals or gear.in_backlash_s]
+    gears = [gear for gear in with_backlash if gear.reversals or gear.in_backlash]
     if gears:
         names = ", ".join(dict.fromkeys(f"joint {gear.joint}" for gear in gears))
         return (

@@ -12,9 +12,10 @@ import plotly.graph_objects as go
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, QUIET
-from coupling.report.style import FLOOR_UM, UM, Keys, decades, drawn
+from coupling.report.style import FLOOR_UM, Keys, decades, drawn
 from coupling.report.thinning import extremes
 from coupling.results.run_result import RobotResult
+from coupling.results.section import UM
 
 # Points of a path in a view, and parts of its time of which the extremes are among them.
 _POINTS, _PARTS = 4000, 500

@@ -7,8 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.base import From, ResultFile, ResultPart
-from coupling.results.run_result import DriveMotion
+from coupling.results.base import ResultFile, ResultPart
+from coupling.results.drive_result import DriveMotion
 
 
 class NearestSingularity(ResultPart):
@@ -29,28 +29,28 @@ class ExportedFileResult(ResultPart):
     """A file of a program."""
 
     name: str
-    bytes: Annotated[int, From("text.__len__")]
+    bytes: int
 
 
 class ExportedProgramResult(ResultPart):
     """The program of one robot, and what its files do."""
 
     robot: str
-    program: Annotated[str, From("program.name")]
+    program: str
     files: tuple[ExportedFileResult, ...]
     points: int
-    points_on_every_cycle: Annotated[int, From("candidates")]
+    points_on_every_cycle: int
     points_tolerance_m: float
-    shortest_time_s: Annotated[float, From("shortest")]
-    median_time_s: Annotated[float, From("median")]
+    shortest_time_s: float
+    median_time_s: float
     loss_m: float
-    loss_on_joint_lines_m: Annotated[float | None, From("loss_on_joint_lines")]
-    deviation_of_command_m: Annotated[Deviation | None, From("command")]
-    deviation_of_file_m: Annotated[Deviation | None, From("read_back")]
-    base: Annotated[tuple[float, ...] | None, From("program.base")]
-    tool: Annotated[tuple[float, ...] | None, From("program.tool")]
-    counted_as_controller: Annotated[bool, From("counted")]
-    nearest_singularity: Annotated[NearestSingularity, From("nearest")]
+    loss_on_joint_lines_m: float | None
+    deviation_of_command_m: Deviation | None
+    deviation_of_file_m: Deviation | None
+    base: tuple[float, ...] | None
+    tool: tuple[float, ...] | None
+    counted_as_controller: bool
+    nearest_singularity: NearestSingularity
     drives: tuple[DriveMotion, ...]
 
 
@@ -59,7 +59,7 @@ class ExportResult(ResultFile):
 
     what = "the figures of an export"
 
-    language: Annotated[str, From("language.name")]
+    language: str
     targets: str
     tolerance_m: float
     robots: Annotated[tuple[ExportedProgramResult, ...], Field(min_length=1)]

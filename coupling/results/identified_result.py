@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 from coupling.results.run_result import Three
 
 
@@ -23,10 +23,10 @@ class RmsResult(ResultPart):
 class EvidenceResult(ResultPart):
     """What the tests of a tilt or backlash say."""
 
-    F: Annotated[float | None, From("statistic")]
+    F: float | None
     probability: float | None
-    left_out_change: Annotated[float | None, From("change")]
-    left_out_change_without_worst: Annotated[float | None, From("trimmed")]
+    left_out_change: float | None
+    left_out_change_without_worst: float | None
     supported: bool
     in_words: str
 
@@ -85,7 +85,7 @@ class LoopResult(ResultPart):
     number: int
     fit_m: float | None
     left_out_m: float | None
-    without_hysteresis_m: Annotated[float | None, From("without")]
+    without_hysteresis_m: float | None
 
 
 class MeasuredRowResult(ResultPart):
@@ -108,9 +108,9 @@ class IdentifiedResult(ResultFile):
     converged: bool
     reason: str
     refusal: str
-    rows: Annotated[int, From("measured.count")]
+    rows: int
     rms_m: RmsResult
-    residual_over_deviation: Annotated[float | None, From("intervals.scale")]
+    residual_over_deviation: float | None
     parameters: tuple[IdentifiedParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
@@ -118,7 +118,7 @@ class IdentifiedResult(ResultFile):
     unseen: tuple[DirectionResult, ...]
     weak: tuple[DirectionResult, ...]
     alike: tuple[AlikeResult, ...]
-    common_loss: Annotated[CommonLossResult | None, From("loss")]
+    common_loss: CommonLossResult | None
     warnings: tuple[str, ...]
     measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
     worst: tuple[str, ...]

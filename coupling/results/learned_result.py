@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from coupling.results.base import From, ResultFile, ResultPart
-from coupling.results.run_result import GearResult, Three
+from coupling.results.base import ResultFile, ResultPart
+from coupling.results.gear_result import GearDiagnosis
+from coupling.results.run_result import Three
 
 
 class LeftResult(ResultPart):
@@ -36,13 +35,13 @@ class LearnedParameterResult(ResultPart):
 class MeasuredRunResult(ResultPart):
     """A measured run, and what is drawn of it over its time."""
 
-    run: Annotated[str, From("source.folder")]
-    measured: Annotated[str, From("measured.name")]
-    rows: Annotated[int, From("measured.time.__len__")]
+    run: str
+    measured: str
+    rows: int
     from_s: float
     to_s: float
-    frame_shift_m: Annotated[Three, From("shift")]
-    frame_turn_rad: Annotated[Three, From("turn")]
+    frame_shift_m: Three
+    frame_turn_rad: Three
     clock_s: float
     time: list[float]
 
@@ -72,5 +71,5 @@ class LearnedResult(ResultFile):
     draws: int
     slow_below_Hz: float
     parameters: tuple[LearnedParameterResult, ...]
-    gears: tuple[GearResult, ...]
+    gears: tuple[GearDiagnosis, ...]
     runs: tuple[LearnedRunResult, ...]

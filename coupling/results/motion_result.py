@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
@@ -36,11 +34,11 @@ class RecordingResult(ResultPart):
     name: str
     held_out: bool
     rows: int
-    wind_up_rad: Annotated[Figures, From("wind_up")]
-    wind_up_without_lines_rad: Annotated[Figures, From("without_lines")]
-    wind_up_lag_alone_rad: Annotated[Figures, From("lag_alone")]
-    torque_relative: Annotated[Figures, From("torque")]
-    slow_torque_relative: Annotated[Figures, From("slow_torque")]
+    wind_up_rad: Figures
+    wind_up_without_lines_rad: Figures
+    wind_up_lag_alone_rad: Figures
+    torque_relative: Figures
+    slow_torque_relative: Figures
     time: tuple[float, ...]
     measured_wind_up: tuple[tuple[float, ...], ...]
     left_wind_up: tuple[tuple[float, ...], ...]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 from coupling.results.forecast import RunForecast
 from coupling.results.learned_result import MeasuredRunResult
 from coupling.results.run_result import Three
@@ -115,7 +114,7 @@ class NextResult(ResultFile):
     runs: tuple[NextRunResult, ...]
     step: LearningStep
     move: str
-    robot: Annotated[str, From("model.name")]
+    robot: str
     repeated: bool
     parameters_refused: str
     contraction: Contraction

@@ -4,35 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
-from pydantic import computed_field
+from pydantic import Field, PrivateAttr, computed_field
 
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
 
-@dataclass(frozen=True)
-class Replay:
+class Replay(ResultPart):
     """What a command leaves on robots that differ from the model.
 
     Attributes:
         name: Difference from the model, in words.
         deviation: Deviation from the desired paths, the worst figures of all tools.
-        tools: Deviation of every tool.
     """
 
     name: str
-    deviation: Deviation
-    tools: tuple[Deviation, ...]
+    deviation: Annotated[Deviation, Field(alias="deviation_m")]
+    _tools: tuple[Deviation, ...] = PrivateAttr(())
 
     @classmethod
     def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
         """Return what a path of all tools leaves to the desired one."""
-        pairs = zip(path.tools, desired.tools, strict=True)
-        tools = tuple(measure(tool_path, desired_path) for tool_path, desired_path in pairs)
-        return cls(name, measure(path, desired), tools)
+        tools = measure_tools(path, desired)
+        replay = cls(name=name, deviation=worst_of(tools))
+        replay._tools = tools
+        return replay
+
+    def of_tool(self, tool: int) -> Replay:
+        """Return what the command leaves of one tool, by its number from 0."""
+        return Replay(name=self.name, deviation=self._tools[tool])
 
 
 _ADVICE = (

@@ -6,15 +6,21 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from coupling.results.base import From, ResultFile, ResultPart
-from coupling.results.run_result import GearResult
+from coupling.results.base import ResultFile, ResultPart, Unbounded
+from coupling.results.gear_result import GearDiagnosis
 
 
-class DemandsResult(ResultPart):
-    """Demands of [place]."""
+class DemandValues(ResultPart):
+    """Constraints on a setting, the demands of [place].
 
-    joint_margin_rad: float
-    least_conditioning: Annotated[float, From("conditioning")]
+    Attributes:
+        joint_margin: Smallest distance of the joints from their limits [rad].
+        conditioning: Smallest conditioning of the Jacobian, `FollowingRobot.conditioning` [1].
+        clear_share: Share of a torque's range by which it stays clear of zero at least.
+    """
+
+    joint_margin: Annotated[float, Field(alias="joint_margin_rad")]
+    conditioning: Annotated[float, Field(alias="least_conditioning")]
     clear_share: float
 
 
@@ -26,24 +32,24 @@ class SettingResult(ResultPart):
     file: str | None = None
     setting: dict[str, float]
     admitted: bool
-    cost_m: float | None
+    cost_m: Unbounded
     moved_m: float
     exposure_m: float
     compliance_m_N: float
     conditioning: float
-    limit_margin_rad: float | None
+    limit_margin_rad: Unbounded
     rate_share: float
     motor_share: float = 0.0
-    gears: tuple[GearResult, ...]
+    gears: tuple[GearDiagnosis, ...]
 
 
 class MapResult(ResultPart):
     """A map in map.csv."""
 
-    setting: Annotated[str, From("name")]
+    setting: str
     across: str
     up: str
-    shape: Annotated[tuple[int, int], From("deviation.shape")]
+    shape: tuple[int, int]
 
 
 class PlacementResult(ResultFile):
@@ -51,17 +57,17 @@ class PlacementResult(ResultFile):
 
     what = "the figures of a placement"
 
-    case: Annotated[str, From("case.name")]
-    robot: Annotated[str, From("robot.name")]
-    optimise: Annotated[str, From("goal.objective")]
-    forced: Annotated[bool, From("goal.forced")]
-    demands: Annotated[DemandsResult, From("goal.demands")]
+    case: str
+    robot: str
+    optimise: str
+    forced: bool
+    demands: DemandValues
     limited_joints: int
     ranges: dict[str, tuple[float, float]]
     free: tuple[str, ...]
-    places_s: Annotated[tuple[float, ...], From("stations.time")]
-    settings: Annotated[int, From("looked_at")]
-    filling: Annotated[int, From("case.place.settings")]
+    places_s: tuple[float, ...]
+    settings: int
+    filling: int
     refused: dict[str, int]
     present_setting: dict[str, float]
     present: SettingResult | None
@@ -72,11 +78,11 @@ class PlacementResult(ResultFile):
     @property
     def unknown(self) -> str:
         """What is taken to be off of the gears, in words."""
-        slips = any(gear.hysteresis_30_percent_m is not None for gear in self.best[0].gears)
+        slips = any(gear.hysteresis_error is not None for gear in self.best[0].gears)
         return f"backlash 20 %{', hysteresis 30 %' if slips else ''} off"
 
     @property
-    def named(self) -> list[tuple[str, SettingResult]]:
+    def settings_by_name(self) -> list[tuple[str, SettingResult]]:
         """Settings by their names, the present one first where it can follow the path."""
         present = [] if self.present is None else [("as it is", self.present)]
         return present + [(str(setting.file), setting) for setting in self.best]

@@ -9,29 +9,32 @@ import numpy as np
 from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
+from coupling.results.drive_result import CommandResult
 from coupling.results.forecast import RunForecast
-from coupling.results.outlook import WorstReplay
+from coupling.results.gear_result import BacklashReversal, GearDiagnosis
+from coupling.results.iteration_result import CorrectionIteration
+from coupling.results.limit_warning import LimitWarning
+from coupling.results.outlook import Replay, WorstReplay
+from coupling.results.repeatability import Repeatability
 
 Kind = Literal["couple", "compensate"]
 Three = tuple[float, float, float]
 
 
-class RepeatabilityResult(ResultPart):
-    """Difference of two answers to one path."""
-
-    largest_N: float
-    rms_N: float
-    peak_N: float
+def three(vector: np.ndarray) -> Three:
+    """Return a vector (3,), any unit, as it is stored."""
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 class NoiseResult(ResultPart):
     """Noise of the process's forces."""
 
-    level_N: Annotated[float, From("force")]
-    cutoff_Hz: Annotated[float | None, From("filter.cutoff")]
+    level_N: float
+    cutoff_Hz: float | None
     adaptive: bool
-    counts: Annotated[bool, From("significant")]
+    counts: bool
     sentence: str
 
 
@@ -42,23 +45,16 @@ class SharesResult(ResultPart):
     process: Deviation
     gravity_after: Deviation | None = None
     process_after: Deviation | None = None
-    dynamic_after: Annotated[Deviation | None, From("dynamic")]
-
-
-class ReplayResult(ResultPart):
-    """What the command leaves where something differs."""
-
-    name: str
-    deviation_m: Deviation
+    dynamic_after: Deviation | None
 
 
 class PlantCouplingResult(ResultPart):
     """How the plant was coupled with its process."""
 
     converged: bool
-    outcome: Annotated[str, From("outcome.value")]
+    outcome: str
     reason: str
-    process_evaluations: Annotated[int, From("evaluations.__len__")]
+    process_evaluations: int
 
 
 class PlantResult(ResultPart):
@@ -70,137 +66,6 @@ class PlantResult(ResultPart):
     deviation_m: Deviation
     peak_force_N: float
     coupling: PlantCouplingResult | None
-
-
-class ReversalResult(ResultPart):
-    """Passage of a gear through its backlash."""
-
-    robot: str
-    joint: int
-    begins_s: float
-    ends_s: float
-    before: int
-    after: int
-
-
-class GearResult(ResultPart):
-    """What a gear goes through along a path."""
-
-    sparse: ClassVar = ("robot", "hysteresis_30_percent_m", "swing_Nm")
-
-    robot: str | None = None
-    joint: int
-    backlash_rad: float
-    backlash_reversals: Annotated[int, From("reversals")]
-    in_backlash_s: float
-    margin_Nm: float
-    backlash_20_percent_m: Annotated[float, From("backlash_error")]
-    hysteresis_30_percent_m: Annotated[float | None, From("hysteresis_error")] = None
-    torque_Nm: float
-    torque_time_s: float
-    base_tilt_rad: Annotated[float | None, From("base_tilt.angle")]
-    base_tilt_direction_rad: Annotated[float | None, From("base_tilt.direction")]
-    swing_Nm: float | None = None
-
-
-class MotorLoad(ResultPart):
-    """What a motion asks of the motor of one drive, seen at its gear's output.
-
-    Attributes:
-        torque: Largest torque that it needs, to either side [N m].
-        torque_time: Instant of it [s].
-        limit: Largest torque that it has [N m], or None.
-        reversals: Number of times that its friction slips the other way than before.
-        presliding: Share of the time in which its friction sticks: at rest, and behind reversals.
-    """
-
-    torque: float
-    torque_time: float
-    limit: float | None
-    reversals: int
-    presliding: float
-
-
-class DriveMotion(ResultPart):
-    """What a motion asks of one drive, between its rows as well.
-
-    Attributes:
-        joint: Number, from 1.
-        lowest, highest: Range of the angle [rad].
-        lower_limit, upper_limit: Limits of the joint's angle [rad], or None.
-        rate: Largest |q'| [rad/s].
-        rate_time: Instant of it [s].
-        rate_limit: Highest rate that the joint allows [rad/s], or None.
-        acceleration: Largest |q''| [rad/s^2].
-        acceleration_time: Instant of it [s].
-        acceleration_limit: Highest acceleration that joint and controller allow [rad/s^2], or None.
-        motor: Demands on the motor; None where there is none, or it was not looked at.
-    """
-
-    sparse: ClassVar = ("motor",)
-
-    joint: int
-    lowest: float
-    highest: float
-    lower_limit: float | None
-    upper_limit: float | None
-    rate: float
-    rate_time: float
-    rate_limit: float | None
-    acceleration: float
-    acceleration_time: float
-    acceleration_limit: float | None
-    motor: MotorLoad | None = None
-
-    @property
-    def margin(self) -> float:
-        """Smallest distance from the limits of the angle [rad]; negative beyond them, else infinite."""
-        below = np.inf if self.lower_limit is None else self.lowest - self.lower_limit
-        above = np.inf if self.upper_limit is None else self.upper_limit - self.highest
-        return min(below, above)
-
-    @property
-    def beyond(self) -> list[str]:
-        """Names of what exceeds its limit."""
-        rate, most = self.rate_limit, self.acceleration_limit
-        exceeded = {
-            "angle": self.margin < 0.0,
-            "rate": rate is not None and self.rate > rate,
-            "acceleration": most is not None and self.acceleration > most,
-        }
-        return [name for name, is_exceeded in exceeded.items() if is_exceeded]
-
-
-class DriveResult(ResultPart):
-    """What the command asks of a drive."""
-
-    sparse: ClassVar = (
-        *("motor_torque_Nm", "motor_torque_time_s", "motor_torque_limit_Nm"),
-        *("motor_reversals", "motor_presliding_share"),
-    )
-
-    robot: str
-    joint: int
-    range_rad: tuple[float, float]
-    range_limit_rad: tuple[float | None, float | None]
-    rate_rad_s: float
-    rate_time_s: float
-    rate_limit_rad_s: float | None
-    acceleration_rad_s2: float
-    acceleration_time_s: float
-    acceleration_limit_rad_s2: float | None
-    motor_torque_Nm: Annotated[float | None, From("motor.torque")] = None
-    motor_torque_time_s: Annotated[float | None, From("motor.torque_time")] = None
-    motor_torque_limit_Nm: Annotated[float | None, From("motor.limit")] = None
-    motor_reversals: Annotated[int | None, From("motor.reversals")] = None
-    motor_presliding_share: Annotated[float | None, From("motor.presliding")] = None
-
-
-class CommandResult(ResultPart):
-    """Demands on the drives."""
-
-    rows: int
-    drives: tuple[DriveResult, ...]
 
 
 class GapResult(ResultPart):
@@ -226,45 +91,6 @@ class ToothPassingResult(ResultPart):
     slow_m: float
     ripple_m: float
     envelope_m: dict[str, tuple[float, float]]
-
-
-class EvaluationResult(ResultPart):
-    """One evaluation of the process; none is before the first, by which its force could change."""
-
-    number: int
-    path_change_max_m: Annotated[float, From("path_change")]
-    path_change_rms_m: float
-    force_change_relative: float | None
-    springs_relative: Annotated[float, From("spring_change")]
-    peak_force_N: float
-    worst_time_s: float
-
-
-class IterationResult(ResultPart):
-    """One iteration of a correction; the steps are of one that corrects sample by sample."""
-
-    sparse: ClassVar = (
-        *("largest_correction_step_m", "largest_correction_step_time_s", "rate_limited_samples"),
-    )
-
-    number: int
-    deviation_m: Deviation
-    largest_correction_step_m: Annotated[float | None, From("correction.largest_step")] = None
-    largest_correction_step_time_s: Annotated[float | None, From("correction.step_time")] = None
-    rate_limited_samples: Annotated[int | None, From("correction.limited_samples")] = None
-    evaluations: Annotated[tuple[EvaluationResult, ...], From("coupling")]
-
-
-class WarningResult(ResultPart):
-    """A limit that is passed."""
-
-    name: str
-    value: float
-    limit: float
-    time: float
-    joint: int | None
-    robot: str
-    text: str
 
 
 class TouchOffResult(ResultPart):
@@ -302,31 +128,31 @@ class RunResult(ResultFile):
     kind: Kind
     mode: Literal["dynamic", "quasistatic"]
     converged: bool
-    outcome: Annotated[str, From("outcome.value")]
+    outcome: str
     reason: str
-    process_evaluations: Annotated[int, From("evaluations")]
-    repeatability: RepeatabilityResult | None = None
+    process_evaluations: int
+    repeatability: Repeatability | None = None
     noise: NoiseResult | None = None
-    before: Annotated[Literal["coupled", "one-way"], From("before.how")]
+    before: Literal["coupled", "one-way"]
     deviation_before_m: Deviation
     deviation_after_m: Deviation
     consistency_m: float
     peak_force_N: float
     shares_m: SharesResult
-    robustness: tuple[ReplayResult, ...]
+    robustness: tuple[Replay, ...]
     outlook: WorstReplay | None = None
     forecast: RunForecast | None = None
     plant: PlantResult | None
-    backlash_reversals: tuple[ReversalResult, ...] | None
-    gears: tuple[GearResult, ...]
+    backlash_reversals: tuple[BacklashReversal, ...] | None
+    gears: tuple[GearDiagnosis, ...]
     command: CommandResult
     pinch_gap_m: GapResult | None = None
     tooth_passing: ToothPassingResult | None
-    iterations: tuple[IterationResult, ...]
-    warnings: tuple[WarningResult, ...] = ()
+    iterations: tuple[CorrectionIteration, ...]
+    warnings: tuple[LimitWarning, ...] = ()
     rate_warnings: tuple[str, ...]
     remarks: tuple[str, ...] = ()
-    evaluation_keys: Annotated[tuple[str, ...], From("keys")]
+    evaluation_keys: tuple[str, ...]
     fmu_fingerprint: str
     versions: dict[str, str]
     robots: Annotated[tuple[RobotResult, ...], Field(min_length=1)]
@@ -344,6 +170,6 @@ class RunResult(ResultFile):
         return (self.deviation_before_m, self.deviation_after_m)[: len(self.stages)]
 
     @property
-    def reversals(self) -> tuple[ReversalResult, ...]:
+    def reversals(self) -> tuple[BacklashReversal, ...]:
         """Passages of gears through their backlash; none where the method does not know them."""
         return self.backlash_reversals or ()

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 
 
 class StudySample(ResultPart):
@@ -55,7 +55,7 @@ class StudyCommandResult(ResultPart):
 
     converged: bool
     reason: str
-    deviation_m: Annotated[Deviation, From("shares_m.dynamic_after")]
+    deviation_m: Deviation
 
 
 class ShareResult(ResultPart):
@@ -82,7 +82,7 @@ class UncertainResult(ResultPart):
     """An uncertain parameter."""
 
     name: str
-    distribution: Annotated[str, From("in_words")]
+    distribution: str
     range: tuple[float, float]
     influence: InfluenceResult
 
@@ -105,7 +105,7 @@ class StudyResult(ResultFile):
     command: StudyCommandResult
     quantiles_m: dict[str, dict[str, float]]
     parameters: Annotated[tuple[UncertainResult, ...], Field(min_length=1)]
-    silent: Annotated[tuple[str, ...], From("parameters.silent")]
+    silent: tuple[str, ...]
     fmu_fingerprint: str
     versions: dict[str, str]
 

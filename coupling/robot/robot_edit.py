@@ -58,11 +58,22 @@ class RobotEdit:
         self._robot = robot
         self._tilt_remarks: dict[tuple[int, int], str] = {}
 
-    def change(self, name: str, value: float, source: str = "") -> None:
+    def change(
+        self,
+        name: str,
+        value: float,
+        source: str = "",
+        interval: tuple[float, float] | None = None,
+    ) -> None:
         """Give a parameter another value, with what [sources] says of it, as the row of its kind says.
+
+        The range that the file states of a gear's stiffness, that of a class, goes with the old value.
 
         Else the elements of a gear stay as they are: those of a data sheet, which follow from stiffness
         and backlash, take its place in the file before one of these changes.
+
+        Args:
+            interval: 95 % interval, which the file states of a gear's stiffness; None for none.
 
         Raises:
             RobotFileError: If it is the payload's beside a URDF.
@@ -83,7 +94,12 @@ class RobotEdit:
                 place for place in kind.scaled_in_file if _scale(table, place, value / before)
             )
         if key == "stiffness" and not tilt:
-            table.pop("stiffness_range", None)  # it is the robot's from now on, not that of a class
+            if interval is None:
+                table.pop("stiffness_range", None)
+            else:
+                table["stiffness_range"] = [min(interval[0], value), max(interval[1], value)]
+                if source:
+                    self._set_source(f"{head}.stiffness_range", f"95 % interval, {source}")
             self._drop_lost_sources()
         if source:
             for place in [_shared(kind)] if _shared(kind) else numbers:
@@ -160,15 +176,15 @@ class RobotEdit:
         at, table = self._joints[joint]
         data = self._content.unwrap()
         schema = UrdfJoint if "urdf" in data else JointTable
-        own = schema.model_validate(data["joint"][at - 1])
-        if not own.gear.from_sheet:
+        joint_keys = schema.model_validate(data["joint"][at - 1])
+        if not joint_keys.gear.from_sheet:
             return
         sheet = [
             n for n in numbers(data) if n.place in {f"joint[{at}].gear.{k}" for k in SHEET_KEYS}
         ]
         source = "from " + ", ".join(f"{n.place.rpartition('.')[2]} = {n.value}" for n in sheet)
         source += "".join(f"; {text}" for text in dict.fromkeys(n.source for n in sheet) if text)
-        backlash, elements = own.hysteresis()
+        backlash, elements = joint_keys.hysteresis()
         if isinstance(table["gear"], OutOfOrderTableProxy):  # dotted keys, which cannot be deleted
             gear = table["gear"].unwrap()
             del table["gear"]
@@ -178,7 +194,7 @@ class RobotEdit:
             table["gear"].pop(key, None)
         table["gear"]["hysteresis"] = [asdict(element) for element in elements]
         self._set_source(f"joint[{at}].gear.hysteresis", source)
-        if own.gear.lost_motion_arcmin is not None:
+        if joint_keys.gear.lost_motion_arcmin is not None:
             table["backlash"] = backlash
             self._set_source(f"joint[{at}].backlash", source)
         self._drop_lost_sources()

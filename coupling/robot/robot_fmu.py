@@ -27,6 +27,9 @@ from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
 
+# Kinds of a robot's FMU, and the one that is built unless another is asked for.
+FMU_KINDS = ("native", "python")
+DEFAULT_KIND = FMU_KINDS[0]
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.
 _TOLERANCE = 1e-8
@@ -262,9 +265,9 @@ class RobotFmu:
             for part in parts
         ]
 
-        def progress(done: int, total: int) -> None:
+        def progress(finished: int, total: int) -> None:
             work = f"simulating the {mode} robot{f' with {what}' if what else ''}"
-            self._watch(Progress(work, len(parts) * done, len(parts) * total))
+            self._watch(Progress(work, len(parts) * finished, len(parts) * total))
 
         try:
             with _simulation_errors():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.robot.robot_text import robot_text
+from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 
 # Behind the native robot's own lines follow those of the FMU's variables, which stay.

@@ -11,9 +11,10 @@ from coupling import events
 from coupling.events import Event
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
+from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.run.execute import RunBegins
-from coupling.solve.correction import CorrectionIteration, RefinedTimes
-from coupling.solve.fixed_point import Evaluated, Evaluation
+from coupling.solve.correction import RefinedTimes
+from coupling.solve.fixed_point import Evaluated
 from coupling.store import WaitingForOther
 
 _HEADER = (
@@ -103,14 +104,13 @@ class RunView:
     def _finished(self, finished: CorrectionIteration) -> None:
         text = f"      iteration {finished.number}: deviation max {_um(finished.deviation.maximum)}"
         text += f", rms {_um(finished.deviation.rms)}"
-        correction = finished.correction
-        if correction is not None:
+        if finished.largest_step is not None:
             text += (
-                f"; largest step of the correction {_um(correction.largest_step)} at t ="
-                f" {correction.step_time:.2f} s"
+                f"; largest step of the correction {_um(finished.largest_step)} at t ="
+                f" {finished.step_time:.2f} s"
             )
-            if correction.limited_samples:
-                text += f"; rate limited at {correction.limited_samples} samples"
+            if finished.limited_samples:
+                text += f"; rate limited at {finished.limited_samples} samples"
         self._print(text, "cyan")
 
     def _print(self, text: str, style: str | None = None) -> None:

@@ -11,6 +11,8 @@ from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.check import Check, CheckedCommand, of_corrections
+from coupling.run.models import Models
 from coupling.run.robustness import StiffnessRanges
 from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction
@@ -159,3 +161,20 @@ def drawn_replays(
         for draw in (draws[:completed_count] if values else [])
     ]
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))
+
+
+def _compute(command: CheckedCommand) -> DrawnReplays:
+    case = command.case
+    with Models(case.fmu, command.watch) as others:
+        return drawn_replays(
+            command.cell,
+            command.models,
+            [placed.provenance.stiffness_ranges for placed in case.robots],
+            case.process_table.FORCE_FACTORS,
+            command.correction,
+            others.of,
+            DRAWS[case.fmu],
+        )
+
+
+DRAWN_ROBOTS = Check("drawn", _compute, DrawnReplays(), of_corrections)

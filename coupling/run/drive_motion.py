@@ -6,7 +6,9 @@ import numpy as np
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.joint_path import JointPath
-from coupling.results.run_result import DriveMotion
+from coupling.results.drive_result import DriveMotion
+from coupling.run.check import Check, CheckedCommand
+from coupling.run.motor_loads import MOTOR_TORQUES
 
 # Times per row at which a command is looked at.
 _BETWEEN = 8
@@ -51,3 +53,18 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 def _limit(value: float) -> float | None:
     """Return a limit, None where there is none."""
     return float(value) if np.isfinite(value) else None
+
+
+def _compute(command: CheckedCommand) -> tuple[tuple[DriveMotion, ...], ...]:
+    """Return what a command asks of the drives of every robot, and of their motors."""
+    case, demands = command.case, []
+    for joints, placed, motor in zip(
+        command.correction.joints.robots, case.robots, command.of(MOTOR_TORQUES), strict=True
+    ):
+        limits = JointLimits.of(placed.description, case.controller.max_acceleration)
+        drives = drive_motions(joints, limits)
+        demands.append(drives if motor is None else motor.with_motors(drives))
+    return tuple(demands)
+
+
+DRIVE_MOTION = Check[tuple[tuple[DriveMotion, ...], ...]]("drives", _compute, ())

@@ -2,77 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import metadata
+from typing import TypeVar
 
 import numpy as np
 
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process.smoothing import ForceNoise
+from coupling.results.drive_result import CommandResult, DriveResult
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import DrawnDeviation, WorstReplay
 from coupling.results.run_result import (
-    CommandResult,
-    DriveResult,
     GapResult,
-    GearResult,
-    PlantResult,
-    ReplayResult,
-    ReversalResult,
+    NoiseResult,
     RobotResult,
     RunResult,
+    SharesResult,
     ToothPassingResult,
-    WarningResult,
 )
+from coupling.run.drawn_plants import DRAWN_ROBOTS
+from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import Run
-from coupling.run.plant import PlantReplay
+from coupling.run.gear_check import GEAR_LOADS
+from coupling.run.path_checks import TOOL_GAP, UNLOADED_PATHS
+from coupling.run.plant import PLANT_REPLAY
 from coupling.run.tooth_passing import tooth_passing_parts
 
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
 
 
-@dataclass(frozen=True)
-class Deviations:
-    """Deviations of one tool or the worst of several, in a run.
+def shares_of(run: Run, tool: int | None = None) -> SharesResult:
+    """Return the deviations by cause of one tool of a run, or the worst of all."""
 
-    Attributes:
-        before: Deviation of the loaded tool from the desired path, command = desired path.
-        after: Deviation of the achieved path from the desired one.
-        gravity: Deviation of the unloaded tool from the desired path, command = desired path.
-        process: Deviation of the loaded tool from the unloaded one, under the same command.
-        gravity_after, process_after: The same under the corrected command: where the tool goes without
-            the process, and by how much the process then moves it; None where that was not simulated.
-        dynamic: Deviation of the path under the corrected command, simulated in dynamic mode, from the
-            desired one; None where that was not run.
-    """
+    def between(path: ToolPath | None, other: ToolPath | None) -> Deviation | None:
+        return None if path is None or other is None else run.deviation(path, tool, other)
 
-    before: Deviation
-    after: Deviation
-    gravity: Deviation
-    process: Deviation
-    gravity_after: Deviation | None
-    process_after: Deviation | None
-    dynamic: Deviation | None
-
-    @classmethod
-    def of(cls, run: Run, tool: int | None = None) -> Deviations:
-        """Return the deviations of one tool of a run, or the worst of all."""
-
-        def of_tool(path: ToolPath) -> ToolPath:
-            return path if tool is None else path.tools[tool]
-
-        correction, desired = run.correction, of_tool(run.desired)
-        before, unloaded = of_tool(run.before), of_tool(correction.unloaded)
-        achieved = of_tool(correction.achieved)
-        dry = None if run.unloaded_after is None else of_tool(run.unloaded_after)
-        return cls(
-            before=measure(before, desired),
-            after=measure(achieved, desired),
-            gravity=measure(unloaded, desired),
-            process=measure(before, unloaded),
-            gravity_after=None if dry is None else measure(dry, desired),
-            process_after=None if dry is None else measure(achieved, dry),
-            dynamic=None if run.dynamic is None else measure(of_tool(run.dynamic), desired),
-        )
+    correction, unloaded_after = run.correction, run.of(UNLOADED_PATHS)
+    return SharesResult(
+        gravity=run.deviation(correction.unloaded, tool),
+        process=run.deviation(run.before, tool, correction.unloaded),
+        gravity_after=between(unloaded_after, run.desired),
+        process_after=between(correction.achieved, unloaded_after),
+        dynamic_after=between(run.dynamic, run.desired),
+    )
 
 
 def figures_of(
@@ -86,66 +60,81 @@ def figures_of(
         robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
-    correction, deviations = run.correction, Deviations.of(run, tool)
+    correction, gap, plant = run.correction, run.of(TOOL_GAP), run.of(PLANT_REPLAY)
     rows_of_tool = slice(None) if tool is None else slice(tool, tool + 1)
-    names, any_effect = run.robots[rows_of_tool], correction.backlash_reversals
-    warnings = [
-        limit_warning
-        for limit_warning in run.warnings
-        if (limit_warning.robot or names[0]) in names
-    ]
-    return RunResult.of(
-        correction,
-        run,
+    names, reversals = run.robots[rows_of_tool], correction.backlash_reversals
+    before = run.deviation(run.before, tool)
+    warnings = tuple(_with_robot(warning, run) for warning in run.warnings)
+    warnings = tuple(warning for warning in warnings if warning.robot in names)
+    return RunResult(
         case=case,
-        deviation_before_m=deviations.before,
-        deviation_after_m=deviations.after,
+        kind=run.kind,
+        mode=run.mode,
+        converged=correction.converged,
+        outcome=correction.outcome.value,
+        reason=correction.reason,
+        process_evaluations=correction.evaluations,
+        repeatability=run.repeatability,
+        noise=_noise(run.noise),
+        before=correction.before.how,
+        deviation_before_m=before,
+        deviation_after_m=run.deviation(correction.achieved, tool),
+        consistency_m=correction.consistency,
         peak_force_N=_of_tool(correction.response.wrench, tool).peak_force,
-        shares_m=deviations,
-        robustness=[
-            ReplayResult(
-                name=replay.name,
-                deviation_m=replay.deviation if tool is None else replay.tools[tool],
-            )
-            for replay in run.robustness
-        ],
-        outlook=outlook_of(run, deviations.before),
-        plant=_plant(run.plant, tool),
-        backlash_reversals=any_effect
-        and [
-            ReversalResult.of(change, robot=name)
-            for change in any_effect
-            if (name := change.robot or names[0]) in names
-        ],
-        gears=[
-            GearResult.of(gear, robot=name)
-            for name, gears in zip(names, run.gears[rows_of_tool], strict=True)
+        shares_m=shares_of(run, tool),
+        robustness=tuple(
+            replay if tool is None else replay.of_tool(tool) for replay in run.robustness
+        ),
+        outlook=outlook_of(run, before),
+        forecast=run.forecast,
+        plant=None if plant is None else plant.stored(tool),
+        backlash_reversals=None
+        if reversals is None
+        else tuple(r for r in (_with_robot(r, run) for r in reversals) if r.robot in names),
+        gears=tuple(
+            gear.model_copy(update={"robot": name})
+            for name, gears in zip(names, run.of(GEAR_LOADS)[rows_of_tool], strict=True)
             for gear in gears
-        ],
+        ),
         command=CommandResult(
             rows=len(correction.joints.time),
             drives=tuple(
-                DriveResult.of(
-                    drive,
-                    robot=name,
-                    range_rad=(drive.lowest, drive.highest),
-                    range_limit_rad=(drive.lower_limit, drive.upper_limit),
-                )
-                for name, drives in zip(names, run.drives[rows_of_tool], strict=True)
+                DriveResult.of(drive, name)
+                for name, drives in zip(names, run.of(DRIVE_MOTION)[rows_of_tool], strict=True)
                 for drive in drives
             ),
         ),
-        pinch_gap_m=None if run.gap is None or tool is not None else GapResult.extremes(run.gap),
+        pinch_gap_m=None if gap is None or tool is not None else GapResult.extremes(gap),
         tooth_passing=_tooth_passing(run, rows_of_tool),
-        warnings=[
-            WarningResult.of(
-                limit_warning, robot=limit_warning.robot or run.robots[0], text=str(limit_warning)
-            )
-            for limit_warning in warnings
-        ],
-        rate_warnings=[str(warning) for warning in warnings if warning.name == "rate"],
+        iterations=correction.iterations,
+        warnings=warnings,
+        rate_warnings=tuple(warning.text for warning in warnings if warning.name == "rate"),
+        remarks=run.remarks,
+        evaluation_keys=run.keys,
+        fmu_fingerprint=run.fmu_fingerprint,
         versions=versions(),
         robots=robots[rows_of_tool],
+    )
+
+
+_Named = TypeVar("_Named", LimitWarning, BacklashReversal)
+
+
+def _with_robot(part: _Named, run: Run) -> _Named:
+    """Return what is of one robot with its name, which it lacks where there is one robot alone."""
+    return part if part.robot else part.model_copy(update={"robot": run.robots[0]})
+
+
+def _noise(noise: ForceNoise | None) -> NoiseResult | None:
+    """Return the noise of the process's forces; None where it can have none."""
+    if noise is None:
+        return None
+    return NoiseResult(
+        level_N=noise.force,
+        cutoff_Hz=None if noise.filter is None else noise.filter.cutoff,
+        adaptive=noise.adaptive,
+        counts=noise.significant,
+        sentence=noise.sentence,
     )
 
 
@@ -160,7 +149,7 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """
     if run.forecast is not None:
         return None
-    expected = DrawnDeviation.among(run.drawn)
+    expected = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
     return WorstReplay.among(before, run.robustness, expected)
 
 
@@ -182,18 +171,6 @@ def _tooth_passing(run: Run, tools: slice) -> ToothPassingResult | None:
         slow_m=max(part.largest_slow for part in parts_of_tools),
         ripple_m=max(part.largest_ripple for part in parts_of_tools),
         envelope_m=dict(zip("xyz", walls, strict=True)),
-    )
-
-
-def _plant(plant: PlantReplay | None, tool: int | None) -> PlantResult | None:
-    """Return what the command leaves on the plant; None where the case has none."""
-    if plant is None:
-        return None
-    return PlantResult.of(
-        plant,
-        wrench="model" if plant.coupling is None else "coupled",
-        deviation_m=plant.deviation(tool),
-        peak_force_N=_of_tool(plant.wrench, tool).peak_force,
     )
 
 

@@ -18,8 +18,11 @@ from coupling.files.csv_table import (
 )
 from coupling.files.written_files import claimed, claimed_folder
 from coupling.results.run_result import RunResult
-from coupling.run.execute import Run, other_mode
+from coupling.run.execute import Run
 from coupling.run.figures import figures_of
+from coupling.run.motor_loads import MOTOR_TORQUES
+from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, other_mode
+from coupling.run.plant import PLANT_REPLAY
 from coupling.run.robots import drawn_robots
 from coupling.run.stored_run import (
     ANCHOR,
@@ -48,11 +51,12 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
         _write_figures(folder, figures_of(run, case.name, robots))
-        if run.gap is None:
+        gap = run.of(TOOL_GAP)
+        if gap is None:
             _write_tool(folder, run, 0)
             return
-        gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
-        _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
+        gaps = np.column_stack([gap.before, gap.after]) + gap.commanded
+        _write(folder, GAP, GAP_COLUMNS, gap.time, gaps)
         for tool, name in enumerate(run.robots):
             claimed_folder(folder / name)
             figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
@@ -68,12 +72,12 @@ def _write_figures(folder: Path, figures: RunResult) -> None:
 
 def _write_tool(folder: Path, run: Run, tool: int) -> None:
     """Write the tables of one robot and its tool."""
-    correction, time = run.correction, run.desired.time
+    correction, time, plant = run.correction, run.desired.time, run.of(PLANT_REPLAY)
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
-    if run.plant is not None:
-        paths[PLANT] = run.plant.path
-    in_other = {"uncompensated": run.other_before, "achieved": run.other_after}
-    for name, path in in_other.items():
+    if plant is not None:
+        paths[PLANT] = plant.path
+    other = run.of(OTHER_MODE)
+    for name, path in (("uncompensated", other.before), ("achieved", other.after)):
         if path is not None:
             paths[f"{name}_{other_mode(run.mode)}"] = path
     for name, path in paths.items():
@@ -88,12 +92,12 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     if spring is not None:
         rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
         _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
-    motors = run.motors[tool]
+    motors = run.of(MOTOR_TORQUES)[tool]
     if motors is not None:
         history = motors.history
         _write(folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
-    if run.plant is not None and run.plant.coupling is not None:
-        wrench = run.plant.wrench
+    if plant is not None and plant.coupling is not None:
+        wrench = plant.wrench
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
 
 

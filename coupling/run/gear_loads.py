@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from coupling.case.case import PlacedRobot
-from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.results.gear_result import GearDiagnosis
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from coupling.case.case import PlacedRobot
 from coupling.files.ratings import Ratings
-from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.histories import WrenchHistory
-from coupling.robot.robot import LimitWarning
+from coupling.results.gear_result import GearDiagnosis
+from coupling.results.limit_warning import LimitWarning
 
 
 def load_warnings(
@@ -49,12 +49,12 @@ def exceeded(
     worst = int(force.argmax())
     if ratings.payload is not None and force[worst] > ratings.payload:
         time = float(wrench.time[worst])
-        yield LimitWarning("payload", float(force[worst]), ratings.payload, time, robot=robot)
+        yield LimitWarning.of("payload", float(force[worst]), ratings.payload, time, robot=robot)
     for gear in gears:
         at = gear.torque_time, gear.joint, robot
         effort = ratings.efforts.get(gear.joint)
         if effort is not None and gear.torque > effort:
-            yield LimitWarning("effort", gear.torque, effort, *at)
+            yield LimitWarning.of("effort", gear.torque, effort, *at)
         rated = ratings.gears.get(gear.joint)
         if rated is None:
             continue
@@ -62,5 +62,5 @@ def exceeded(
         limits = {"gear-torque-emergency": rated.emergency, "gear-torque-peak": rated.peak}
         for name, limit in limits.items():
             if limit is not None and gear.torque > limit:
-                yield LimitWarning(name, gear.torque, limit, *at)
+                yield LimitWarning.of(name, gear.torque, limit, *at)
                 break

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,11 +21,11 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
+from coupling.results.limit_warning import LimitWarning
 from coupling.robot.differences import RobotDifference
 from coupling.robot.parameter_table import VARIED
-from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import at_samples, wanted_of
-from coupling.run.repeated_evaluation import RememberedProcess
+from coupling.store import EvaluatedProcess
 from elastic_robot.fmi.interface import IDEAL
 
 # Factors of the friction of a warm and of a cold robot, as runs vary it.
@@ -55,14 +55,14 @@ class MotorDemand:
         for factor, ending in endings.items():
             if self.limit is not None and self.torque[factor] > self.limit:
                 at = self.time[factor], self.joint
-                warning = LimitWarning(
+                warning = LimitWarning.of(
                     f"motor-torque{ending}", self.torque[factor], self.limit, *at
                 )
                 return (warning,)
         return ()
 
     @property
-    def beyond(self) -> str:
+    def exceeded(self) -> str:
         """Whether its limit is passed, in words."""
         words = {"motor-torque": "yes", "motor-torque-warm": "warm", "motor-torque-cold": "cold"}
         return "".join(words[warning.name] for warning in self.warnings) or "-"
@@ -135,7 +135,7 @@ def require_motors_that_hold(case: Case) -> None:
                 continue
             most, at = float(static_torque.max()), float(loads.time[static_torque.argmax()])
             if most > drive.torque_limit + drive.friction:
-                warning = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1)
+                warning = LimitWarning.of("motor-torque", most, drive.torque_limit, at, joint + 1)
                 raise PlanningError(
                     f"{_with_robot_name(case, placed, warning)}, at rest and without any process: the"
                     " robot would fall"
@@ -143,7 +143,7 @@ def require_motors_that_hold(case: Case) -> None:
 
 
 @contextmanager
-def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[None]:
+def explained_by_motors(case: Case, process: EvaluatedProcess) -> Iterator[None]:
     """Let robots that cannot be simulated as their motors do not hold them be an error that says so.
 
     A robot whose motor has less torque than its weight or the process needs falls, and nothing can be
@@ -151,7 +151,7 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
 
     Args:
         case: Its robots, simulated.
-        remembered: Its process, with its last evaluation.
+        process: Its process, with its last evaluation.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
@@ -161,8 +161,8 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
     except SimulationError as error:
         none = WrenchHistory.none(case.desired.time, len(case.robots))
         loads = [("without any process", none)]
-        if remembered.last is not None:
-            wrench = at_samples(remembered.last.response.wrench, remembered.last.path, case.desired)
+        if process.last is not None:
+            wrench = at_samples(process.last.response.wrench, process.last.path, case.desired)
             loads.append(("under the process", wrench))
         for what, wrench in loads:
             for warning in _exceeded_limits(case, wrench):
@@ -195,4 +195,4 @@ def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, D
 
 def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
     """Return a warning with the name of its robot where there are several."""
-    return replace(warning, robot=placed.name if len(case.robots) > 1 else "")
+    return warning.of_robot(placed.name if len(case.robots) > 1 else "")

@@ -8,15 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.case.case import PlacedRobot
+from coupling.errors import SimulationError
 from coupling.inverse.servo import presliding
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
-from coupling.results.run_result import DriveMotion, MotorLoad
+from coupling.results.drive_result import DriveMotion, MotorLoad
+from coupling.results.limit_warning import LimitWarning
+from coupling.results.run_result import RunResult
+from coupling.results.section import Note, Section, Table
 from coupling.robot.parameters import with_joints
-from coupling.robot.robot import LimitWarning
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.check import Check, CheckedCommand
+from coupling.solve.correction import Correction
+from coupling.solve.outcome import Outcome
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 from elastic_robot.gear_parts import Drive
 
 # Longest distance of the times at which motors are looked at [s]: where a gear comes to a flank, a
@@ -38,7 +45,7 @@ class MotorLoads:
     history: MotorHistory
     loads: dict[int, MotorLoad]
 
-    def beside(self, drives: Sequence[DriveMotion]) -> tuple[DriveMotion, ...]:
+    def with_motors(self, drives: Sequence[DriveMotion]) -> tuple[DriveMotion, ...]:
         """Return what the command asks of the drives with what it asks of their motors."""
         return tuple(
             drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives
@@ -53,20 +60,7 @@ class MotorLoads:
         for joint, load in self.loads.items():
             if load.limit is not None and load.torque > load.limit:
                 at = load.torque_time, joint + 1, robot
-                yield LimitWarning("motor-torque", load.torque, load.limit, *at)
-
-
-def motor_warnings(
-    robots: Sequence[PlacedRobot], motors: Sequence[MotorLoads | None]
-) -> tuple[LimitWarning, ...]:
-    """Return a warning for each motor of a case's robots whose torque limit is exceeded."""
-    pairs = zip(robots, motors, strict=True)
-    return tuple(
-        warning
-        for placed, loads in pairs
-        if loads is not None
-        for warning in loads.exceeded(placed.name if len(robots) > 1 else "")
-    )
+                yield LimitWarning.of("motor-torque", load.torque, load.limit, *at)
 
 
 def motor_loads(
@@ -145,3 +139,95 @@ def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
         reversals=int(np.sum(ways[1:] != ways[:-1])),
         presliding=float(within / (time[-1] - time[0])),
     )
+
+
+def motor_warnings(
+    robots: Sequence[PlacedRobot], motors: Sequence[MotorLoads | None]
+) -> tuple[LimitWarning, ...]:
+    """Return a warning for each motor of a case's robots whose torque limit is exceeded."""
+    pairs = zip(robots, motors, strict=True)
+    return tuple(
+        warning
+        for placed, loads in pairs
+        if loads is not None
+        for warning in loads.exceeded(placed.name if len(robots) > 1 else "")
+    )
+
+
+def _compute(command: CheckedCommand) -> tuple[MotorLoads | None, ...]:
+    """Return what a command asks of the motors of every robot; None where that is not simulated."""
+    correction = command.correction
+    demands: list[MotorLoads | None] = []
+    for member, model, joints, load in zip(
+        command.cell.members,
+        command.models,
+        correction.joints.robots,
+        correction.response.wrench.tools,
+        strict=True,
+    ):
+        in_base = load.transformed(member.world_from_base.inverse())
+        try:
+            demands.append(motor_loads(model, joints, in_base))
+        except SimulationError:
+            demands.append(None)
+    return tuple(demands)
+
+
+def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
+    return motor_warnings(command.case.robots, command.of(MOTOR_TORQUES))
+
+
+def within_motors(command: CheckedCommand) -> Correction:
+    """Return a correction that has not converged where motors that were not simulated have too little.
+
+    What a limit costs that is in the simulation its deviation tells.
+    """
+    case, correction = command.case, command.correction
+    unlimited = [
+        motor if case.mode == "quasistatic" or placed.drive == IDEAL else None
+        for placed, motor in zip(case.robots, command.of(MOTOR_TORQUES), strict=True)
+    ]
+    warnings = motor_warnings(case.robots, unlimited)
+    if command.kind == "couple" or not warnings or not correction.converged:
+        return correction
+    reason = f"the command exceeds a motor's torque: {warnings[0]}: slow down the path"
+    return replace(correction, outcome=Outcome.ROBOT_FAILED, reason=reason)
+
+
+def _sections(figures: RunResult) -> list[Section]:
+    """Return what the command asks of the motors, beside their limits."""
+    driven = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
+    if not driven:
+        return []
+    several = len(figures.robots) > 1
+    rows = [
+        (
+            f"{drive.robot} joint {drive.joint}" if several else f"joint {drive.joint}",
+            f"{drive.motor_torque_Nm:.4g}",
+            *motor_limit(drive.motor_torque_Nm or 0.0, drive.motor_torque_limit_Nm),
+            f"{drive.motor_torque_time_s:.3f}",
+            str(drive.motor_reversals),
+            f"{100.0 * (drive.motor_presliding_share or 0.0):.1f}",
+        )
+        for drive in driven
+    ]
+    columns = (
+        *("motor", "torque [N m]", "limit", "used", "at t = [s]", "reversals"),
+        "friction sticks [% of the time]",
+    )
+    return [Section("Demands on the motors", (_MOTORS, Table(columns, rows)))]
+
+
+def motor_limit(demand: float, limit: float | None) -> tuple[str, str]:
+    """Return a motor's limit of torque and what is used of it, in words; torques in N m."""
+    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * demand / limit:.0f} %")
+
+
+_MOTORS = Note(
+    "Torque of rotor, friction and gear at the gear's output, without the motor's limit. Friction sticks"
+    " at rest and after a reversal, until the motor has turned by the presliding angle."
+)
+
+MOTOR_TORQUES = Check[tuple[MotorLoads | None, ...]](
+    "motors", _compute, (), warnings=_warnings, sections=_sections
+)

@@ -14,8 +14,12 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
+from coupling.results.deviation_table import deviation_table
+from coupling.results.run_result import PlantCouplingResult, PlantResult, RunResult
+from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
+from coupling.run.check import Check, CheckedCommand
 from coupling.run.models import Models
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Coupling, Loop, couple
@@ -71,6 +75,25 @@ class PlantReplay:
         if tool is None:
             return measure(self.path, self.desired)
         return measure(self.path.tools[tool], self.desired.tools[tool])
+
+    def stored(self, tool: int | None = None) -> PlantResult:
+        """Return what is stored of it, of one tool, or the worst of all."""
+        coupling, wrench = self.coupling, self.wrench
+        return PlantResult(
+            differences=self.differences,
+            wrench="model" if coupling is None else "coupled",
+            remark=self.remark,
+            deviation_m=self.deviation(tool),
+            peak_force_N=(wrench if tool is None else wrench.tools[tool]).peak_force,
+            coupling=None
+            if coupling is None
+            else PlantCouplingResult(
+                converged=coupling.converged,
+                outcome=coupling.outcome.value,
+                reason=coupling.reason,
+                process_evaluations=len(coupling.evaluations),
+            ),
+        )
 
 
 def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
@@ -165,3 +188,37 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     if plant.force != 1.0:
         said.append(f"force x {plant.force:g}")
     return tuple(said)
+
+
+def _compute(command: CheckedCommand) -> PlantReplay:
+    case = command.case
+    assert case.plant is not None
+    cell = plant_cell(command.cell, case.plant, command.fmus)
+    return run_on_plant(case, cell, command.correction, command.watch)
+
+
+def _has_plant(command: CheckedCommand) -> bool:
+    return command.case.plant is not None
+
+
+def _sections(figures: RunResult) -> list[Section]:
+    """Return what the command leaves on the plant beside the model."""
+    plant_result = figures.plant
+    if plant_result is None:
+        return []
+    differences = ", ".join(plant_result.differences) or "nothing"
+    text = f"The same command on a robot that differs from the model by: {differences}. "
+    text += (
+        "The wrench is that on the model, times the factor of the force."
+        if plant_result.coupling is None
+        else f"The process was evaluated on the plant's path: {plant_result.coupling.reason}."
+    )
+    warning = [f"Warning: {plant_result.remark}."] if plant_result.remark else []
+    model, mode = figures.shares_m.dynamic_after, "dynamic"
+    if model is None:  # a coupling corrects nothing
+        model, mode = figures.deviation_before_m, figures.mode
+    rows = [(f"{mode} model", model), ("dynamic plant", plant_result.deviation_m)]
+    return [Section("On the plant", (text, *warning, deviation_table(rows)))]
+
+
+PLANT_REPLAY = Check[PlantReplay | None]("plant", _compute, None, _has_plant, sections=_sections)

@@ -150,8 +150,8 @@ def unsure_stiffness(placed: PlacedRobot) -> list[str]:
         return []
     return [
         f"robot {placed.description.name}: the stiffness of {len(placed.provenance.stiffness_ranges)}"
-        f" gears is known as a range ({whole[0]:.2g} to {whole[1]:.2g} N m/rad), not measured on this"
-        " robot: measure it (elastic-robot identify)"
+        f" gears is known as a range ({whole[0]:.2g} to {whole[1]:.2g} N m/rad): more measurements of"
+        " this robot narrow it (elastic-robot identify)"
     ]
 
 

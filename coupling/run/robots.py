@@ -11,7 +11,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
-from coupling.results.run_result import RobotResult, TouchOffResult
+from coupling.results.run_result import RobotResult, TouchOffResult, three
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from elastic_robot.errors import ElasticRobotError
@@ -31,15 +31,17 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
             _, numbers = robot_numbers(find_robot(table["description"]))
         points = link_points(placed.description, joints.q[0][len(joints.time) // 2])
         drawn.append(
-            RobotResult.of(
-                placed,
+            RobotResult(
+                name=placed.name,
                 title=placed.description.name,
                 description=Path(table["description"]).name,
+                torque_curve=placed.torque_curve,
+                drive=placed.drive,
                 sources=by_source(numbers),
-                files=dict(placed.provenance.files),
+                files={name: str(file) for name, file in placed.provenance.files.items()},
                 stiffness_range_Nm_rad=placed.provenance.stiffness_range,
                 touch_off=touch_off_of(case, placed),
-                links_m=np.round(placed.world_from_base.points(points), 6),
+                links_m=tuple(map(three, np.round(placed.world_from_base.points(points), 6))),
             )
         )
     return tuple(drawn)
@@ -55,10 +57,10 @@ def touch_off_of(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
         warnings.simplefilter("ignore", UserWarning)
         rpy = part.rotation.as_euler("xyz", degrees=True)
     shown = touch_off.real_from_shown
-    return TouchOffResult.of(
-        touch_off,
-        part_position_m=part.position,
-        part_rpy_deg=rpy,
-        shift_m=part.position - shown.coordinates(part.position),
-        turn_rad=shown.rotation.as_rotvec(),
+    return TouchOffResult(
+        part_position_m=three(part.position),
+        part_rpy_deg=three(rpy),
+        shift_m=three(part.position - shown.coordinates(part.position)),
+        turn_rad=three(shown.rotation.as_rotvec()),
+        residual_m=touch_off.residual,
     )

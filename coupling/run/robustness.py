@@ -10,11 +10,15 @@ import numpy as np
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
+from coupling.results.deviation_table import deviation_table
 from coupling.results.outlook import Replay
+from coupling.results.run_result import RunResult
+from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.solve.correction import Correction
 
 
@@ -121,3 +125,28 @@ def noise_replays(
         forces.append(interpolated(time, samples, drawn))
     path = cell.simulate(correction.joints, loads.plus(np.stack(forces)), "dynamic")
     return (Replay.of("noise", path, correction.desired),)
+
+
+def _compute(command: CheckedCommand) -> tuple[Replay, ...]:
+    cell, correction, time = command.cell, command.correction, command.case.desired.time
+    return (
+        *replayed(cell, command.models, correction),
+        *noise_replays(cell, time, command.noise, correction),
+    )
+
+
+def _sections(figures: RunResult) -> list[Section]:
+    """Return what the command leaves on robots that differ from the model."""
+    if not figures.robustness:
+        return []
+    text = (
+        "Deviation under the command as written and under the same wrench, on dynamic robots of"
+        " which one parameter differs from the model, in all gears and tilts or in all motors:"
+    )
+    rows = [(row.name, row.deviation) for row in figures.robustness]
+    return [Section("On robots that differ from the model", (text, deviation_table(rows)))]
+
+
+ROBUSTNESS = Check[tuple[Replay, ...]](
+    "robustness", _compute, (), of_corrections, sections=_sections
+)

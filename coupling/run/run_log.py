@@ -17,13 +17,12 @@ from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
 from coupling.files.written_files import claimed, is_of_kind
-from coupling.process.base import EVALUATIONS
-from coupling.results.run_result import EvaluationResult, RunResult
-from coupling.results.run_state import AnswerResult, RunState
+from coupling.results.run_result import RunResult
+from coupling.results.run_state import RunState, StoredAnswer
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
 from coupling.solve.outcome import Outcome
-from coupling.store import StoredAnswer, WaitingForOther
+from coupling.store import WaitingForOther
 
 # Kind of the folder of a run.
 KIND = "run"
@@ -72,19 +71,18 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case StoredAnswer(seconds=seconds):
-                    answer = AnswerResult.of(event, seconds=round(seconds, 3))
+                case StoredAnswer():
+                    answer = event.model_copy(update={"seconds": round(event.seconds, 3)})
                     self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
-                    result = EvaluationResult.of(evaluation)
-                    self._write(evaluations=(*content.evaluations, result))
+                    self._write(evaluations=(*content.evaluations, evaluation))
                 case WaitingForOther(text):
                     self._write(waiting=text)
                 case WarningEvent(text):
                     self._write(warnings=(*content.warnings, text))
 
     def finish(self, durations: Mapping[str, float]) -> None:
-        """Say that all files are there.
+        """Say that all files are written.
 
         Args:
             durations: Wall time by part [s].
@@ -92,10 +90,6 @@ class RunLog:
         Raises:
             OSError: If it cannot be written.
         """
-        folder = self._file.parent
-        for file in folder.rglob("*"):
-            if file.is_file() and not file.is_relative_to(folder / EVALUATIONS):
-                _sync(file)
         self._write(state="finished", waiting=None, durations_s=dict(durations))
 
     def stop(self, error: BaseException) -> None:
@@ -146,8 +140,3 @@ def is_to_go_on(folder: Path, kind: str, case: Path) -> bool:
     with suppress(ResultError):
         return RunResult.read(folder / RESULT, ResultError).outcome == Outcome.PROCESS_FAILED
     return False
-
-
-def _sync(file: Path) -> None:
-    with file.open("rb") as stream, suppress(OSError):
-        os.fsync(stream.fileno())

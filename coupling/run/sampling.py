@@ -13,9 +13,10 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolated
 from coupling.process import NoisySchema, Process, ProcessResponse
+from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
-from coupling.robot.robot import LimitWarning
+from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, couple
 from coupling.solve.schemes import SCHEMES
@@ -41,12 +42,6 @@ class SamplingCheck:
     error: float
     time: float
     replay: Replay
-
-    def warnings(self, tolerance: float) -> list[LimitWarning]:
-        """Return a warning where the error exceeds a tolerance [m]."""
-        if self.error <= tolerance:
-            return []
-        return [LimitWarning("sampling", self.error, tolerance, self.time)]
 
 
 def sampling_of(case: Case, cell: Cell, correction: Correction) -> SamplingCheck | None:
@@ -189,3 +184,18 @@ def _task_at(case: Case, time: np.ndarray) -> Task:
 def _between(path: ToolPath, time: np.ndarray) -> ToolPath:
     """Return the paths of all tools at other times."""
     return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
+
+
+def _compute(command: CheckedCommand) -> SamplingCheck | None:
+    return sampling_of(command.case, command.cell, command.correction)
+
+
+def _warnings(command: CheckedCommand) -> list[LimitWarning]:
+    """Return a warning where the error exceeds the tolerance of the case."""
+    sampling, tolerance = command.of(SAMPLING), command.case.method.tolerance_m
+    if sampling is None or sampling.error <= tolerance:
+        return []
+    return [LimitWarning.of("sampling", sampling.error, tolerance, sampling.time)]
+
+
+SAMPLING = Check[SamplingCheck | None]("sampling", _compute, None, of_corrections, _warnings)

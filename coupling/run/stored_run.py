@@ -11,6 +11,7 @@ from typing import get_args
 import numpy as np
 
 from coupling.errors import ResultError, reason_of
+from coupling.files.atomic_folder import unfinished_name
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
@@ -24,7 +25,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
-from coupling.results.run_state import AnswerResult, RunState
+from coupling.results.run_state import RunState, StoredAnswer
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric
 
@@ -98,7 +99,7 @@ class StoredRun:
     gap: np.ndarray | None
     workpieces: dict[str, Workpiece]
     case: str = ""
-    answers: tuple[AnswerResult, ...] = ()
+    answers: tuple[StoredAnswer, ...] = ()
 
     @property
     def first(self) -> StoredRobot:
@@ -139,7 +140,7 @@ def _read_case(folder: Path) -> str:
     return ""
 
 
-def _read_answers(folder: Path) -> tuple[AnswerResult, ...]:
+def _read_answers(folder: Path) -> tuple[StoredAnswer, ...]:
     """Return what run.json tells of the process's answers; nothing rests on it."""
     for place in (folder, folder.parent):
         with suppress(ResultError):
@@ -148,8 +149,9 @@ def _read_answers(folder: Path) -> tuple[AnswerResult, ...]:
 
 
 def _read_figures(folder: Path) -> RunResult:
-    unfinished = (folder / RUN).exists()
-    advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
+    logs = (folder / RUN, unfinished_name(folder.resolve()) / RUN)
+    log = next((file for file in logs if file.exists()), None)
+    advice = "name a run folder" if log is None else f"its run has not finished, see {log}"
     return RunResult.read(folder / RESULT, ResultError, advice)
 
 

@@ -9,46 +9,16 @@ import numpy as np
 
 from coupling.events import Event
 from coupling.path.controller import on_cycle
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
-from coupling.robot.robot import BacklashReversal, Robot
-from coupling.solve.fixed_point import Evaluation, Loop, couple, sampled_at, unloaded_path
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.iteration_result import CorrectionIteration
+from coupling.robot.robot import InvertibleRobot
+from coupling.solve.fixed_point import Loop, couple, sampled_at, unloaded_path
 from coupling.solve.outcome import Outcome
-
-
-@dataclass(frozen=True)
-class SampledCorrection:
-    """Figures of a correction that was found sample by sample.
-
-    Attributes:
-        largest_step: Largest step between neighbouring samples [m].
-        step_time: Instant of that step [s].
-        limited_samples: Samples at which its rate was limited.
-    """
-
-    largest_step: float
-    step_time: float
-    limited_samples: int
-
-
-@dataclass(frozen=True)
-class CorrectionIteration(Event):
-    """One iteration of a correction.
-
-    Attributes:
-        number: 0 for the uncorrected command.
-        deviation: Deviation from the desired path of the path that the iteration leads to.
-        coupling: Evaluations of the process in this iteration.
-        correction: Displacement added to the desired path, where the iteration did so sample by sample.
-    """
-
-    number: int
-    deviation: Deviation
-    coupling: tuple[Evaluation, ...]
-    correction: SampledCorrection | None = None
 
 
 @dataclass(frozen=True)
@@ -138,7 +108,7 @@ class Correction:
 class Method(Protocol):
     """A method that makes a command of a desired path."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, with what it leads to.
 
         Raises:
@@ -159,7 +129,7 @@ class Compensation(Method, Protocol):
 class Uncorrected:
     """Commands the desired path as it is."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
         times = sampled_at(desired, loop.mode)
         path = times.path
@@ -182,7 +152,11 @@ class Uncorrected:
             response=coupling.response,
             consistency=coupling.evaluations[-1].path_change,
             iterations=(
-                CorrectionIteration(0, measure(coupling.path, path), coupling.evaluations),
+                CorrectionIteration(
+                    number=0,
+                    deviation=measure(coupling.path, path),
+                    evaluations=coupling.evaluations,
+                ),
             ),
             evaluations=len(coupling.evaluations),
         )

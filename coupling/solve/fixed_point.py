@@ -14,6 +14,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
+from coupling.results.iteration_result import Evaluation
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate, Scheme
@@ -61,62 +62,6 @@ class Loop(Generic[RobotT_co]):
     max_evaluations: int = 40
     controller: Controller = field(default_factory=Controller)
     watch: Watch = unwatched
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """One evaluation of the process and the robot's answer to it.
-
-    Attributes:
-        number: Number, from 1.
-        path_change: Largest distance between the path the process saw and the robot's answer [m].
-        path_change_rms: Root mean square of it [m].
-        force_change: Largest change of force since the last evaluation, relative to the peak; infinite
-            in the first.
-        peak_force: Largest force [N].
-        worst_time: Instant at which the path changes most [s].
-        spring_change: Largest force that springs, and what they cannot give, add to the process's at the
-            robot's answer, relative to the peak; 0 without.
-    """
-
-    number: int
-    path_change: float
-    path_change_rms: float
-    force_change: float
-    peak_force: float
-    worst_time: float
-    spring_change: float = 0.0
-
-    @classmethod
-    def of(
-        cls,
-        number: int,
-        path: ToolPath,
-        answer: ToolPath,
-        wrench: WrenchHistory,
-        last: WrenchHistory | None,
-        spring_change: float = 0.0,
-    ) -> Evaluation:
-        """Return the figures of a process's answer `wrench` to a path, and the robots' to that.
-
-        Args:
-            number: Number of the evaluation, from 1.
-            path: The paths that the process was given.
-            answer: The robots' answer.
-            wrench: The process's answer.
-            last: Its answer before.
-            spring_change: Force of springs at the robots' answer, over the peak force.
-        """
-        distance = answer.distance_to(path)
-        return cls(
-            number=number,
-            path_change=float(distance.max()),
-            path_change_rms=float(np.sqrt(np.mean(distance**2))),
-            force_change=np.inf if last is None else wrench.change_from(last),
-            peak_force=wrench.peak_force,
-            worst_time=float(answer.time[distance.argmax()]),
-            spring_change=spring_change,
-        )
 
 
 @dataclass(frozen=True)

@@ -17,16 +17,16 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.path_ends import is_near_moving_end
 from coupling.process.base import ProcessResponse
+from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.robot.robot import InverseCommand as RobotInverse
-from coupling.robot.robot import Robot
+from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import (
     Correction,
-    CorrectionIteration,
     How,
     RefinedTimes,
     UncorrectedRun,
 )
-from coupling.solve.fixed_point import Evaluated, Evaluation, Loop, couple, unloaded_path
+from coupling.solve.fixed_point import Evaluated, Loop, couple, unloaded_path
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode
 
@@ -78,7 +78,7 @@ class InverseCorrection(Schema):
     max_rounds: Annotated[int, Field(ge=1)] = 3
     before: How = "one-way"
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, validated.
 
         Raises:
@@ -121,7 +121,7 @@ class InverseCorrection(Schema):
 
     def _before(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         plain: JointPath,
         unloaded: ToolPath,
         times: SampledPath,
@@ -140,7 +140,7 @@ class InverseCorrection(Schema):
 
     def _round(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         desired: SampledPath,
         times: SampledPath,
         response: ProcessResponse,
@@ -158,13 +158,19 @@ class InverseCorrection(Schema):
             checked = loop.process.evaluate(simulated.at_rows(times.sample_rows))
             achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
-            report = CorrectionIteration(len(rounds) + 1, measure(simulated, times.path), first)
+            report = CorrectionIteration(
+                number=len(rounds) + 1, deviation=measure(simulated, times.path), evaluations=first
+            )
             loop.watch(report)
             return _Iteration(inverse, simulated, response, 0.0, report, error)
         number = len(rounds) + 2
         last = Evaluation.of(number, simulated, achieved, checked.wrench, response.wrench)
         loop.watch(Evaluated(last, achieved))
-        report = CorrectionIteration(len(rounds) + 1, measure(achieved, times.path), (*first, last))
+        report = CorrectionIteration(
+            number=len(rounds) + 1,
+            deviation=measure(achieved, times.path),
+            evaluations=(*first, last),
+        )
         loop.watch(report)
         return _Iteration(inverse, achieved, checked, last.path_change, report)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -16,13 +16,9 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.low_pass import low_pass
-from coupling.robot.robot import Robot
-from coupling.solve.correction import (
-    Correction,
-    CorrectionIteration,
-    SampledCorrection,
-    Uncorrected,
-)
+from coupling.results.iteration_result import CorrectionIteration
+from coupling.robot.robot import InvertibleRobot
+from coupling.solve.correction import Correction, Uncorrected
 from coupling.solve.fixed_point import Coupling, Loop, couple, sampled_at
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate
@@ -44,6 +40,20 @@ class _Attempt:
     command: ToolPath
     joints: JointPath
     coupling: Coupling
+
+
+class _LargestStep(NamedTuple):
+    """Largest step of a correction between neighbouring samples.
+
+    Attributes:
+        length: Its length [m].
+        time: Its instant [s].
+        limited_samples: Number of samples at which the correction's rate is limited.
+    """
+
+    length: float
+    time: float
+    limited_samples: int
 
 
 class Mirror(Schema):
@@ -68,7 +78,7 @@ class Mirror(Schema):
     max_correction_rate_m_s: Positive = 0.05
     max_passes: Annotated[int, Field(ge=1)] = 12
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the corrected command for the desired paths of all tools, validated.
 
         Raises:
@@ -81,14 +91,14 @@ class Mirror(Schema):
         first = Uncorrected().correct(loop, desired)
         iterations = list(first.iterations)
         coupling = Coupling(
-            first.outcome, first.reason, first.achieved, first.response, iterations[0].coupling
+            first.outcome, first.reason, first.achieved, first.response, iterations[0].evaluations
         )
         last = best = _Attempt(path, first.joints, coupling)
         loop.watch(iterations[0])
         verdict = self._verdict(iterations, coupling)
         while verdict is None:
             try:
-                last, correction = self._mirrored(loop, last, path, rows)
+                last, step = self._mirrored(loop, last, path, rows)
             except ProcessError as error:
                 reason = f"the process failed in iteration {len(iterations)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
@@ -100,9 +110,15 @@ class Mirror(Schema):
                 verdict = Outcome.ROBOT_FAILED, reason
                 break
             deviation = measure(last.coupling.path, path)
-            evaluations = last.coupling.evaluations
             iterations.append(
-                CorrectionIteration(len(iterations), deviation, evaluations, correction)
+                CorrectionIteration(
+                    number=len(iterations),
+                    deviation=deviation,
+                    largest_step=step.length,
+                    step_time=step.time,
+                    limited_samples=step.limited_samples,
+                    evaluations=last.coupling.evaluations,
+                )
             )
             loop.watch(iterations[-1])
             if deviation.maximum <= min(p.deviation.maximum for p in iterations):
@@ -112,17 +128,17 @@ class Mirror(Schema):
         return self._validated(loop, rows, correction_so_far, best, verdict)
 
     def _mirrored(
-        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath, rows: np.ndarray
-    ) -> tuple[_Attempt, SampledCorrection]:
-        """Return the next command, coupled, and the figures of its correction."""
-        corrected, figures = self._corrected(last, desired)
+        self, loop: Loop[InvertibleRobot], last: _Attempt, desired: ToolPath, rows: np.ndarray
+    ) -> tuple[_Attempt, _LargestStep]:
+        """Return the next command, coupled, and the largest step of its correction."""
+        corrected, step = self._corrected(last, desired)
         joints = on_cycle(loop.robot.plan(corrected), loop.controller)
         # The process sees at first what it saw last, moved with the command.
         start = last.coupling.path.displaced(corrected.deviation_from(last.command))
-        return _Attempt(corrected, joints, couple(loop, joints, start, rows)), figures
+        return _Attempt(corrected, joints, couple(loop, joints, start, rows)), step
 
-    def _corrected(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, SampledCorrection]:
-        """Return the mirrored command and the figures of its correction."""
+    def _corrected(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, _LargestStep]:
+        """Return the mirrored command and the largest step of its correction."""
         correction = last.command.deviation_from(desired)
         correction -= self.gain * last.coupling.path.deviation_from(desired)
         if self.cutoff_Hz is not None:
@@ -137,8 +153,8 @@ class Mirror(Schema):
         changes = np.diff(corrected.position - desired.position, axis=1)
         steps = np.linalg.norm(changes, axis=2).max(axis=0)
         worst = int(np.argmax(steps))
-        figures = SampledCorrection(float(steps[worst]), float(desired.time[worst]), count)
-        return corrected, figures
+        step = _LargestStep(float(steps[worst]), float(desired.time[worst]), count)
+        return corrected, step
 
     def _verdict(
         self, iterations: list[CorrectionIteration], coupling: Coupling
@@ -168,14 +184,13 @@ class Mirror(Schema):
         """Return the reasons for which the correction is not complete."""
         if self.cutoff_Hz is not None:
             return f"; the rest is above cutoff_Hz = {self.cutoff_Hz:g}"
-        limited = last.correction.limited_samples if last.correction is not None else 0
-        if limited:
-            return f"; {limited} samples are limited by max_correction_rate_m_s"
+        if last.limited_samples:
+            return f"; {last.limited_samples} samples are limited by max_correction_rate_m_s"
         return "; the robot's response is discontinuous there, as at a gear that reverses"
 
     def _validated(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         rows: np.ndarray,
         result: Correction,
         best: _Attempt,
@@ -186,7 +201,7 @@ class Mirror(Schema):
         desired = result.desired
         achieved, response = coupling.path, coupling.response
         consistency = coupling.evaluations[-1].path_change
-        evaluations = sum(len(entry.coupling) for entry in result.iterations)
+        evaluations = sum(len(entry.evaluations) for entry in result.iterations)
         try:
             response = loop.process.evaluate(coupling.path.at_rows(rows))
             iterate = Iterate(coupling.path, rows, response)

@@ -25,7 +25,7 @@ from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.design import GROWS
-from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
+from coupling.study.folder import ROWS, begin, different, drawn, in_short, points_of, require_same
 from coupling.study.parameters import StudyParameters
 from coupling.study.robot_pool import StudyJob, simulate_here
 from coupling.study.sample_table import SampleTable
@@ -84,7 +84,7 @@ def require_run_of(case: Case, run: Path) -> None:
     other = different(whole, resolved_case)
     if other:
         raise StudyError(
-            f"{run}: holds the command of another case, which differs in {some(other)}: compute"
+            f"{run}: holds the command of another case, which differs in {in_short(other)}: compute"
             " it anew (--overwrite), or name another folder"
         )
 

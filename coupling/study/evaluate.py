@@ -9,7 +9,13 @@ from scipy.stats import rankdata
 
 from coupling.errors import StudyError, reason_of
 from coupling.files.atomic_file import AtomicFile
-from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
+from coupling.results.study_result import (
+    InfluenceResult,
+    StudyCommandResult,
+    StudyResult,
+    StudySample,
+    UncertainResult,
+)
 from coupling.run.figures import versions
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, write_whole_table
@@ -82,22 +88,27 @@ def _figures(
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
     shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
-    return StudyResult.of(
-        study,
-        table,
-        run,
+    model = run.shares_m.dynamic_after
+    assert model is not None  # a study is one of a compensation
+    return StudyResult(
+        case=study.case,
         kind="study",
         samples=len(samples),
+        design=table.design,
+        seed=table.seed,
+        coverage=table.coverage,
         wrench="model" if study.work.process is None else "coupled",
         process_evaluations=sum(sample.evaluations for sample in samples),
-        not_coupled=[s.number for s in samples if not s.converged],
+        not_coupled=tuple(s.number for s in samples if not s.converged),
         failed={str(sample.number): sample.failure for sample in samples if sample.failure},
-        command=run,
+        command=StudyCommandResult(converged=run.converged, reason=run.reason, deviation_m=model),
         quantiles_m={
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
             for name, values in figures.items()
         },
         parameters=_parameters(study, points, figures),
+        silent=study.parameters.silent,
+        fmu_fingerprint=run.fmu_fingerprint,
         versions=versions(),
     )
 
@@ -108,15 +119,14 @@ def _parameters(
     """Return the uncertain parameters and the significance of each."""
     # Ranks are uniform, whatever distribution the values have.
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
-    influence_of = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
+    maximum, rms = (influences(uniform, figures[name]) for name in ("maximum", "rms"))
     return tuple(
-        UncertainResult.of(
-            entry,
-            influence=InfluenceResult.of(
-                **{
-                    name: None if influence is None else influence[k]
-                    for name, influence in influence_of.items()
-                }
+        UncertainResult(
+            name=entry.name,
+            distribution=entry.in_words(),
+            range=entry.range,
+            influence=InfluenceResult(
+                maximum=None if maximum is None else maximum[k], rms=None if rms is None else rms[k]
             ),
         )
         for k, entry in enumerate(study.parameters.entries)

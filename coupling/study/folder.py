@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,14 +14,19 @@ import tomlkit
 
 from coupling.errors import StudyError, one_of
 from coupling.files.atomic_file import AtomicFile, write_atomically, writing
-from coupling.files.atomic_folder import exclusively, replaced_name
+from coupling.files.atomic_folder import (
+    FolderKind,
+    exclusively,
+    replaced_name,
+    require_free,
+    unfinished_name,
+)
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import (
     LIST,
     begin_folder,
     claim,
-    is_free,
     is_of_kind,
     remove_written,
 )
@@ -35,7 +39,19 @@ RUN = "run"
 # Kind of the folder; its files, and what a killed command leaves beside the run.
 _KIND = "study"
 _FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock")
-_FOLDERS = (RUN, f"{RUN}.unfinished", replaced_name(Path(RUN)).name)
+_FOLDERS = (RUN, unfinished_name(Path(RUN)).name, replaced_name(Path(RUN)).name)
+
+
+def _is_without_list(folder: Path) -> bool:
+    """Return whether a study is of an earlier version, which has no list of what was written."""
+    return (folder / IDENTITY).is_file() and not (folder / LIST).exists()
+
+
+def _is_study(folder: Path) -> bool:
+    return is_of_kind(folder, _KIND) or _is_without_list(folder)
+
+
+STUDY_FOLDER = FolderKind(_KIND, "a study", StudyError, _is_study)
 
 
 @contextmanager
@@ -52,16 +68,8 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
         exclusively(folder, StudyError, lambda: "another study works in it"),
         writing(folder, StudyError),
     ):
-        if folder.exists() and not folder.is_dir():
-            raise StudyError(f"{folder}: expected the name of a folder, got a file")
-        # That of an earlier version has no list of what was written, but its own names.
-        is_earlier = (folder / IDENTITY).is_file() and not (folder / LIST).exists()
-        if not (is_free(folder) or is_of_kind(folder, _KIND) or is_earlier):
-            raise StudyError(
-                f"{folder}: holds files that are not a study ({min(os.listdir(folder))}): name another"
-                " folder"
-            )
-        begin_folder(folder, _KIND, known_names=_FILES if is_earlier else ())
+        require_free(folder, STUDY_FOLDER, overwrite=True)  # else it is gone on with
+        begin_folder(folder, _KIND, known_names=_FILES if _is_without_list(folder) else ())
         if overwrite:
             remove_written(folder)
             begin_folder(folder, _KIND)
@@ -93,24 +101,24 @@ def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
     other = different(stored, requested)
     if other:
         raise StudyError(
-            f"{folder}: holds a study that differs in {some(other)}: give the command that began"
+            f"{folder}: holds a study that differs in {in_short(other)}: give the command that began"
             " it, name another folder, or add --overwrite to start anew"
         )
     return True
 
 
-def some(names: Sequence[str]) -> str:
+def in_short(names: Sequence[str]) -> str:
     """Return the first names of a list, and how many more there are.
 
     Example:
-        >>> some(["a", "b", "c", "d", "e"])
+        >>> in_short(["a", "b", "c", "d", "e"])
         'a, b, c and 2 more'
     """
     more = len(names) - 3
     return ", ".join(names[:3]) + (f" and {more} more" if more > 0 else "")
 
 
-def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -> list[str]:
+def different(first: Mapping[str, Any], second: Mapping[str, Any], above: str = "") -> list[str]:
     """Return the keys at which two tables differ, with those of the tables around them.
 
     Example:
@@ -118,11 +126,11 @@ def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -
         ['b.c', 'd']
     """
     names = []
-    for key in [*one, *(key for key in two if key not in one)]:
-        first, second = one.get(key), two.get(key)
-        if isinstance(first, Mapping) and isinstance(second, Mapping):
-            names += different(first, second, f"{above}{key}.")
-        elif first != second:
+    for key in [*first, *(key for key in second if key not in first)]:
+        value, other = first.get(key), second.get(key)
+        if isinstance(value, Mapping) and isinstance(other, Mapping):
+            names += different(value, other, f"{above}{key}.")
+        elif value != other:
             names.append(f"{above}{key}")
     return names
 

@@ -11,7 +11,8 @@ from coupling.case.case import Case
 from coupling.files.robot_file import find_robot
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import Run
-from docs.scripts.page import table
+from coupling.run.plant import PLANT_REPLAY
+from docs.scripts.experiment import results, um
 from docs.scripts.robots_with_backlash import FANUC_HOME, MIXED, kept, with_backlash
 from docs.scripts.runs import compensated, example
 
@@ -78,44 +79,44 @@ def cases() -> dict[str, Callable[..., Case]]:
 
 
 def servos() -> str:
-    """Return the table."""
-    rows = []
-    for title, case in cases().items():
-        ideal = compensated(case("ideal", {"drive": "servo"}))
-        run = compensated(case("servo", _WRONG))
-        assert ideal.plant is not None
-        assert run.plant is not None
-        rows.append(
-            (
-                title,
-                _both(measure(run.before, run.desired)),
-                _both(ideal.plant.deviation()),
-                _both(run.correction.iterations[-1].deviation),
-                *(
-                    _worst(run, name)
-                    for name in ("friction", "servo gain", "hysteresis", "backlash")
-                ),
-                _both(run.plant.deviation()),
-            )
+    """Return the table of what commands leave."""
+
+    def corrected(case: Callable[..., Case]) -> tuple[Run, Run]:
+        return compensated(case("ideal", {"drive": "servo"})), compensated(case("servo", _WRONG))
+
+    def plant(run: Run) -> str:
+        replay = run.of(PLANT_REPLAY)
+        assert replay is not None
+        return _both(replay.deviation())
+
+    def worst(name: str) -> Callable[[tuple[Run, Run]], str]:
+        return lambda runs: um(
+            max(
+                replay.deviation.maximum
+                for replay in runs[1].robustness
+                if replay.name.startswith(name)
+            ),
+            3,
         )
-        print(*rows[-1], flush=True)
-    head = (
-        *("max / rms [um]", "no correction", "command of ideal drives", "command of its servos"),
-        *("friction 30 % wrong, max", "gains 20 %", "hysteresis 30 %", "backlash 20 %"),
-        "friction and hysteresis +20 %",
+
+    return results(
+        ("max / rms [um]",),
+        cases(),
+        corrected,
+        {
+            "no correction": lambda runs: _both(measure(runs[1].before, runs[1].desired)),
+            "command of ideal drives": lambda runs: plant(runs[0]),
+            "command of its servos": lambda runs: _both(
+                runs[1].correction.iterations[-1].deviation
+            ),
+            "friction 30 % wrong, max": worst("friction"),
+            "gains 20 %": worst("servo gain"),
+            "hysteresis 30 %": worst("hysteresis"),
+            "backlash 20 %": worst("backlash"),
+            "friction and hysteresis +20 %": lambda runs: plant(runs[1]),
+        },
     )
-    return table(head, rows)
-
-
-def _worst(run: Run, name: str) -> str:
-    found = [own.deviation.maximum for own in run.robustness if own.name.startswith(name)]
-    return _figure(max(found), 3)
 
 
 def _both(found: Deviation) -> str:
-    return f"{_figure(found.maximum, 3)} / {_figure(found.rms, 2)}"
-
-
-def _figure(length: float, digits: int) -> str:
-    """Return a length in [um] without an exponent."""
-    return f"{float(f'{1e6 * length:.{digits}g}'):g}"
+    return f"{um(found.maximum, 3)} / {um(found.rms, 2)}"

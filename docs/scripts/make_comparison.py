@@ -1,63 +1,131 @@
-"""Write docs/comparison.md and its figures from runs of both implementations: make comparison."""
+"""Write docs/comparison.md and its picture from runs of both implementations: make comparison."""
 
 from __future__ import annotations
 
+import itertools
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 
-from docs.scripts import comparison_figures as figures
-from docs.scripts import comparison_tables as tables
-from docs.scripts.comparison_figures import Window
-from docs.scripts.page import fill, finish
-from docs.scripts.pictures import save
+import numpy as np
+import plotly.graph_objects as go
+
+from coupling.path.histories import ToolPath
+from docs.scripts.experiment import Curve, add_curves
+from docs.scripts.page import fill, finish, table
+from docs.scripts.pictures import save, styled
 from examples.compare_implementations import (
     BLEND,
     CURVES,
     FEED,
+    LOAD,
+    NO_LOAD,
     RELEASE_TIME,
-    SAMPLE,
     SIZE,
     STEPS,
     TOLERANCE,
     Both,
+    at_rest,
     desired,
     iso_path,
-    part,
+    kinematics,
     release,
+    rest_at_start,
+    rms,
+    robot,
+    settling_time,
 )
 
-WHOLE = Window("", 0.0, 0.0, 0.225)
-CORNER = Window("A", -0.1986, 0.1992, 0.0022)
-SMALL = Window("B", 0.001, 0.0, 0.025)
-# MuJoCo is marked at every so many samples.
-CORNER_EVERY, SMALL_EVERY = 4, 20
+# Colours that stay apart for colour-blind eyes (Okabe and Ito).
+COLORS = {"linear": "#0072B2", "backlash": "#D55E00", "spline": "#009E73"}
 # A blend [s] with which sharp backlash amplifies errors far more.
 SENSITIVE_BLEND = 0.25
-_SHOWN = 1.5  # of the release [s]
+# Distances below this [m] are rounding; the logarithmic axis ends there.
+_ROUNDING = 1e-15
+_UM, _MM = 1e6, 1e3
 
 
-def draw(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> None:
-    """Write the pictures."""
-    overall = figures.in_plane(paths, desired(), part, WHOLE, size=640)
-    details = []
-    for window, every in ((CORNER, CORNER_EVERY), (SMALL, SMALL_EVERY)):
-        figures.mark(overall, window)
-        detail = figures.in_plane(paths, desired(), part, window, size=560)
-        figures.mark_mujoco(detail, paths, part, window, every)
-        detail.update_layout(title={"text": f"<b>{window.name}</b>", "x": 0.02})
-        details.append(detail)
-    save("comparison_path", overall)
-    save("comparison_details", *details)
-    save("comparison_differences", figures.differences(paths))
-    save("comparison_release", figures.released(falls, _SHOWN))
+def differences(paths: Mapping[str, Both]) -> go.Figure:
+    """Draw the distance between the implementations over time."""
+    figure = add_curves(
+        go.Figure(),
+        (
+            Curve(
+                CURVES[curve],
+                both.ours.time,
+                np.maximum(both.distance, _ROUNDING),
+                COLORS[curve],
+                1.3,
+            )
+            for curve, both in paths.items()
+        ),
+    )
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(
+        title="distance of the two tools [m]", type="log", dtick=2, exponentformat="power"
+    )
+    return styled(figure, 1000, 360)
+
+
+def statics() -> str:
+    """Return the differences of kinematics and rest between the implementations."""
+    cases = [("(a) neither gravity nor load", kinematics())]
+    for curve, name in CURVES.items():
+        cases.append((f"(b) gravity, {name}", at_rest(robot, curve, NO_LOAD)))
+        cases.append((f"(b) gravity and load, {name}", at_rest(robot, curve, LOAD)))
+    return table(
+        ("largest difference over ten postures", "position [m]", "orientation [rad]"),
+        ((name, f"{both.distance.max():.1e}", f"{both.angle.max():.1e}") for name, both in cases),
+    )
+
+
+def sag_and_settling() -> str:
+    """Return sag and settling time of the robot where the path begins."""
+    rows = []
+    height = desired().position[0, 0, 2]
+    for curve, name in CURVES.items():
+        rest, fall = rest_at_start(curve), release(curve).both()
+        sags = (_MM * (path.position[0, 0, 2] - height) for path in (rest.ours, rest.mujoco))
+        times = (settling_time(path) for path in (fall.ours, fall.mujoco))
+        rows.append((name, *(f"{sag:.6f}" for sag in sags), *(f"{time:.3f}" for time in times)))
+    return table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)
+
+
+def between_implementations(paths: Mapping[str, Both]) -> str:
+    """Return their differences along the path, beside what MuJoCo's step is worth."""
+    rows = []
+    for curve, both in paths.items():
+        change = iso_path(curve).mujoco(2.0 * STEPS[curve]).distance_to(both.mujoco)
+        figures = (both.distance.max(), rms(both.distance), change.max())
+        cells = (f"{figure:.1e}" for figure in figures)
+        rows.append((CURVES[curve], *cells, f"{_MM * STEPS[curve]:g}"))
+    head = ("", "max [m]", "rms [m]", "MuJoCo with half the step, max [m]", "that step [ms]")
+    return table(head, rows)
+
+
+def between_torque_curves(paths: Mapping[str, Both]) -> str:
+    """Return the differences of the paths from the rigid one and from each other."""
+
+    def row(name: str, pairs: Iterable[tuple[ToolPath, ToolPath]]) -> list[str]:
+        distances = [_UM * first.distance_to(second) for first, second in pairs]
+        largest = [f"{distance.max():.3f}" for distance in distances]
+        return [name, *largest, *(f"{rms(distance):.3f}" for distance in distances)]
+
+    rigid = desired()
+    rows = [
+        row(f"rigid / {CURVES[curve]}", ((both.ours, rigid), (both.mujoco, rigid)))
+        for curve, both in paths.items()
+    ]
+    for (one, first), (other, second) in itertools.combinations(paths.items(), 2):
+        pairs = ((first.ours, second.ours), (first.mujoco, second.mujoco))
+        rows.append(row(f"{CURVES[one]} / {CURVES[other]}", pairs))
+    return table(("between", "max [um]", "by MuJoCo", "rms [um]", "by MuJoCo"), rows)
 
 
 def write() -> None:
-    """Run everything, and write page and pictures."""
+    """Run everything, and write page and picture."""
     paths = {curve: iso_path(curve).both() for curve in CURVES}
-    falls = {curve: release(curve).both() for curve in CURVES}
-    draw(paths, falls)
+    save("comparison_differences", differences(paths))
     sharp = iso_path("backlash", blend=SENSITIVE_BLEND)
     rounded = iso_path("spline", blend=SENSITIVE_BLEND)
     parted = sharp.both()
@@ -68,17 +136,15 @@ def write() -> None:
         mujoco=version("mujoco"),
         pin=version("pin"),
         tolerance=TOLERANCE,
-        statics=tables.statics(),
+        statics=statics(),
         release=RELEASE_TIME,
-        sag_and_settling=tables.sag_and_settling(falls),
+        sag_and_settling=sag_and_settling(),
         large=1e3 * SIZE,
         small=1e2 * SIZE,
         feed=1e3 * FEED,
         blend=BLEND,
-        corner_ms=1e3 * CORNER_EVERY * SAMPLE,
-        small_ms=1e3 * SMALL_EVERY * SAMPLE,
-        between_torque_curves=tables.between_torque_curves(paths),
-        between_implementations=tables.between_implementations(paths),
+        between_torque_curves=between_torque_curves(paths),
+        between_implementations=between_implementations(paths),
         other_blend=SENSITIVE_BLEND,
         part_half=parted.distance[:half].max(),
         part_whole=parted.distance.max(),

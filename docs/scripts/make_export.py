@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import tempfile
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -17,10 +14,11 @@ from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page, results, scratch
 from docs.scripts.runs import compensated, example
 
 CASES = ("cone", "milling_20000", "iso9283")
+PAGE = Page("export")
 # The last of them ten times as fast.
 _FAST = "iso9283_fast"
 # What the tables above have as least time between targets [s].
@@ -30,16 +28,11 @@ CYCLES = (0.004, 0.012)
 
 
 @cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory()
-
-
-@cache
 def _run(name: str) -> tuple[Path, Case]:
     """Return the run folder of a case."""
     keys: dict[str, float | str] = {"feed_m_s": 1.0} if name == _FAST else {}
     changes = {"tool_path": keys} if keys else {}
-    case, folder = example(name.removesuffix("_fast"), **changes), Path(_folder().name, name)
+    case, folder = example(name.removesuffix("_fast"), **changes), scratch(name)
     folder.mkdir()
     write_run(folder, case, compensated(case))
     return folder, case
@@ -53,45 +46,53 @@ def _exported(name: str, language: str) -> ExportedProgram:
     return found
 
 
+@PAGE.part
 def programs() -> str:
     """Return points, bytes and loss of every case in every language."""
 
-    def rows() -> Iterator[tuple[str, ...]]:
-        for name in CASES:
-            for language in LANGUAGES:
-                one = _exported(name, language)
-                assert one.command is not None
-                assert one.read_back is not None
-                yield (
-                    f"`{name}`",
-                    language,
-                    f"{one.points} of {one.candidates}",
-                    f"{1e-3 * one.bytes:.0f}",
-                    _um(one.command.maximum),
-                    _um(one.read_back.maximum),
-                    _um(one.loss),
-                )
+    def loss(found: ExportedProgram) -> tuple[str, ...]:
+        assert found.command is not None
+        assert found.read_back is not None
+        return tuple(map(_um, (found.command.maximum, found.read_back.maximum, found.loss)))
 
-    head = ("case", "language", "points", "kB", "command [um]", "file [um]", "loss [um]")
-    return table(head, rows())
+    return results(
+        ("case", "language"),
+        {(f"`{name}`", language): (name, language) for name in CASES for language in LANGUAGES},
+        lambda case: _exported(*case),
+        {
+            "points": lambda found: f"{found.points} of {found.candidates}",
+            "kB": lambda found: f"{1e-3 * found.bytes:.0f}",
+            "command [um]": lambda found: loss(found)[0],
+            "file [um]": lambda found: loss(found)[1],
+            "loss [um]": lambda found: loss(found)[2],
+        },
+    )
 
 
+@PAGE.part
 def cycles() -> str:
     """Return what rows of angles lose as samples of the command, and as they are written."""
 
-    def rows() -> Iterator[tuple[str, ...]]:
-        for name in (*CASES, _FAST):
-            for cycle in CYCLES:
-                csv = LANGUAGES["csv"]
-                (one,) = export_run(_run(name)[0], ExportOptions(csv, "joints", cycle=cycle))
-                yield (
-                    f"`{name}`" if name != _FAST else "`iso9283` at 1 m/s",
-                    f"{1e3 * cycle:.0f} ms",
-                    _um(_of_samples(name, cycle)),
-                    _um(one.loss),
-                )
+    def losses(case: tuple[str, float]) -> tuple[float, float]:
+        name, cycle = case
+        options = ExportOptions(LANGUAGES["csv"], "joints", cycle=cycle)
+        (found,) = export_run(_run(name)[0], options)
+        return _of_samples(name, cycle), found.loss
 
-    return table(("case", "cycle", "loss of samples [um]", "loss of the file [um]"), rows())
+    titles = {name: f"`{name}`" for name in CASES} | {_FAST: "`iso9283` at 1 m/s"}
+    return results(
+        ("case", "cycle"),
+        {
+            (title, f"{1e3 * cycle:.0f} ms"): (name, cycle)
+            for name, title in titles.items()
+            for cycle in CYCLES
+        },
+        losses,
+        {
+            "loss of samples [um]": lambda both: _um(both[0]),
+            "loss of the file [um]": lambda both: _um(both[1]),
+        },
+    )
 
 
 def _of_samples(name: str, cycle: float) -> float:
@@ -111,7 +112,5 @@ def _um(length: float) -> str:
     return f"{1e6 * length:.2f}"
 
 
-PARTS = {"programs": programs, "cycles": cycles}
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("export", PARTS, sys.argv[1:])))
+    PAGE.write()

@@ -10,6 +10,7 @@ from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.views import rows_in_space
 from coupling.run.stored_run import StoredRobot, read_run
+from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.page import finish
 from docs.scripts.pictures import save
 
@@ -21,15 +22,12 @@ def cone() -> list[go.Figure]:
     """Return the path in space and the deviation along it."""
     run = read_run(RESULT).first
     space = paths(run, amplification(run))
-    along = go.Figure()
-    for path, name, color in (
-        (run.uncompensated, "before", BEFORE),
-        (run.achieved, "after", AFTER),
-    ):
-        distance = path.distance_to(run.desired)
-        along.add_scatter(
-            x=path.time, y=1e6 * distance, name=name, line={"color": color, "width": 1}
-        )
+    states = (("before", run.uncompensated, BEFORE), ("after", run.achieved, AFTER))
+    curves = (
+        Curve(name, path.time, 1e6 * path.distance_to(run.desired), color, 1)
+        for name, path, color in states
+    )
+    along = add_curves(go.Figure(), curves)
     along.update_yaxes(title="deviation of the tool [um]", type="log", range=[-3.6, 3.8], dtick=1)
     along.update_xaxes(title="time [s]")
     along.update_layout(template="plotly_white", height=HEIGHT, width=560)

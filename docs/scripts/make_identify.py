@@ -6,8 +6,6 @@ with names, only those parts: python docs/scripts/make_identify.py coverage.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,17 +15,18 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
-from coupling.identification.static.suspicions import MovedPoint
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page
+from docs.scripts.page import table
 from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "identify"
 REPETITIONS, ROWS = 200, 30
+PAGE = Page("identify")
 POSITION, FORCE = 2e-5, 5.0  # [m, N], standard deviations
 _X, _Y, _Z = (tuple(axis) for axis in np.eye(3).tolist())
 
@@ -45,6 +44,7 @@ def identified(*add: str) -> Identification:
     return identify(start, measurements(), IdentifyOptions(noise_of(measurements()), add=add))
 
 
+@PAGE.part
 def fanuc() -> str:
     """Return what 43 measured deflections say."""
     start = load_robot(EXAMPLES / "fanuc_start.toml")
@@ -84,40 +84,24 @@ def fanuc() -> str:
     ]
     (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
     assert tilt.support is not None
-    numbers = table(
-        ("with the tilt", "[kN m/rad]", "95 % from", "to", "verdict"),
-        [
-            (
-                f"`{p.name}`",
-                *(_kilo(value) for value in (p.value, p.low, p.high)),
-                "identified" if p.identifiable else f"not identified: {p.reason}",
-            )
-            for p in tilted.parameters
-        ],
-    )
     kept = [p.name for p in six.parameters if not p.identifiable]
-    shifts = " ".join(
-        f"- {words}, one at a time: {'; '.join(_shift(point) for point in found.points)}.\n"
-        for words, found in (("Without the tilt", axial), ("With it", tilted))
-    ).replace("\n ", "\n")
     return (
-        f"{table(head, table_rows)}\n\n{numbers}\n\n"
+        f"{table(head, table_rows)}\n\n"
         f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
-        f" {len(six.parameters)} parameters are refused.\n\n"
-        "Would a shift of load or marker explain more (TCP's frame, to first order)?\n\n"
-        f"{shifts.rstrip()}"
+        f" {len(six.parameters)} parameters are refused."
     )
 
 
+@PAGE.part
 def coverage() -> str:
     """Return how often intervals hold the truth."""
-    found = [_coverage(name, seed) for seed, name in enumerate(("fanuc_r2000ic", "icme2008"), 1)]
-    head = ("robot, parameter", "identified in", "inside its interval", "median half width")
-    return table(head, [row for rows in found for row in rows])
+    head = ("robot", "parameters", "identified in", "inside their interval", "median half width")
+    robots = enumerate(("fanuc_r2000ic", "icme2008"), 1)
+    return table(head, [_coverage(name, seed) for seed, name in robots])
 
 
-def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
-    """Return a row for each parameter of a robot that MuJoCo measures."""
+def _coverage(name: str, seed: int) -> tuple[str, ...]:
+    """Return the row of a robot that MuJoCo measures."""
     rng, true = np.random.default_rng(seed), load_robot(find_robot(name))
     right = ElasticParameters.of(true, "backlash")
     ways = rng.normal(size=(ROWS, 3))
@@ -135,22 +119,25 @@ def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
         noise = POSITION * rng.normal(size=exact.deflection.shape)
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
-        fit = fitted(start, rows, "backlash", noise_given)
+        fit = fit_static(start, rows, "backlash", noise_given)
         sure = intervals(fit.problem, fit.weight, fit.values, known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
         halves.append((sure.high - sure.low) / 2.0 / right.start)
     shares, often = np.mean(inside, axis=0), np.mean(identified, axis=0)
     median = np.median(halves, axis=0)
-    return [
-        (
-            f"{name} `{parameter}`",
-            f"{100 * often[j]:.0f} %",
-            f"{100 * shares[j]:.1f} %",
-            f"{100 * median[j]:.0f} %" if np.isfinite(median[j]) else "no end",
-        )
-        for j, parameter in enumerate(right.names)
-    ]
+    return (
+        name,
+        str(len(right.names)),
+        _percent(often, 0),
+        _percent(shares, 1),
+        _percent(median, 0),
+    )
+
+
+def _percent(shares: np.ndarray, digits: int) -> str:
+    low, high = (f"{100 * share:.{digits}f}" for share in (shares.min(), shares.max()))
+    return f"{low if low == high else f'{low} to {high}'} %".replace("inf %", "unlimited")
 
 
 def _tilted(robot: Robot) -> Robot:
@@ -160,11 +147,6 @@ def _tilted(robot: Robot) -> Robot:
         for joint, own in zip(robot.joints, axes, strict=False)
     ]
     return replace(robot, joints=(*joints, *robot.joints[3:]))
-
-
-def _shift(point: MovedPoint) -> str:
-    place = ", ".join(f"{value:.2f}" for value in point.shift)
-    return f"{point.name} by [{place}] m, {point.support.in_words()}"
 
 
 def _sizes(found: Identification) -> tuple[str, ...]:
@@ -185,7 +167,5 @@ def _kilo(stiffness: float) -> str:
     return f"{1e-3 * stiffness:.0f}" if np.isfinite(stiffness) else "rigid"
 
 
-PARTS: dict[str, Callable[[], str]] = {"fanuc": fanuc, "coverage": coverage}
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("identify", PARTS, sys.argv[1:])))
+    PAGE.write()

@@ -13,8 +13,8 @@ import numpy as np
 from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.run.ssp import INTERFACES, SspSystem
-from coupling.run.step_error import coupled_path
+from coupling.fmu_export.ssp import INTERFACES, SspSystem
+from coupling.run.execute import coupled_path
 from docs.scripts.masters import (
     GIVEN,
     MASTERS,

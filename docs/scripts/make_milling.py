@@ -14,8 +14,8 @@ from coupling.case.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
 from coupling.run.tooth_passing import DeviationParts
+from docs.scripts.experiment import Curve, add_curves, results
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, coupled, example
@@ -103,55 +103,18 @@ def forces() -> go.Figure:
         time = 1e3 * (path.time[rows] - path.time[begin])
         for row, axis in enumerate((1, 0), start=1):
             # A sample is the mean over the step that ends there.
-            line = {"color": COLORS[speed], "width": 2, "shape": "vh"}
-            figure.add_scatter(
-                x=time, y=teeth[rows, axis], line=line, name="tooth by tooth", row=row, col=column,
-                mode="lines", showlegend=row == 1,
-            )  # fmt: skip
-            figure.add_scatter(
-                x=time, y=mean[rows, axis], line={"color": MEAN, "dash": "dash"}, name="mean",
-                row=row, col=column, mode="lines", showlegend=row == 1 and column == 2,
-            )  # fmt: skip
+            first, last = row == 1, row == 1 and column == 2
+            steps = [
+                Curve(
+                    "tooth by tooth" * first, time, teeth[rows, axis], COLORS[speed], 2, shape="vh"
+                ),
+                Curve("mean" * last, time, mean[rows, axis], MEAN, 2, "dash"),
+            ]
+            add_curves(figure, steps, row=row, col=column)
     figure.update_xaxes(title="time [ms]", row=2)
     figure.update_yaxes(title="across the feed [N]", row=1, col=1)
     figure.update_yaxes(title="along the feed [N]", row=2, col=1)
     return styled(figure, 1000, 560)
-
-
-def deviations(still: Mapping[int, Milled], moving: Mapping[int, Milled]) -> go.Figure:
-    """Draw how far the process pushes the tool across the feed, static and dynamic."""
-    figure = go.Figure()
-    for speed in SPEEDS:
-        for run, name, width, opacity in (
-            (moving[speed], "dynamic, tooth by tooth", 1, 0.6),
-            (still[speed], "static, mean force", 3, 1.0),
-        ):
-            line = {"color": COLORS[speed], "width": width}
-            figure.add_scatter(
-                x=run.case.desired.time, y=_UM * run.given_way[:, 1], line=line, opacity=opacity,
-                name=f"{_spindle(speed)}, {name}", mode="lines",
-            )  # fmt: skip
-    figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title="pushed across the feed [um]")
-    return styled(figure, 1000, 460)
-
-
-def close_up(moving: Mapping[int, Milled]) -> go.Figure:
-    """Draw the dynamic robot's answer to single teeth, less its mean."""
-    figure = go.Figure()
-    for speed in SPEEDS:
-        time = moving[speed].case.desired.time
-        begin = np.searchsorted(time, 0.5 * time[-1])
-        rows = slice(begin, begin + round(SHOWN / 1e-4) + 1)
-        time, pushed = time[rows], moving[speed].given_way[rows, 1]
-        trend = np.polynomial.Polynomial.fit(time, pushed, 2)(time)
-        figure.add_scatter(
-            x=1e3 * (time - time[0]), y=_UM * (pushed - trend), mode="lines",
-            line={"color": COLORS[speed], "width": 2}, name=_spindle(speed),
-        )  # fmt: skip
-    figure.update_xaxes(title="time [ms]")
-    figure.update_yaxes(title="ripple across the feed [um]")
-    return styled(figure, 1000, 340)
 
 
 def force_table(moving: Mapping[int, Milled]) -> str:
@@ -169,15 +132,28 @@ def force_table(moving: Mapping[int, Milled]) -> str:
 
 def deviation_table(still: Mapping[int, Milled], moving: Mapping[int, Milled]) -> str:
     """Return how far the process pushes the tool in the slot, as Markdown."""
-    rows = []
-    for speed in SPEEDS:
-        for name, cut in (("static", still[speed]), ("dynamic", moving[speed])):
-            along, across, up = _UM * cut.given_way[cut.in_cut].T
-            figures = (across.mean(), across.min(), across.max(), along.mean(), up.mean())
-            evaluations = str(cut.run.correction.evaluations)
-            rows.append((_spindle(speed), name, *(f"{f:.0f}" for f in figures), evaluations))
-    head = ("spindle", "robot", "across, mean [um]", "across, from [um]", "to [um]")
-    return table((*head, "along, mean [um]", "up, mean [um]", "evaluations"), rows)
+    robots = {
+        (_spindle(speed), name): runs[speed]
+        for speed in SPEEDS
+        for name, runs in (("static", still), ("dynamic", moving))
+    }
+
+    def pushed(cut: Milled) -> tuple[np.ndarray, ...]:
+        return tuple(_UM * cut.given_way[cut.in_cut].T)
+
+    return results(
+        ("spindle", "robot"),
+        robots,
+        lambda cut: (cut, *pushed(cut)),
+        {
+            "across, mean [um]": lambda found: f"{found[2].mean():.0f}",
+            "across, from [um]": lambda found: f"{found[2].min():.0f}",
+            "to [um]": lambda found: f"{found[2].max():.0f}",
+            "along, mean [um]": lambda found: f"{found[1].mean():.0f}",
+            "up, mean [um]": lambda found: f"{found[3].mean():.0f}",
+            "evaluations": lambda found: str(found[0].run.correction.evaluations),
+        },
+    )
 
 
 def _spindle(speed: int) -> str:
@@ -202,14 +178,14 @@ def compensation_table(corrected: Mapping[int, Milled]) -> str:
     """Return what the inverse of the moving robot leaves, as Markdown."""
     rows = []
     for speed, run in corrected.items():
-        deviations, parts = Deviations.of(run.run), left(run)
+        parts = left(run)
         slot = run.in_cut
         across = parts.highest[slot, 1].max(), parts.lowest[slot, 1].min()
         rows.append(
             (
                 _spindle(speed),
-                f"{_UM * deviations.before.maximum:.0f}",
-                f"{_UM * deviations.after.maximum:.2f}",
+                f"{_UM * run.run.deviation(run.run.before).maximum:.0f}",
+                f"{_UM * run.run.deviation(run.run.correction.achieved).maximum:.2f}",
                 f"{_UM * np.linalg.norm(parts.slow, axis=1).max():.2f}",
                 f"{_UM * np.linalg.norm(parts.ripple, axis=1).max():.2f}",
                 f"{_UM * across[1]:+.2f} to {_UM * across[0]:+.2f}",
@@ -228,15 +204,16 @@ def after(corrected: Mapping[int, Milled]) -> go.Figure:
         parts, time = left(run), 1e3 * run.run.correction.desired.time
         begin = np.searchsorted(time, 0.5 * time[-1])
         rows = slice(begin, np.searchsorted(time, time[begin] + 1e3 * SHOWN_AFTER))
-        for values, name, color, width in (
-            (parts.slow + parts.ripple, "tooth by tooth", COLORS[speed], 1),
-            (parts.slow, "slow part", MEAN, 2),
-        ):
-            figure.add_scatter(
-                x=time[rows] - time[begin], y=_UM * values[rows, 1], mode="lines",
-                line={"color": color, "width": width}, name=f"{_spindle(speed)}, {name}",
-                row=row, col=1,
-            )  # fmt: skip
+        whole = parts.slow + parts.ripple
+        moment = time[rows] - time[begin]
+        curves = [
+            Curve(f"{_spindle(speed)}, {name}", moment, _UM * values[rows, 1], color, width)
+            for values, name, color, width in (
+                (whole, "tooth by tooth", COLORS[speed], 1),
+                (parts.slow, "slow part", MEAN, 2),
+            )
+        ]
+        add_curves(figure, curves, row=row, col=1)
         figure.update_yaxes(title="across the feed [um]", row=row, col=1)
     figure.update_xaxes(title="time [ms]", row=2, col=1)
     return styled(figure, 1000, 560)
@@ -247,8 +224,6 @@ def write() -> None:
     still = {speed: milled(quasistatic(speed)) for speed in SPEEDS}
     moving = {speed: milled(dynamic(speed)) for speed in SPEEDS}
     save("milling_forces", forces())
-    save("milling_deviations", deviations(still, moving))
-    save("milling_ripple", close_up(moving))
     across = {}
     pushed = {}
     for speed in SPEEDS:

@@ -6,14 +6,11 @@ python docs/scripts/make_motion.py left picture.  The coverage takes some minute
 
 from __future__ import annotations
 
-import sys
 import tempfile
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.files.robot_file import find_robot, load_robot
@@ -22,12 +19,14 @@ from coupling.identification.motion.recording import Recording, read_recording
 from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, JOINTS, PLANT, QUIET
 from coupling.results.motion_result import MotionResult
+from docs.scripts.experiment import Curve, Page, add_curves
 from docs.scripts.motion_recovery import every_error
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.page import table
 from docs.scripts.pictures import save, styled
 from examples.identify.kuka_kr300_motion import converted
 
 BANDWIDTH, REPETITIONS = 20.0, 200
+PAGE = Page("motion")
 _UM = 1e6
 # Causes of motor less link, those that would hide others first.
 _SHARES = {
@@ -53,6 +52,7 @@ def found(fit: str, predict: str) -> MotionResult:
     return motion_figures(identify_motion(robot, fits, others, BANDWIDTH, leave_out=False))
 
 
+@PAGE.part
 def left() -> str:
     """Return what is left of both recordings."""
     rows = []
@@ -76,6 +76,7 @@ def left() -> str:
     return table((*head, f"torques below {BANDWIDTH:g} Hz"), rows)
 
 
+@PAGE.part
 def coverage() -> str:
     """Return how often intervals hold what is known."""
     inside = np.array([error < 1.0 for error in every_error(REPETITIONS).values()])
@@ -87,6 +88,7 @@ def coverage() -> str:
     return table(head, [(*row, f"{shares.min():.1f} %", f"{shares.max():.1f} %")])
 
 
+@PAGE.part
 def picture() -> str:
     """Draw B as A predicts it, and return the picture's line."""
     result = found("A", "B")
@@ -105,14 +107,9 @@ def picture() -> str:
             (3, "left", rest, BEFORE),
         ]
         for row, words, values_, color in curves:
-            line = go.Scatter(
-                x=np.array(one.time),
-                y=values_,
-                name=words,
-                showlegend=k == 0,
-                line={"color": color, "width": 1},
-            )
-            figure.add_trace(line, row=row, col=k + 1)
+            name = words if k == 0 else ""
+            curve = Curve(name, np.array(one.time), values_, color, 1)
+            add_curves(figure, [curve], row=row, col=k + 1)
         figure.update_xaxes(title_text="time [s]", row=3, col=k + 1)
         figure.update_yaxes(title_text=f"joint {k + 1} [urad]", row=2, col=k + 1)
     save("motion", styled(figure, 1200, 820))
@@ -123,17 +120,5 @@ def _row(values_: tuple[float | None, ...], factor: float) -> list[str]:
     return [f"{factor * value:.0f}" if value is not None else "" for value in values_]
 
 
-PARTS: dict[str, Callable[[], str]] = {
-    "left": left,
-    "picture": picture,
-    "coverage": coverage,
-}
-
-
-def main() -> None:
-    """Write the parts that are named, or all."""
-    replace_parts("motion", PARTS, sys.argv[1:])
-
-
 if __name__ == "__main__":
-    sys.exit(finish(main))
+    PAGE.write()

@@ -16,8 +16,10 @@ import time
 import venv
 from pathlib import Path
 
-from docs.scripts.page import DOCS, finish, replace, table
+from docs.scripts.experiment import Page
+from docs.scripts.page import DOCS, table
 
+PAGE = Page("tutorial")
 # Words of each command behind the program's name; the wheel's name follows those of pip.
 _COMMANDS = (
     ("pip", "install"),
@@ -27,8 +29,9 @@ _COMMANDS = (
 )
 
 
-def write() -> None:
-    """Time the commands, and write the table."""
+@PAGE.part
+def newcomer() -> str:
+    """Return the commands' times."""
     load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as name:
         rows = _timed(Path(name).resolve())
@@ -38,7 +41,7 @@ def write() -> None:
         f"{os.cpu_count()} cores, {_processor()}, Python {platform.python_version()}; load average"
         f" {load:.1f} before and {os.getloadavg()[0]:.1f} after, {total:.0f} s in all."
     )
-    replace("tutorial", "newcomer", f"{table(('command', 's', 's of CPU'), lines)}\n\n{where}")
+    return f"{table(('command', 's', 's of CPU'), lines)}\n\n{where}"
 
 
 def _timed(folder: Path) -> list[tuple[str, float, float]]:
@@ -77,4 +80,4 @@ def _processor() -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(finish(write))
+    PAGE.write()

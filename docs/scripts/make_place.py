@@ -7,11 +7,8 @@ python docs/scripts/make_place.py cases maps.
 
 from __future__ import annotations
 
-import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -29,25 +26,19 @@ from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from docs.scripts.learning_shop import Shop
-from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page, scratch
+from docs.scripts.page import table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
 
 _UM = 1e6
 # Backlash of the robots on which commands are replayed, over that of the model.
 FACTORS = (0.8, 1.2)
+PAGE = Page("place")
 # Half width of the backlash that the FANUC is given, as its file knows none [rad].
 PLAY = 1e-4
 
 COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
-
-
-@cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a folder for files that cases name, as long as the program runs."""
-    return tempfile.TemporaryDirectory()
 
 
 def _fanuc_with_backlash() -> str:
@@ -57,7 +48,7 @@ def _fanuc_with_backlash() -> str:
         lines.append(line)
         if line.startswith("damping"):
             lines.append(f"backlash = {PLAY}")
-    file = Path(_folder().name, "fanuc_with_backlash.toml")
+    file = scratch("fanuc_with_backlash.toml")
     file.write_text("\n".join(lines), encoding="utf-8")
     return str(file)
 
@@ -95,7 +86,7 @@ def _placed(name: str) -> CasePlacement:
 
 
 def _loaded(own: EvaluatedSetting, number: int) -> Case:
-    file = Path(_folder().name, f"placed_{number}.toml")
+    file = scratch(f"placed_{number}.toml")
     file.write_text(own.content, encoding="utf-8")
     return load_case(file)
 
@@ -125,6 +116,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
     return found
 
 
+@PAGE.part
 def cases() -> str:
     """Return the table of the cases as they are and as they are placed."""
     rows, settings = [], []
@@ -182,6 +174,7 @@ def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
     return whole.update_layout(width=1000, showlegend=True, margin_t=60, legend=legend)
 
 
+@PAGE.part
 def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
@@ -198,42 +191,5 @@ def maps() -> str:
     )
 
 
-def learned() -> str:
-    """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
-    rows: dict[str, list[tuple[str, ...]]] = {"original": [], "placed": []}
-    cases = (case_text(name, tool_path={"depth_m": DEPTH}) for name in ("cone", "cone_robust"))
-    with Shop(next(cases)) as shop, Shop(next(cases)) as robust:
-        robots = {
-            "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
-            "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
-            "all parameters differ": hidden(shop.robot, 11),
-        }
-        for robot, truth in robots.items():
-            for title, own in (("original", shop), ("placed", robust)):
-                found = own.learned(truth, Trial(runs=1))
-                refused = found.found[0].refusal
-                result = "refused: nothing to learn" if refused else f"{found.left[-1]}"
-                if own is shop:
-                    file, both = shop.written(found.found[0]), ""
-                else:
-                    both = f"{robust.left_by(file, truth)}"
-                rows[title].append((title, robot, f"{found.left[0]}", result, both))
-    head = (
-        "cone",
-        "robot",
-        "before learning",
-        "after one measured run",
-        "learned from the original cone",
-    )
-    return table(head, [row for own in rows.values() for row in own])
-
-
-PARTS: dict[str, Callable[[], str]] = {
-    "cases": cases,
-    "maps": maps,
-    "learned": learned,
-}
-
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("place", PARTS, sys.argv[1:])))
+    PAGE.write()

@@ -8,13 +8,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 from fmpy import simulate_fmu
 
 from coupling.fmu.precice_robot import CoupledMotion, PreciceNames, run_robot
-from docs.scripts.page import finish, replace, table
+from docs.scripts.experiment import Page, results
 from examples.precice.press_with_precice import (
     CONFIGURATION,
     WALL_STIFFNESS,
@@ -24,6 +25,7 @@ from examples.precice.press_with_precice import (
 
 WINDOWS = (0.001, 0.002, 0.005, 0.01, 0.4)  # [s]; the last is the whole stroke
 STOP = 0.4  # [s]
+PAGE = Page("precice")
 FORCE_ALONE = CONFIGURATION.with_name("runner-config.xml")
 
 
@@ -88,8 +90,8 @@ def by_adapter(
     return tool
 
 
-def row(window: float) -> list[str]:
-    """Return a row of the table: largest errors [um] and iterations by window."""
+def deviations(window: float) -> list[str]:
+    """Return the largest errors [um], and iterations, of the runner and both ways of the adapter."""
     with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
         folder = Path(place)
         fmu, parameters, height = prepare(folder, "dynamic")
@@ -100,7 +102,7 @@ def row(window: float) -> list[str]:
             tool = by_adapter(fmu, parameters, height, configuration, spring)
             mean = float(np.mean(tool.iterations[1:]))
             cells.append(f"{shown(tool.pose[:, 2], expected)} ({mean:.1f})")
-    return [f"{1e3 * window:g}", *cells]
+    return cells
 
 
 def shown(heights: np.ndarray, expected: np.ndarray) -> str:
@@ -108,16 +110,17 @@ def shown(heights: np.ndarray, expected: np.ndarray) -> str:
     return f"{1e6 * np.abs(heights - expected).max():.2g}"
 
 
-def main() -> None:
-    """Write the table."""
-    head = (
-        "window (ms)",
-        "runner, force held",
-        "`run_robot`, force alone",
-        "`run_robot`, with the spring",
+@PAGE.part
+def errors() -> str:
+    """Return the table of what is left by window."""
+    heads = ("runner, force held", "`run_robot`, force alone", "`run_robot`, with the spring")
+    return results(
+        ("window (ms)",),
+        {f"{1e3 * window:g}": window for window in WINDOWS},
+        deviations,
+        {head: itemgetter(k) for k, head in enumerate(heads)},
     )
-    replace("precice", "errors", table(head, map(row, WINDOWS)))
 
 
 if __name__ == "__main__":
-    sys.exit(finish(main))
+    PAGE.write()

@@ -1,38 +1,39 @@
 """Write the tables and pictures of docs/sheet_fem.md anew: make sheet-fem.
 
-With names, only those parts: python docs/scripts/make_sheet_fem.py gap example.  CalculiX runs
-where it is installed.
+CalculiX runs where it is installed.
 """
 
 from __future__ import annotations
-
-import sys
 
 import numpy as np
 
 from coupling.case.case import Case
 from coupling.report import workpiece_figures
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
-from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
-from docs.scripts.page import finish, replace_parts, table
+from coupling.run.figures import shares_of
+from docs.scripts import runs, sheet_studies
+from docs.scripts.experiment import Page
+from docs.scripts.page import table
 from docs.scripts.pictures import save
-from docs.scripts.runs import around_axis, compensated, example, gap_ranges, peak_force, workpieces
+from docs.scripts.runs import around_axis, compensated, gap_ranges, peak_force, workpieces
+
+PAGE = Page("sheet_fem")
 
 
-def cone() -> str:
+@PAGE.part
+def example() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
-    case = example("cone_fem")
+    case = runs.example("cone_fem")
     run = compensated(case)
     _draw(case, run)
     return _verdict(run) + "\n" + _contours(case, run)
 
 
 def _verdict(run: Run) -> str:
-    found, deviations = run.correction, Deviations.of(run)
+    found, shares = run.correction, shares_of(run)
     each = run.durations["compensate"] / found.evaluations
-    before, after = 1e6 * deviations.before.maximum, 1e6 * deviations.after.maximum
-    gravity, process = 1e6 * deviations.gravity.maximum, 1e6 * deviations.process.maximum
+    before, after = (1e6 * run.deviation(path).maximum for path in (run.before, found.achieved))
+    gravity, process = 1e6 * shares.gravity.maximum, 1e6 * shares.process.maximum
     return (
         f"Verdict: {found.reason}; {found.evaluations} evaluations of the process, {each:.0f} s"
         " each including the robot's simulation.\n"
@@ -68,14 +69,16 @@ def _draw(case: Case, run: Run) -> None:
     save("cone_fem", cut, *fields)
 
 
+@PAGE.part
 def cell() -> str:
     """Run the cell with a sheet between two tools, and return its figures."""
-    case = example("two_robots_fem")
+    case = runs.example("two_robots_fem")
     run = compensated(case)
     rows = []
     for tool, name in enumerate(run.robots):
-        own = Deviations.of(run, tool)
-        figures = (f"{1e6 * own.before.maximum:.0f} um", f"{1e6 * own.after.maximum:.1f} um")
+        before = run.deviation(run.before, tool)
+        after = run.deviation(run.correction.achieved, tool)
+        figures = (f"{1e6 * before.maximum:.0f} um", f"{1e6 * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
     rows.append(("gap", *gap_ranges(run), ""))
     found = run.correction
@@ -87,17 +90,30 @@ def cell() -> str:
     )
 
 
-PARTS = {
-    "shallow": sheet_studies.shallow_table,
-    "thick": sheet_studies.thick_table,
-    "cone": sheet_cone_studies.cone_table,
-    "fineness": sheet_cone_studies.fineness_table,
-    "friction": sheet_cone_studies.friction_table,
-    "example": cone,
-    "cell": cell,
-    "gap": sheet_case_studies.gap_table,
-}
+@PAGE.part
+def gap() -> str:
+    """Return the mean force across the sheet in a contour of the cell over gap and elements."""
+    rows = []
+    for gap, element in ((0.8, 2.0), (0.9, 2.0), (1.0, 2.0), (1.0, 1.6), (1.2, 2.0), (2.0, 2.0)):
+        case = runs.example(
+            "two_robots_fem",
+            support={"gap_m": 1e-3 * gap},
+            process={"element_m": 1e-3 * element},
+            tool_path={"step_down_m": 0.0005, "depth_m": 0.001},
+        )
+        part = case.task.part
+        deep = part.coordinates(case.desired.position[0])[:, 2] < -0.99e-3
+        forces = [
+            abs(part.rotation.inv().apply(force[deep])[:, 2].mean())
+            for force in case.process.evaluate(case.desired).wrench.force
+        ]
+        rows.append((f"{gap} mm", f"{element} mm", *(f"{force:.0f}" for force in forces)))
+    return table(("gap", "elements", "forming tool", "supporting tool"), rows)
+
+
+for study in (sheet_studies.shallow, sheet_studies.thick, sheet_studies.fineness):
+    PAGE.part(study)
 
 
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("sheet_fem", PARTS, sys.argv[1:])))
+    PAGE.write()

@@ -6,17 +6,13 @@ python docs/scripts/make_study.py cone coverage.
 
 from __future__ import annotations
 
-import sys
 import tempfile
-import textwrap
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
-from benchmarks import study as benchmark
 from coupling.case.file import load_case
 from coupling.events import unwatched
 from coupling.report import study_report
@@ -28,13 +24,14 @@ from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
 from coupling.study.stored_study import StoredStudy, read_study
 from coupling.study.workers import Workers
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page
+from docs.scripts.page import table
 from docs.scripts.pictures import save
+from docs.scripts.runs import CASES
 
-CASE = benchmark.CASE
+CASE = CASES / "cone.toml"
+PAGE = Page("study")
 SEED, FRESH = 1, 2
-# Columns of a page.
-WIDTH = 128
 
 
 @cache
@@ -56,6 +53,7 @@ def _studied() -> tuple[StoredStudy, list[StudySample]]:
         return read_study(folder / str(SEED)), found[FRESH]
 
 
+@PAGE.part
 def cone() -> str:
     """Return what the command of the cone leaves, and which parameters are significant."""
     study, _ = _studied()
@@ -95,6 +93,7 @@ def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:
     return band.update_layout(margin_t=100), dots.update_layout(margin_t=100)
 
 
+@PAGE.part
 def coverage() -> str:
     """Return how many fresh robots the band holds."""
     study, fresh = _studied()
@@ -109,29 +108,9 @@ def coverage() -> str:
     )
 
 
-def speed() -> str:
-    """Return how fast two workers are."""
-    with tempfile.TemporaryDirectory() as name:
-        case, folder = load_case(CASE), Path(name)
-        write_run(folder, case, run_compensation(case))
-        one, more = (
-            benchmark.studied(CASE, folder, workers, benchmark.SAMPLES)
-            for workers in (1, benchmark.WORKERS)
-        )
-    share = benchmark.efficiency(one, more)
-    return textwrap.fill(
-        f"The cone's {benchmark.SAMPLES} samples take {one.wall:.0f} s on one worker and"
-        f" {more.wall:.0f} s on two, including the start of the workers: {100 * share:.0f} % of twice"
-        " the speed (two cores, `python -m benchmarks.study`).",
-        WIDTH,
-    )
-
-
 def _um(length: float) -> str:
     return f"{1e6 * length:.3g}"
 
 
-PARTS: dict[str, Callable[[], str]] = {"cone": cone, "coverage": coverage, "speed": speed}
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("study", PARTS, sys.argv[1:])))
+    PAGE.write()

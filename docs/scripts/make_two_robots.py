@@ -10,7 +10,9 @@ import plotly.graph_objects as go
 from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
+from coupling.run.path_checks import TOOL_GAP
+from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force
@@ -39,10 +41,8 @@ def tools(case: Case) -> go.Figure:
             (supporting, -1.0, "supporting tool", BEFORE),
         ):
             x, z = _MM * (points[at, [0, 2]] + np.array([0.0, side * 0.5 * diameter]) + circle).T
-            figure.add_scatter(
-                x=x, y=z, mode="lines", name=name, showlegend=number == 0,
-                line={"color": color, "width": 1.5}, opacity=0.35 + 0.65 * number / len(contours),
-            )  # fmt: skip
+            circle_curve = Curve(name if number == 0 else "", x, z, color)
+            add_curves(figure, [circle_curve], opacity=0.35 + 0.65 * number / len(contours))
     figure.update_xaxes(title="x of the part [mm]")
     figure.update_yaxes(title="z [mm]", scaleanchor="x")
     return styled(figure, 700, 480)
@@ -50,15 +50,15 @@ def tools(case: Case) -> go.Figure:
 
 def gap(run: Run) -> go.Figure:
     """Draw the gap over time, before and after."""
-    assert run.gap is not None
-    figure = go.Figure()
-    for opening, name, color in (
-        (run.gap.before, "before", BEFORE),
-        (run.gap.after, "after", AFTER),
-    ):
-        values = _MM * (run.gap.commanded + opening)
-        figure.add_scatter(x=run.gap.time, y=values, name=name, line={"color": color})
-    figure.add_hline(y=_MM * run.gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
+    time, commanded = gap.time, gap.commanded
+    openings = (("before", gap.before, BEFORE), ("after", gap.after, AFTER))
+    curves = [
+        Curve(name, time, _MM * (commanded + opening), color) for name, opening, color in openings
+    ]
+    figure = add_curves(go.Figure(), curves)
+    figure.add_hline(y=_MM * commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]", rangemode="tozero")
     figure.update_xaxes(title="time [s]")
     return styled(figure, 520, 420)
@@ -66,16 +66,14 @@ def gap(run: Run) -> go.Figure:
 
 def deviations(run: Run) -> go.Figure:
     """Draw the distance of each tool from its path, before and after."""
-    figure = go.Figure()
+    curves = []
     for tool, (name, dash) in enumerate(zip(run.robots, ("solid", "dot"), strict=True)):
-        for path, state, color in (
-            (run.before, "before", BEFORE),
-            (run.correction.achieved, "after", AFTER),
-        ):
+        states = (("before", run.before, BEFORE), ("after", run.correction.achieved, AFTER))
+        for state, path, color in states:
             apart = path.tools[tool].distance_to(run.desired.tools[tool])
             distance = np.maximum(_UM * apart, _FLOOR)
-            line = {"color": color, "dash": dash, "width": 1.5}
-            figure.add_scatter(x=path.time, y=distance, name=f"{name}, {state}", line=line)
+            curves.append(Curve(f"{name}, {state}", path.time, distance, color, dash=dash))
+    figure = add_curves(go.Figure(), curves)
     figure.update_yaxes(title="deviation [um]", type="log")
     figure.update_xaxes(title="time [s]")
     return styled(figure, 520, 420)
@@ -83,13 +81,15 @@ def deviations(run: Run) -> go.Figure:
 
 def figure_table(run: Run) -> str:
     """Return deviations of both robots and the gap, as Markdown."""
-    assert run.gap is not None
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
     rows = []
     for tool, name in enumerate(run.robots):
-        own = Deviations.of(run, tool)
-        figures = (f"{_UM * own.before.maximum:.0f} um", f"{_UM * own.after.maximum:.1f} um")
+        before = run.deviation(run.before, tool)
+        after = run.deviation(run.correction.achieved, tool)
+        figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), ""))
+    rows.append((f"gap, commanded {_MM * gap.commanded:.3f} mm", *gap_ranges(run), ""))
     return table(("", "before, max", "after, max", "peak force"), rows)
 
 
@@ -106,7 +106,7 @@ def write() -> None:
         evaluations=run.correction.evaluations,
         table=figure_table(run),
         verdict=f"Verdict: {run.correction.reason}.",
-        gravity=_UM * Deviations.of(run).gravity.maximum,
+        gravity=_UM * shares_of(run).gravity.maximum,
     )
 
 

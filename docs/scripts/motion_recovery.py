@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from coupling.identification.motion.fit import fitted
+from coupling.identification.motion.fit import fit_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import motion_parameters
 from coupling.identification.motion.problem import MotionProblem, MovedRecording
@@ -101,7 +101,7 @@ def errors(fmu: MovedRobot, rng: np.random.Generator) -> dict[str, float]:
     fitted_ = [p for p in motion_parameters(known.start, (0, 1)) if truth[p.name] != 0.0]
     lags = [p for p in sensor_parameters([0, 1]) if p.kind == "lag"]
     unit = np.ones(2)
-    fit = fitted(MotionProblem(fmu, known.start, (*fitted_, *lags), (moved,), unit, unit))
+    fit = fit_motion(MotionProblem(fmu, known.start, (*fitted_, *lags), (moved,), unit, unit))
     half = fit.blocks.half * fit.blocks.deviation
     found = zip(fit.problem.parameters, fit.x.tolist(), half.tolist(), strict=True)
     return {p.name: abs(p.inward(truth[p.name]) - x) / h for p, x, h in found}

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 import tomllib
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 
+from docs.scripts.experiment import scratch
 from docs.scripts.runs import CASES
 
 # Half widths of the backlash [rad], joint by joint.
@@ -21,15 +20,9 @@ FANUC_HOME = [8.0, 23.0, -16.0, 0.0, -51.0, -8.0]
 KUKA_HOME = [0.0, 17.2, 11.5, 0.0, 61.3, 0.0]
 
 
-@cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a folder for robot files that cases name, as long as the program runs."""
-    return tempfile.TemporaryDirectory()
-
-
 def kept(data: Mapping[str, Any], name: str) -> Path:
     """Return the file of a robot."""
-    file = Path(_folder().name, f"{name}.toml")
+    file = scratch(f"{name}.toml")
     file.write_text(tomlkit.dumps(data), encoding="utf-8")
     return file
 

@@ -16,6 +16,7 @@ from coupling.case.file import load_case
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import GapResult
 from coupling.run.execute import Run, run_compensation, run_coupling
+from coupling.run.path_checks import TOOL_GAP
 
 CASES = Path(__file__).parents[2] / "examples" / "cases"
 
@@ -78,8 +79,9 @@ def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 def gap_ranges(run: Run) -> tuple[str, str]:
     """Return from where to where the gap between a cell's tools goes, before and after, in words."""
-    assert run.gap is not None
-    gap = {name: 1e3 * value for name, value in GapResult.extremes(run.gap)}
+    tool_gap = run.of(TOOL_GAP)
+    assert tool_gap is not None
+    gap = {name: 1e3 * value for name, value in GapResult.extremes(tool_gap)}
     before, after = (
         f"{gap[f'narrowest_{state}']:.3f} to {gap[f'widest_{state}']:.3f} mm"
         for state in ("before", "after")

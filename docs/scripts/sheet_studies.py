@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +16,7 @@ from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
-from coupling.sheet_fem.mesh import SheetMesh
+from coupling.sheet_fem.mesh import SheetMesh, limit_of_force
 from docs.scripts.page import DOCS, table
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
@@ -24,6 +26,7 @@ from calculix_plate import CCX, Plate, plunge_force
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
 WINDOW = 3.0 * RADIUS
+WALL = np.deg2rad(45.0)
 SHALLOW = np.array([0.1, 0.2, 0.5, 1.0])  # [mm]
 THICK = np.array([1.0, 2.0, 3.0, 4.0, 5.0])  # [mm]
 
@@ -35,7 +38,6 @@ class Press:
     model: SheetModel
     tool: Sphere
     near: Box | None = None
-    iterations: int = 0
     solutions: int = 0
 
     def __post_init__(self) -> None:
@@ -68,7 +70,6 @@ class Press:
             box = self.near = self.model.near(self.near, tool.center[None])
         found = self.model.equilibrium(self.state, (self.tool,), (tool,), box)
         self.state, self.tool = found.state, tool
-        self.iterations += found.iterations
         self.solutions += 1
         return found.forces[0]
 
@@ -94,7 +95,7 @@ def calculix_curve() -> np.ndarray | None:
     return np.interp(SHALLOW, depths, forces)
 
 
-def shallow_table() -> str:
+def shallow() -> str:
     """Return forces of a shallow plunge over the mesh, and CalculiX."""
     curves = {
         f"elements of {50.0 / elements:.3g} mm": plunge_curve(0.05, elements, SHALLOW)
@@ -109,7 +110,7 @@ def shallow_table() -> str:
     )
 
 
-def thick_table() -> str:
+def thick() -> str:
     """Return forces of a deep plunge into a thick disc over the mesh, and CalculiX."""
     disc = Disc()
     strength, prestrain, exponent = 343.3, 0.0015, 0.184  # [MPa]; of benchmark 3's sheet
@@ -148,3 +149,63 @@ def _thick_forces(disc: Disc, element: float, metal: Material) -> np.ndarray:
         state = found.state
         forces.append(found.forces[0, 2])
     return np.interp(THICK, steps, forces)
+
+
+def contours(
+    press: Press, radius: float, depths: Iterable[float], spacing: float
+) -> Iterator[float]:
+    """Form contours of a cone and yield the mean axial force in each, but for its first and last sixth.
+
+    Args:
+        press: Above the start.
+        radius: Of the TCP's path at the sheet's plane [m].
+        depths: Of the contours [m].
+        spacing: Of positions [m].
+    """
+    for depth in depths:
+        r = radius - depth / np.tan(WALL)
+        angles = np.linspace(0.0, 2.0 * np.pi, round(2.0 * np.pi * r / spacing) + 1)
+        forces = []
+        for angle in angles:
+            tcp = np.array([r * np.cos(angle), r * np.sin(angle), -depth])
+            forces.append(press.to(tcp, everywhere=False)[2])
+        sixth = len(forces) // 6
+        yield float(np.mean(forces[sixth:-sixth]))
+
+
+# Of the study of fineness: thickness [mm], elements along 80 mm, positions and window [mm].
+FINENESS = (
+    *((0.5, elements, 2.5, 10.0) for elements in (32, 40, 60)),
+    *((1.0, elements, 2.5, 10.0) for elements in (20, 32, 40, 60)),
+    *((2.0, elements, 2.5, 10.0) for elements in (32, 40, 60)),
+    (1.0, 40, 0.75, 10.0),
+    (1.0, 40, 2.5, 15.0),
+    (1.0, 40, 2.5, 80.0),
+)
+
+
+def fineness() -> str:
+    """Return the forces in three contours on the plate over thickness, elements, positions, window."""
+    rows: list[tuple[str, ...]] = []
+    for thickness, elements, spacing, window in FINENESS:
+        settings = SheetSettings(window=1e-3 * window, opening_radius=0.024)
+        press = Press.above(0.08, elements, 0.02, settings, 1e-3 * thickness)
+        start = time.process_time()
+        found = list(contours(press, 0.02, (1e-3, 2e-3, 3e-3), 1e-3 * spacing))
+        seconds = (time.process_time() - start) / press.solutions
+        limit = limit_of_force(0.08 / elements, RADIUS, 1e-3 * thickness)
+        name = "whole sheet" if window >= 80.0 else f"{window:g} mm"
+        rows.append(
+            (
+                f"{thickness:g} mm",
+                f"{80.0 / elements:.3g} mm",
+                f"{spacing:g} mm",
+                name,
+                ", ".join(f"{force:.0f}" for force in found),
+                f"{1.0 / limit:.3f}",
+                ", ".join(f"{limit * force:.0f}" for force in found),
+                f"{seconds:.2f}",
+            )
+        )
+    head = ("sheet", "elements", "positions", "window", "F_z computed", "over its limit")
+    return table((*head, "F_z stated", "CPU s / position"), rows)

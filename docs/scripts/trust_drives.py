@@ -11,7 +11,7 @@ from typing import Any
 
 from coupling.case.case import Case
 from coupling.path.deviation import Deviation
-from coupling.run.figures import Deviations
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.page import table
 from docs.scripts.runs import compensated, example
 from docs.scripts.trust_comparison import Against, Comparison
@@ -38,17 +38,19 @@ def left_in(ideal: Case, real: Case) -> dict[str, Deviation]:
         real: The same with servos.
     """
     run = compensated(ideal)
-    found = Deviations.of(run)
-    assert run.plant is not None
+    plant = run.of(PLANT_REPLAY)
+    assert plant is not None
     rows = {
-        "ideal drives, not corrected": found.before,
-        "ideal drives, corrected": found.after,
-        "that command on the servos": run.plant.deviation(),
+        "ideal drives, not corrected": run.deviation(run.before),
+        "ideal drives, corrected": run.deviation(run.correction.achieved),
+        "that command on the servos": plant.deviation(),
     }
     run = compensated(real)
-    found = Deviations.of(run)
     replays = {replay.name: replay.deviation for replay in run.robustness}
-    rows |= {"servos, not corrected": found.before, "servos, corrected for them": found.after}
+    rows |= {
+        "servos, not corrected": run.deviation(run.before),
+        "servos, corrected for them": run.deviation(run.correction.achieved),
+    }
     return rows | {f"that command, {name}": replays[name] for name in OTHERS}
 
 

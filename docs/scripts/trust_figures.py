@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.identification.static.found import Identification
+from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.pictures import styled
 from docs.scripts.trust_comparison import GRADES, Against, Comparison
 from docs.scripts.trust_sheet import AxialForce, Plunge
@@ -89,8 +90,8 @@ def deflections(found: dict[str, Identification]) -> go.Figure:
         ends = [min(ends[0], measured.min()), max(ends[1], measured.max())]
         marker = {"color": colour, "size": 7, "symbol": "circle-open", "line": {"width": 1.5}}
         figure.add_scatter(x=measured, y=predicted, mode="markers", name=name, marker=marker)
-    line = {"color": _LINE, "width": 1}
-    figure.add_scatter(x=ends, y=ends, mode="lines", line=line, showlegend=False)
+    diagonal = np.array(ends)
+    add_curves(figure, [Curve("", diagonal, diagonal, _LINE, 1)])
     figure.update_xaxes(title="measured deflection, x, y, z [mm]")
     figure.update_yaxes(title="predicted from the other rows [mm]")
     return styled(figure, 560, 420)
@@ -100,9 +101,9 @@ def plate(found: Plunge) -> go.Figure:
     """Draw the force of a tool that is pushed into a plate over its depth."""
     figure = go.Figure()
     for (count, force), dash in zip(found.forces.items(), ("solid", "dash"), strict=True):
-        line = {"color": COLOURS[Against.PROGRAM], "width": 2, "dash": dash}
         name = f"shell, {found.side / count:.3g} mm"
-        figure.add_scatter(x=found.depths, y=force, name=name, line=line, mode="lines")
+        curve = Curve(name, found.depths, force, COLOURS[Against.PROGRAM], 2, dash)
+        add_curves(figure, [curve])
     marker = {"color": _LINE, "size": 9, "symbol": "circle-open", "line": {"width": 2}}
     figure.add_scatter(
         x=found.depths, y=found.solid, name="CalculiX, solids", mode="markers", marker=marker
@@ -123,16 +124,14 @@ def axial_force(found: AxialForce) -> go.Figure:
     for name, force, colour, dash in lines:
         y = np.column_stack([force, force, np.full_like(force, np.nan)]).ravel()
         x = np.column_stack([found.spans, found.spans[:, 1]]).ravel()
-        line = {"color": colour, "width": 3, "dash": dash}
-        figure.add_scatter(x=x, y=y, name=name, line=line, mode="lines")
+        add_curves(figure, [Curve(name, x, y, colour, 3, dash)])
     for (start, end), (low, high) in zip(found.spans, found.spread, strict=True):
         figure.add_shape(
             x0=start, x1=end, y0=low, y1=high, fillcolor="#bbbbbb", line_width=0, layer="below"
         )
-    line = {"color": COLOURS[Against.ROBOT], "width": 2, "dash": "dash"}
-    ends = [found.spans[-1, 0], found.spans[-1, 1]]
-    figure.add_scatter(
-        x=ends, y=[found.law, found.law], name="Aerens' law", line=line, mode="lines"
+    law = np.full(2, found.law)
+    add_curves(
+        figure, [Curve("Aerens' law", found.spans[-1], law, COLOURS[Against.ROBOT], 2, "dash")]
     )
     figure.update_xaxes(title="time [s]", range=[0.0, 1350.0])
     figure.update_yaxes(title="axial force [N]", rangemode="tozero")

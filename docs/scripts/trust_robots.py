@@ -10,7 +10,7 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.static.found import Identification, rms
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example
@@ -71,11 +71,11 @@ def commanded() -> dict[str, Comparison]:
     On its robot: as the validation's own simulation has it.
     """
     run = _cone()
-    found = Deviations.of(run)
     replays = {replay.name: replay.deviation.maximum for replay in run.robustness}
-    assert run.plant is not None
+    plant = run.of(PLANT_REPLAY)
+    assert plant is not None
     left = {
-        "as_file": ("as its file", found.after.maximum),
+        "as_file": ("as its file", run.deviation(run.correction.achieved).maximum),
         "stiffness": (
             "off by 2 % of stiffness",
             max(replays["stiffness +2 %"], replays["stiffness -2 %"]),
@@ -85,9 +85,9 @@ def commanded() -> dict[str, Comparison]:
             "off by 20 % of backlash",
             max(replays["backlash +20 %"], replays["backlash -20 %"]),
         ),
-        "softer": ("20 % softer", run.plant.deviation().maximum),
+        "softer": ("20 % softer", plant.deviation().maximum),
     }
-    before = found.before.maximum
+    before = run.deviation(run.before).maximum
     return {
         name: Comparison(
             f"command, robot {what}",

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from docs.scripts.measured_sheet_studies import columns, distances, rows
+from docs.scripts.make_measured_sheet import columns, distances, rows
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import example
 from docs.scripts.sheet_studies import SHALLOW, calculix_curve, plunge_curve

@@ -18,6 +18,7 @@ from coupling.cli import app
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.index_html import variable_rows
+from coupling.run.usual_ranges import EXPECTED
 from docs.scripts.page import DOCS, table
 from docs.site.keys import case_page, robot_page
 from elastic_robot.fmi.interface import blocks
@@ -54,6 +55,27 @@ def variables_page() -> str:
 
 def _cell(text: str) -> str:
     return text.replace("|", r"\|")
+
+
+def usual_ranges_page() -> str:
+    """Return the page of the usual ranges of numbers in case and robot files."""
+    rows = [
+        (
+            f"`{key}`",
+            f"{usual.low:g} to {usual.high:g} {usual.unit}".rstrip() + ", or 0" * usual.or_none,
+            _cell(usual.why),
+        )
+        for key, usual in EXPECTED.items()
+    ]
+    return "\n\n".join(
+        [
+            "# Usual ranges",
+            "What [a remark](case_file.md#what-is-usual) of `check`, `robots`, a run and its report goes"
+            " by, by the place of the key in a case or robot file; the last rows follow from several"
+            " keys and from the response of the process.",
+            table(("value", "usual", "for"), rows),
+        ]
+    )
 
 
 def gallery_page() -> str:
@@ -144,6 +166,7 @@ PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "Reference": {
         "case_keys.md": case_page,
         "robot_keys.md": robot_page,
+        "usual_ranges.md": usual_ranges_page,
         "variables.md": variables_page,
         "commands.md": commands_page,
     },

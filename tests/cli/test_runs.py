@@ -15,11 +15,12 @@ from command_line import BY_MODE, FILES, command
 from places import LINE_CASE as LINE
 
 from coupling.errors import BuildError, ResultError
+from coupling.files.atomic_folder import whole_folder
 from coupling.files.written_files import claimed
 from coupling.fmu_export.build import KINDS
-from coupling.fmu_export.compiler import PLATFORMS, host_platform
+from coupling.native.compiler import PLATFORMS, host_platform
 from coupling.report import write_report
-from coupling.run.new_folder import new_run_folder
+from coupling.run.new_folder import RUN_FOLDER
 from coupling.run.stored_run import read_run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
@@ -346,7 +347,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(place):
 
 def test_a_run_that_fails_leaves_no_folder(tmp_path):
     def fail() -> None:
-        with new_run_folder(tmp_path / "out", False) as scratch:
+        with whole_folder(tmp_path / "out", RUN_FOLDER, False) as scratch:
             claimed(scratch / "half.csv").write_text("x")
             raise RuntimeError("power cut")
 

@@ -131,7 +131,7 @@ def test_a_decay_has_settled_after_ln_20_time_constants(comparison):
 def test_cone_shortened_to_three_contours_meets_its_goals(tmp_path):
     """The README's case down to 1.5 mm: above 300 N, two evaluations, the moving robot within 2 um."""
     from coupling.run.execute import run_compensation
-    from coupling.run.figures import Deviations
+    from coupling.run.figures import shares_of
 
     text = (EXAMPLES / "cases" / "cone.toml").read_text()
     short = text.replace("depth_m        = 0.01", "depth_m = 0.0015")
@@ -139,12 +139,12 @@ def test_cone_shortened_to_three_contours_meets_its_goals(tmp_path):
     file = tmp_path / "cone.toml"
     file.write_text(short)
     run = run_compensation(load_case(file))
-    found, deviations = run.correction, Deviations.of(run)
+    found, shares = run.correction, shares_of(run)
     assert found.converged, found.reason
     assert found.response.wrench.peak_force > 300.0
-    assert deviations.process.maximum > 1e-4
-    assert deviations.before.maximum > 1e-3
-    assert deviations.after.maximum <= 2e-6
-    assert deviations.dynamic == deviations.after
+    assert shares.process.maximum > 1e-4
+    assert run.deviation(run.before).maximum > 1e-3
+    assert run.deviation(found.achieved).maximum <= 2e-6
+    assert shares.dynamic_after == run.deviation(found.achieved)
     assert found.consistency <= 1e-6
     assert found.evaluations == 2

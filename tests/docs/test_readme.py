@@ -13,7 +13,7 @@ from places import EXAMPLES, ROOT
 from wall_case import WALL_CASE
 
 from coupling.cli import main
-from coupling.fmu_export import compiler
+from coupling.native import compiler
 
 LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
 # Run in tests of their own, on longer passes and more robots than would be quick here: test_study.py,

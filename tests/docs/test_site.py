@@ -11,6 +11,7 @@ import pytest
 from places import DOCS, ROOT
 from pydantic.fields import FieldInfo
 
+from coupling.run.usual_ranges import EXPECTED
 from docs.site import generated, keys, source
 from docs.site.keys import Row, case_rows, case_sections, robot_sections, rows
 
@@ -48,6 +49,12 @@ def test_every_key_that_a_page_tells_of_is_one():
     keyed = {(row, key) for row in told for key in row.keys}
     # Words in the cell of a key that are none.
     assert {key for _, key in keyed - used} <= {"sources"}
+
+
+def test_the_site_tells_every_usual_range():
+    page = generated.usual_ranges_page()
+    assert "| `process.poisson_ratio` | 0.1 to 0.48, or 0 | metals and plastics |" in page
+    assert page.count("\n| `") == len(EXPECTED)
 
 
 def test_a_key_without_a_row_is_refused():

@@ -302,5 +302,5 @@ def test_every_language_that_is_asked_for_is_written_in_its_folder(run, tmp_path
     assert done.returncode == 2
     assert "expected one of krl, rapid, fanuc, csv, got 'rapit'" in done.stderr
     done = command("export", run, "--to", "csv", "--to", "krl", "-o", place)
-    assert "holds programs already" in done.stderr
+    assert "holds an export already" in done.stderr
     assert not none.exists()

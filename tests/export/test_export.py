@@ -392,7 +392,7 @@ def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, comman
     first = (place / "stroke.src").read_bytes()
     again = command("export", run, "--to", "krl", "-o", place)
     assert again.returncode == 2
-    assert "holds programs already: add --overwrite" in again.stderr
+    assert "holds an export already: add --overwrite" in again.stderr
     done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
     assert done.returncode == 0
     assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json", LIST}
@@ -403,7 +403,7 @@ def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, comman
     other.mkdir()
     (other / "photo.jpg").write_text("x")
     done = command("export", run, "--to", "krl", "-o", other, "--overwrite")
-    assert "holds files that are no export" in done.stderr
+    assert "holds files that are not an export" in done.stderr
     assert [file.name for file in other.iterdir()] == ["photo.jpg"]
     file = tmp_path / "file"
     file.write_text("x")

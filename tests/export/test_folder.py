@@ -9,7 +9,9 @@ import pytest
 from killing import die_while_exporting, one_program, start_function
 
 from coupling.errors import ProgramError
-from coupling.export.folder import require_writable, write_export
+from coupling.export.folder import EXPORT_FOLDER, write_export
+from coupling.files import atomic_folder
+from coupling.files.atomic_folder import require_free
 
 # Where an export is killed, and whose programs are found afterwards.
 STAGES = {"written": "old", "complete": "old", "put aside": "old", "in place": "new"}
@@ -29,7 +31,7 @@ def test_an_export_that_is_killed_leaves_whole_programs_old_or_new(tmp_path, sta
     child.join()
     assert child.exitcode == -9
     # To the next export, the programs are there, and whole.
-    with pytest.raises(ProgramError, match="holds programs already"):
+    with pytest.raises(ProgramError, match="holds an export already"):
         put(place, "other")
     assert (place / "WAY.src").read_text() == STAGES[stage]
     assert json.loads((place / "export.json").read_text())["robots"][0]["program"] == "WAY"
@@ -53,8 +55,8 @@ def test_programs_that_were_put_aside_are_still_there_to_be_asked_for(tmp_path):
     put(tmp_path / "krl", "old")
     start_function(die_while_exporting, tmp_path / "krl", "put aside", "new").join()
     assert not (tmp_path / "krl").exists()
-    with pytest.raises(ProgramError, match="krl: holds programs already"):
-        require_writable(tmp_path / "krl", overwrite=False)
+    with pytest.raises(ProgramError, match="krl: holds an export already"):
+        require_free(tmp_path / "krl", EXPORT_FOLDER, overwrite=False)
 
 
 def test_a_full_disk_leaves_the_programs_that_were_there(small_disk):
@@ -72,17 +74,15 @@ def test_a_full_disk_leaves_the_programs_that_were_there(small_disk):
 
 def test_two_exports_at_once_do_not_mix(tmp_path, monkeypatch):
     """The second one comes while the first changes places: it is refused, the first one ends well."""
-    from coupling.export import folder as writing
-
-    replace_folder = writing.replace_folder
+    replace_folder = atomic_folder.replace_folder
 
     def meanwhile(draft: Path, target: Path) -> None:
-        monkeypatch.setattr(writing, "replace_folder", replace_folder)
+        monkeypatch.setattr(atomic_folder, "replace_folder", replace_folder)
         with pytest.raises(ProgramError, match="krl: another command writes it: wait for its end"):
             put(target, "second")
         replace_folder(draft, target)
 
-    monkeypatch.setattr(writing, "replace_folder", meanwhile)
+    monkeypatch.setattr(atomic_folder, "replace_folder", meanwhile)
     put(tmp_path / "krl", "first")
     assert (tmp_path / "krl" / "WAY.src").read_text() == "first"
     assert [file.name for file in tmp_path.iterdir()] == ["krl"]

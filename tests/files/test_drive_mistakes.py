@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from coupling.files.robot_file import load_robot, parts_in_words
-from coupling.robot.robot_text import robot_text
+from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 

@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from coupling.files.provenance import load_provenance
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.robot.robot_edit import RobotEdit
 
@@ -143,3 +144,25 @@ def test_hysteresis_and_friction_are_changed_with_all_their_parts(tmp_path, form
     assert found["joint[1].gear.hysteresis"] == "measured"
     assert found["joint[1].drive.friction"] == "warm"
     assert {"to 1 %", "to 2 %"} <= set(re.findall(r"to \d %", target.read_text()))
+
+
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_an_interval_takes_the_place_of_the_range_of_a_class(name, tmp_path):
+    """The file states it of the changed gears, with its source, and of no tilt; it is read back."""
+    start, target = shipped_robots()[name], tmp_path / "new.toml"
+    robot = load_robot(start)
+    edit, expected = RobotEdit(start, robot), dict(load_provenance(start, robot).stiffness_ranges)
+    for number, joint in enumerate(robot.joints, start=1):
+        if not joint.stiffness:
+            continue
+        low, high = 0.9 * joint.stiffness, 1.2 * joint.stiffness
+        edit.change(f"joint[{number}].stiffness", joint.stiffness, "identified", (low, high))
+        expected[number] = (low, high)
+        for k, tilt in enumerate(joint.tilt, start=1):
+            edit.change(f"joint[{number}].tilt[{k}].stiffness", tilt.stiffness, "so", (1.0, 2e9))
+    target.write_text(edit.text("Measured.", target))
+    assert dict(load_provenance(target, load_robot(target)).stiffness_ranges) == expected
+    content = tomllib.loads(target.read_text())
+    assert not any("range" in key for table in content["joint"] for key in str(table.get("tilt")))
+    sources = [text for place, text in content["sources"].items() if "stiffness_range" in place]
+    assert sources.count("95 % interval, identified") == len(expected)

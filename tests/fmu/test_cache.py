@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from coupling.errors import BuildError
-from coupling.fmu_export.cache import cache_folder, compiler_environment
+from coupling.native.cache import cache_folder, compiler_environment
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from random_robots import make_robot
 from build_fmu import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import host_platform
+from coupling.native.compiler import host_platform
 from elastic_robot.fingerprint import fingerprint
 
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]

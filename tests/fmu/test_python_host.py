@@ -18,10 +18,10 @@ from places import TESTS
 
 from build_fmu import main
 from coupling.errors import BuildError
-from coupling.fmu_export import compiler
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, SOURCES, host_platform, zig
 from coupling.fmu_export.python_host import host_library, without_host
+from coupling.native import compiler
+from coupling.native.compiler import PLATFORMS, SOURCES, host_platform, zig
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand

@@ -11,7 +11,7 @@ import pytest
 
 from coupling.errors import HostError, SimulationError
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
-from coupling.fmu_export.compiler import zig
+from coupling.native.compiler import zig
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.parameters import apply_values

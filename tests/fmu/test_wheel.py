@@ -18,12 +18,13 @@ import elastic_robot
 from coupling.check.new_case import STARTS
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
-from coupling.fmu_export.core_library import library_name
+from coupling.native.compiler import PLATFORMS, host_platform, zig
+from coupling.native.core_library import library_name
+from coupling.native.desk_library import desk_library_name
 
 DESK = "elastic_robot/coupling/"
-SHIPPED = f"{DESK}fmu_export/fmu_src/"
-LIBRARIES = f"{DESK}fmu_export/libraries/"
+SHIPPED = f"{DESK}native/fmu_src/"
+LIBRARIES = f"{DESK}native/libraries/"
 COMMAND = ("-m", "elastic_robot.coupling.cli")
 # Run before all else in the Python that uses the wheel: there is no Zig.
 WITHOUT_ZIG = "import sys; sys.modules['ziglang'] = None"
@@ -63,7 +64,7 @@ def test_one_name_stands_beside_other_peoples(names):
 def test_every_module_of_the_desk_side_is_there_and_no_other(names):
     modules = {file.relative_to(ROOT).as_posix() for file in (ROOT / "coupling").rglob("*.py")}
     ours = {name for name in names if name.startswith(DESK) and name.endswith(".py")}
-    data = tuple(f"{DESK}{place}" for place in ("fmu_export/fmu_src/", "files/examples/"))
+    data = tuple(f"{DESK}{place}" for place in ("native/fmu_src/", "files/examples/"))
     assert {name for name in ours if not name.startswith(data)} == {
         f"elastic_robot/{name}" for name in modules
     }
@@ -159,7 +160,8 @@ def test_a_wheel_of_all_platforms_builds_for_all_without_a_compiler(tmp_path):
     wheel = make_wheel(tmp_path / "wheel", [])
     with zipfile.ZipFile(wheel) as archive:
         found = {name for name in archive.namelist() if name.startswith(LIBRARIES)}
-    assert found == {f"{LIBRARIES}{library_name(p)}" for p in PLATFORMS.values()}
+    names = (library_name, desk_library_name)
+    assert found == {f"{LIBRARIES}{name(p)}" for p in PLATFORMS.values() for name in names}
     command = [*COMMAND, "build", "-o", "R.fmu"]
     said = run_installed(wheel, tmp_path, command, "")
     assert f"R.fmu: built for {', '.join(PLATFORMS)}" in said

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 import os
 
-from coupling.fmu_export.compiler import zig
+from coupling.native.compiler import zig
 
 EMULATORS = "ELASTIC_ROBOT_EMULATORS" in os.environ and zig() is not None

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from places import TESTS
 
-from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
-from coupling.robot.robot_text import robot_text
+from coupling.native.compiler import compile_library, core_sources, host_platform
+from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES

@@ -16,8 +16,8 @@ from filelock import FileLock
 from fmpy.fmi2 import FMU2Slave
 from places import TESTS
 
-from coupling.fmu_export.cache import cache_folder
-from coupling.fmu_export.compiler import SOURCES, _version, host_platform
+from coupling.native.cache import cache_folder
+from coupling.native.compiler import SOURCES, _version, host_platform
 from elastic_robot.fmi.variables import POSE
 
 POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]

@@ -12,7 +12,7 @@ from fmpy.fmi3 import FMU3Slave
 from native_fmu import POSTURE
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import host_platform
+from coupling.native.compiler import host_platform
 from elastic_robot.description import Robot
 
 

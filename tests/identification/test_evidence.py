@@ -12,7 +12,7 @@ from coupling.errors import IdentifyError
 from coupling.identification.evidence import support
 from coupling.identification.intervals import left_out
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.prediction import StaticModel
@@ -21,7 +21,7 @@ from coupling.identification.static.prediction import StaticModel
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     robot = arm(tilt=True)
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
-    fit = fitted(ElasticParameters.of(robot, "backlash"), rows, "backlash", noise_of(rows))
+    fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, "backlash", noise_of(rows))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
     found = support(fit.problem, np.arange(4) == number, fit.weight, tests=1)
     columns = fit.problem.columns.reshape(-1, 4)

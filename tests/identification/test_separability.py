@@ -14,7 +14,7 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import load_robot
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of
 from coupling.identification.static.prediction import StaticModel
@@ -30,7 +30,7 @@ def predicted(robot: Robot, rows: Measurements) -> Measurements:
 
 def telling(robot: Robot, rows: Measurements):
     elasticity = ElasticParameters.of(robot, "backlash")
-    fit = fitted(elasticity, rows, "backlash", noise_of(rows))
+    fit = fit_static(elasticity, rows, "backlash", noise_of(rows))
     return separability(fit.rigid, elasticity.names)
 
 
@@ -113,11 +113,16 @@ def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     (line,) = [line for line in lines if "NOT IDENTIFIED" in line]
     assert line.startswith("stiffness = ")
     assert "no effect on any measurement" in line
-    assert tomllib.loads(target.read_text())["sources"] == {
+    content = tomllib.loads(target.read_text())
+    assert content["sources"] == {
         "joint.stiffness": "a guess",
         "joint[1].stiffness": "identified, a test",
+        "joint[1].stiffness_range": "95 % interval, identified, a test",
         "joint[2].stiffness": "identified, a test",
+        "joint[2].stiffness_range": "95 % interval, identified, a test",
     }
+    ranges = [joint.get("stiffness_range") for joint in content["joint"]]
+    assert ranges == [[p.low, p.high] for p in found.parameters[:2]] + [None]
 
 
 def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path):
@@ -169,5 +174,5 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
         rows, deflection=StaticModel(right, rows, "spline").predict(right.start).deflection
     )
     start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
-    found = fitted(start, rows, "spline", noise_of(rows))
+    found = fit_static(start, rows, "spline", noise_of(rows))
     np.testing.assert_allclose(found.values, right.start, rtol=1e-7)

@@ -13,9 +13,8 @@ from coupling.inverse.gears import solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report.run_tables import gear_loads as gear_tables
-from coupling.results.run_result import GearResult
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.gear_check import gear_sections as gear_tables
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.gear_parts import StopElement
 from elastic_robot.tool_load import ToolLoad
@@ -112,10 +111,10 @@ def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(e
     assert before.reversals > 0
     assert before.base_tilt is not None
     assert before.bias == -before.margin > 0.0
-    tilt = before.base_tilt
+    tilt, direction = before.base_tilt, before.base_tilt_direction
 
     def of_tilt(part):
-        robot = rolled(example, part * tilt.angle, tilt.direction)
+        robot = rolled(example, part * tilt, direction)
         return diagnose(MovingRobot(robot, "backlash"), wanted)[0]
 
     assert of_tilt(1.05).margin > 0.0
@@ -135,11 +134,10 @@ def test_wrong_slip_torques_are_off_by_their_width_times_the_arm(example):
     assert [gear.hysteresis_error for gear in others] == [None] * 4
     tables = []
     for gears in ((slipping, *others), others):
-        told = [GearResult.of(gear) for gear in gears]
-        assert ["hysteresis_30_percent_m" in gear.model_dump() for gear in told] == [
+        assert ["hysteresis_30_percent_m" in gear.model_dump(by_alias=True) for gear in gears] == [
             gear.hysteresis_error is not None for gear in gears
         ]
-        (section,) = gear_tables(told)
+        (section,) = gear_tables(gears)
         tables.append(section.parts[1])
     column = tables[0].columns.index("hysteresis 30 % off, at rest [um]")
     assert [row[column] for row in tables[0].rows] == [

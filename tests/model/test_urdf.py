@@ -15,7 +15,7 @@ from random_urdfs import RandomUrdf, make_urdf
 from build_fmu import main as build_main
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf import find_urdf
-from coupling.fmu_export.compiler import host_platform
+from coupling.native.compiler import host_platform
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Body, Robot
 from elastic_robot.errors import RobotFileError

@@ -9,8 +9,8 @@ from native_fmu import SANITIZERS, NativeFmu, build_master
 from native_pair import Pair, make_pair
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import compile_library, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native.compiler import compile_library, host_platform
 
 
 @pytest.fixture(scope="session")

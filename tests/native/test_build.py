@@ -7,7 +7,7 @@ import pytest
 from build_fmu import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
+from coupling.native.compiler import PLATFORMS, CompilerError, compile_library, host_platform
 
 
 def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
@@ -50,7 +50,7 @@ def test_libraries_are_compiled_once(tmp_path):
 
 
 def test_without_a_compiler_the_need_is_told(monkeypatch):
-    monkeypatch.setattr("coupling.fmu_export.compiler.zig", lambda: None)
+    monkeypatch.setattr("coupling.native.compiler.zig", lambda: None)
     other = next(p for p in PLATFORMS.values() if p != host_platform())
     with pytest.raises(CompilerError, match=r"install the package ziglang .* or cc, gcc or clang"):
         compile_library(other, [])

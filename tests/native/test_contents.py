@@ -18,8 +18,8 @@ from native_fmu import NativeFmu, build_master, compiled, run_master
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native.compiler import SOURCES, host_platform
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 SYSTEM = {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}

@@ -12,11 +12,11 @@ from places import ROOT
 
 from build_fmu import main
 from coupling.errors import BuildError
-from coupling.fmu_export import compiler, core_library
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
-from coupling.fmu_export.core_library import core_libraries, library_name
 from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native import compiler, core_library
+from coupling.native.compiler import PLATFORMS, CompilerError, compile_library, host_platform
+from coupling.native.core_library import core_libraries, library_name
 
 # Counts its runs, takes its time, and leaves half a library where it is told to fail.
 COMPILER = """
@@ -37,7 +37,7 @@ out.write_text("whole")
 ASK = """
 import sys
 from pathlib import Path
-from coupling.fmu_export.compiler import PLATFORMS, compile_library
+from coupling.native.compiler import PLATFORMS, compile_library
 assert "numpy" not in sys.modules
 here = Path(sys.argv[1])
 command = [sys.executable, str(here / "cc.py")]
@@ -159,6 +159,22 @@ def test_the_command_says_which_platforms_are_inside(tmp_path, capsys):
         file = tmp_path / f"{kind}.fmu"
         assert main(["-o", str(file), "--kind", kind, "--platforms", here]) == 0
         assert f"{file}: built for {platforms}\n" in capsys.readouterr().out
+
+
+def test_a_checkout_builds_for_this_machine_unless_others_are_named(tmp_path, capsys):
+    file = tmp_path / "R.fmu"
+    assert main(["-o", str(file)]) == 0
+    said = capsys.readouterr().out
+    assert f"{file}: built for {host_platform().name}\n" in said
+    assert "--platforms all" in said
+
+
+def test_a_wheel_builds_for_all_platforms_that_it_brings(monkeypatch, tmp_path):
+    monkeypatch.setattr(core_library, "SHIPPED", tmp_path)
+    brought = list(PLATFORMS.values())[1:3]
+    for platform in brought:
+        (tmp_path / library_name(platform)).touch()
+    assert core_library.usual_platforms() == brought
 
 
 def test_the_compiler_of_a_wheel_needs_no_package(slow, tmp_path):

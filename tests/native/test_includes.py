@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from native_fmu import compiled
 
-from coupling.fmu_export.compiler import SOURCES
+from coupling.native.compiler import SOURCES
 
 INCLUDE = re.compile(r'^#include "(?:[./\w]*/)?(\w+)\.h"', re.MULTILINE)
 # Each folder knows those above it in this list alone.

@@ -12,7 +12,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from native_fmu import TCP
 
-from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.native.compiler import SOURCES, host_platform
 
 STEP = 0.004  # [s]
 

@@ -13,7 +13,7 @@ from random_robots import driven, make_robot
 
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
-from coupling.robot.robot_text import robot_text
+from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.fmi.interface import blocks

@@ -37,7 +37,7 @@ def test_every_evaluation_has_a_fresh_folder(tmp_path):
     process.evaluate(path)
     process.evaluate(path)
     left = sorted(str(f.relative_to(tmp_path)) for f in tmp_path.rglob("*") if f.is_file())
-    names = ("evaluation.json", "output.txt", "path.csv", "wrench.csv")
+    names = ("output.txt", "path.csv", "wrench.csv")
     assert left == [f"evaluations/{n}/{name}" for n in ("0001", "0002") for name in names]
     assert "largest force 400.0 N" in (tmp_path / "evaluations/0002/output.txt").read_text()
 

@@ -25,7 +25,7 @@ from coupling.process.cutting_force import (
 )
 from coupling.process.milling_force import ARCS
 from coupling.run.execute import run_coupling
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
 
@@ -348,7 +348,7 @@ def test_milling_case_shortened_couples_through_the_dynamic_fmu(tmp_path, speed)
     assert case.mode == "dynamic"
     # It sags by about 1.5 mm into the work, half as deep as the case's cut.
     assert 100.0 < run.correction.response.wrench.peak_force < 1000.0
-    assert Deviations.of(run).process.maximum > 1e-6
+    assert shares_of(run).process.maximum > 1e-6
 
 
 def test_both_milling_cases_differ_in_the_speed_alone():

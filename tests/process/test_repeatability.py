@@ -14,8 +14,7 @@ from places import LINE_CASE
 
 from coupling.check.estimate import repeated
 from coupling.path.histories import WrenchHistory
-from coupling.process import ProcessResponse
-from coupling.process.repeatability import Repeatability
+from coupling.results.repeatability import Repeatability
 
 # 300 N against the tool below the sheet, and noise that is another one every time.
 NOISY = """
@@ -41,8 +40,8 @@ def with_program(folder: Path, text: str, program: str) -> Path:
     return folder / "case.toml"
 
 
-def answer(forces: np.ndarray) -> ProcessResponse:
-    return ProcessResponse(WrenchHistory.of_forces(np.arange(float(len(forces))), [forces]))
+def answer(forces: np.ndarray) -> WrenchHistory:
+    return WrenchHistory.of_forces(np.arange(float(len(forces))), [forces])
 
 
 def test_the_difference_of_white_noise_is_told_as_it_is():
@@ -86,8 +85,8 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     told = figures["repeatability"]
     assert told["rms_N"] == pytest.approx(20.0 * np.sqrt(6.0), rel=0.1)
     assert told["peak_N"] > 300.0
-    asked = len(list((out / "evaluations").glob("*/evaluation.json")))
-    again = list((out / "asked_again" / "evaluations").glob("*/evaluation.json"))
+    asked = len(list((out / "evaluations").glob("*/wrench.csv")))
+    again = list((out / "asked_again" / "evaluations").glob("*/wrench.csv"))
     assert len(again) == 1
     assert figures["process_evaluations"] == asked + 1
     assert len(figures["evaluation_keys"]) == asked
@@ -100,7 +99,7 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
 
 
 def test_a_run_that_is_killed_while_it_asks_again_goes_on(tmp_path):
-    """kill -9: the program that it has begun ends by itself, and its answer is compared."""
+    """kill -9: the program that it has begun is ended, and begun again."""
     wait = (
         "import os, pathlib, time\n"
         "if 'asked_again' in os.getcwd():\n"
@@ -113,10 +112,10 @@ def test_a_run_that_is_killed_while_it_asks_again_goes_on(tmp_path):
     case = with_program(tmp_path / "case", text, wait + NOISY.format(seed="", sigma=20.0))
     arguments = ("couple", case, "-o", tmp_path / "run")
     run = start(tmp_path / "output.txt", *arguments)
-    wait_until((tmp_path / "run" / "asked_again" / "begun").exists)
+    wait_until((tmp_path / "run.unfinished" / "asked_again" / "begun").exists)
     run.kill()
     assert start(tmp_path / "output.txt", *arguments).status() == 1
-    assert (tmp_path / "run" / "asked_again" / "begun").read_text() == "x"
+    assert (tmp_path / "run" / "asked_again" / "begun").read_text() == "xx"
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     assert "gave different forces" in figures["reason"]
     assert figures["process_evaluations"] == 4

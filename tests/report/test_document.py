@@ -1,23 +1,16 @@
-"""A page of figures: the plotly.js in it can draw them, and holds little else."""
+"""A page of figures: the plotly.js in it can draw them."""
 
 from __future__ import annotations
 
-import base64
-import gzip
 import html
-import re
 
 import plotly.graph_objects as go
-import pytest
 from browser import NEEDS_CHROMIUM, chromium, opened
-from plotly.offline import get_plotlyjs
 
 from coupling.cli.console import console
-from coupling.report import plotly_js as module
 from coupling.report.document import document
-from coupling.report.plotly_js import plotly_js
-from coupling.report.section import Note, Section, Table, warned
 from coupling.report.terminal import print_sections
+from coupling.results.section import Note, Section, Table, warned
 
 IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
@@ -54,39 +47,9 @@ def test_terminal_and_page_tell_the_same_and_the_page_says_how_to_read_it():
     assert '<p class="verdict no"><b>NOT CONVERGED' in text
 
 
-def plotly_in(text: str) -> str:
-    """Return the plotly.js of a page."""
-    (packed,) = re.findall(r'id="plotly">([^<]*)<', text)
-    return gzip.decompress(base64.b64decode(packed)).decode()
-
-
-def test_a_page_holds_what_it_draws_and_little_else():
-    whole = get_plotlyjs()
-    assert len(plotly_in(page("scatter", "bar", "heatmap"))) < 0.35 * len(whole)
-    assert len(plotly_in(page("scatter", "mesh3d"))) < 0.6 * len(whole)
-
-
-def test_the_licence_stays():
-    assert "Licensed under the MIT license" in plotly_in(page("bar"))[:300]
-
-
-@pytest.mark.parametrize(
-    "other", ["", "plotly.register([a(),b()]);return c();})();", get_plotlyjs()[:3_000_000]]
-)
-def test_a_plotly_that_is_built_in_another_way_is_whole(monkeypatch, other):
-    plotly_js.cache_clear()
-    monkeypatch.setattr(module, "get_plotlyjs", lambda: other)
-    assert plotly_js(frozenset({"bar"})) == other
-    plotly_js.cache_clear()
-
-
-def test_a_kind_that_is_not_found_takes_the_whole():
-    assert plotly_js(frozenset({"bar", "no such trace"})) == get_plotlyjs()
-
-
 @NEEDS_CHROMIUM
 def test_every_kind_of_figure_is_drawn(tmp_path):
-    """Three on a page, and each on one of its own, which holds no more of plotly.js than that needs."""
+    """Three on a page, and each on one of its own."""
     pages = [("scatter", "bar", "heatmap"), *((kind,) for kind in DRAWN)]
     with chromium(tmp_path / "profile") as driver:
         for kinds in pages:

@@ -22,19 +22,21 @@ from coupling.report import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import robot_page
 from coupling.report.run_tables import deviations
-from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
-from coupling.results.run_result import ReversalResult, RunResult
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.run_result import RunResult
+from coupling.results.section import Table
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
+from coupling.run.path_checks import OTHER_MODE
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
 
-LARGEST_PAGE = 2_000_000
+LARGEST_PAGE = 3_000_000
 # Upper edge of what is seen of a box, and how many boxes of a list overlap [CSS px].
 OVERLAPS = """
 const boxes = [...document.querySelectorAll('.legend, .figure, h2, .verdict, .scroll')]
@@ -68,8 +70,8 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
     changes = []
     for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
         off[row, 2] += size
-        ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
-        change = ReversalResult(robot="forming", joint=joint, **ends, before=-1, after=1)
+        ends = {"begins": time[row] - 0.02, "ends": time[row] - 0.01}
+        change = BacklashReversal(robot="forming", joint=joint, **ends, before=-1, after=1)
         changes.append(change)
     desired, actual = ToolPath(time, pose), ToolPath(time, off)
     before = desired.displaced(np.full(6, 1e-3))
@@ -188,7 +190,7 @@ def test_the_other_mode_is_that_of_the_cell(finished):
     assert shares.motion is not None
     assert shares.motion.maximum > 0.0
     assert np.array_equal(
-        run.other_before.position[0], stored.other["before compensation"].position[0]
+        run.of(OTHER_MODE).before.position[0], stored.other["before compensation"].position[0]
     )
 
 
@@ -208,24 +210,24 @@ def test_the_verdict_states_its_conditions(finished):
     own = read_run(finished[2]).figures
     said = sentence(own, "elastic-wall")
     rows = [r for r in own.robustness if r.name.startswith("backlash")]
-    worst = max(rows, key=lambda r: r.deviation_m.maximum)
-    left = float(f"{1e6 * worst.deviation_m.maximum:.3g}")
+    worst = max(rows, key=lambda r: r.deviation.maximum)
+    left = float(f"{1e6 * worst.deviation.maximum:.3g}")
     for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
         assert word in said
     assert f"with {worst.name} in all gears {left:g} um would remain" in said
-    stiff = [gear.model_copy(update={"backlash_20_percent_m": 0.0}) for gear in own.gears]
+    stiff = [gear.model_copy(update={"backlash_error": 0.0}) for gear in own.gears]
     rigid = own.model_copy(update={"robustness": (), "gears": stiff})
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
     slips = [rows[0].model_copy(update={"name": f"hysteresis {sign}30 %"}) for sign in "+-"]
     more = own.model_copy(update={"robustness": (*own.robustness, *slips)})
-    known = float(f"{1e6 * rows[0].deviation_m.maximum:.3g}")
+    known = float(f"{1e6 * rows[0].deviation.maximum:.3g}")
     assert sentence(more, "elastic-wall") == (
         f"{said[:-1]}; with hysteresis +30 % in all gears {known:g} um would remain."
     )
     coupled = sentence(own.model_copy(update={"robustness": ()}), "elastic-wall")
     assert re.search(r"\(joint 1[,)].*an error of the backlash has an effect", coupled)
     assert "um" not in coupled.partition("gears reverse")[2]  # without a replay there is no figure
-    loaded = {"backlash_reversals": 0, "in_backlash_s": 0.0}
+    loaded = {"reversals": 0, "in_backlash": 0.0}
     gears = [gear.model_copy(update=loaded) for gear in own.gears]
     calm = own.model_copy(update={"robustness": (), "gears": gears})
     assert "no gear reverses" in sentence(calm, "elastic-wall")

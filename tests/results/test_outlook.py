@@ -16,6 +16,7 @@ from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, Re
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
+from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
 
 
@@ -32,7 +33,7 @@ def deviation(maximum: float, less_constant: float) -> Deviation:
 
 
 def outlook(*rows: tuple[str, float, float]) -> WorstReplay:
-    replays = [Replay(name, deviation(*own), ()) for name, *own in rows]
+    replays = [Replay(name=name, deviation=deviation(*own)) for name, *own in rows]
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays)
     assert found is not None
     return found
@@ -83,12 +84,14 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
 
 def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     """Of 1 to 100 um the middle nine tenths are 5.5 to 95.5 um."""
-    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 101)]
+    drawn = [
+        Replay(name="drawn", deviation=deviation(1e-6 * um, 0.5e-6 * um)) for um in range(1, 101)
+    ]
     basis = DrawnFrom(
         ("the stated stiffness of 6 gears", "84 to 100 % of the force"), ("backlash",), True
     )
     expected = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn)))
-    replays = [Replay("stiffness +2 %", deviation(7e-6, 1e-6), ())]
+    replays = [Replay(name="stiffness +2 %", deviation=deviation(7e-6, 1e-6))]
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
     assert found.gains
     assert found.sentence.startswith(
@@ -102,7 +105,7 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
 
 
 def test_a_figure_without_the_stiffness_of_gears_is_not_called_that_of_a_real_robot():
-    drawn = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(1, 101))
+    drawn = tuple(Replay(name="drawn", deviation=deviation(1e-6 * um, 0.0)) for um in range(1, 101))
     basis = DrawnFrom(("84 to 100 % of the force",), ("the stiffness of 6 gears",))
     sentence = DrawnDeviation.among(DrawnReplays(basis, drawn)).sentence
     assert sentence.startswith(
@@ -112,9 +115,13 @@ def test_a_figure_without_the_stiffness_of_gears_is_not_called_that_of_a_real_ro
 
 
 def test_the_first_figure_has_what_the_file_leaves_out():
-    stated = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(1, 101))
-    usual = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(201, 301))
-    servos = (Replay("servos", deviation(1.5e-4, 0.0), ()),)
+    stated = tuple(
+        Replay(name="drawn", deviation=deviation(1e-6 * um, 0.0)) for um in range(1, 101)
+    )
+    usual = tuple(
+        Replay(name="drawn", deviation=deviation(1e-6 * um, 0.0)) for um in range(201, 301)
+    )
+    servos = (Replay(name="servos", deviation=deviation(1.5e-4, 0.0)),)
     basis = DrawnFrom(("the stated stiffness of 6 gears",), (), True)
     expected = DrawnDeviation.among(DrawnReplays(basis, stated, servos, usual))
     assert (round(expected.low, 9), round(expected.high, 9)) == (5.5e-6, 9.55e-5)
@@ -130,15 +137,15 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
     """A command that is better than none says so second, in the terminal's own colour."""
     case = line_case(tmp_path, "native")
     run = run_compensation(case)
-    shaken = replace(run.robustness[0], deviation=deviation(5.0, 5.0))
+    shaken = Replay(name="shaken", deviation=deviation(5.0, 5.0))
     for replays, first, last in (
-        (run.robustness, "Converged", "Result: "),
-        ((*run.robustness, shaken), "This command may be WORSE THAN NONE", "Do not send"),
+        (run.of(ROBUSTNESS), "Converged", "Result: "),
+        ((*run.of(ROBUSTNESS), shaken), "This command may be WORSE THAN NONE", "Do not send"),
     ):
         said = Console(
             record=True, file=StringIO(), width=500, force_terminal=True, highlight=False
         )
-        found = replace(run, robustness=replays)
+        found = replace(run, findings={**run.findings, ROBUSTNESS.name: replays})
         write_run(tmp_path, case, found)
         done = FinishedRun(found, read_run(tmp_path), 0)
         monkeypatch.setattr(runs, "console", said)

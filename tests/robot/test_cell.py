@@ -20,6 +20,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.case.file import load_case
 from coupling.errors import BuildError, CaseError
 from coupling.files.written_files import LIST
+from coupling.fmu_export.ssp import SspSystem
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
@@ -29,13 +30,11 @@ from coupling.process import ProcessResponse
 from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.report.run_report import cell_head
-from coupling.report.section import Table
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.section import Table
 from coupling.robot.cell import Cell, Member
-from coupling.robot.robot import BacklashReversal
-from coupling.run.execute import _gap
-from coupling.run.figures import Deviations
 from coupling.run.folder import write_run
-from coupling.run.ssp import SspSystem
+from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS, OtherModePaths, tool_gap
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
@@ -246,14 +245,13 @@ def finished(tmp_path_factory):
 def test_two_robots_case_shortened_is_compensated(finished):
     """Both tools within 10 um of their paths, and so the gap, which was off by far more."""
     case, run, _ = finished
-    deviations = Deviations.of(run)
     assert run.correction.converged, run.correction.reason
-    assert deviations.before.maximum > 1e-3
-    assert deviations.after.maximum <= 1e-5
+    assert run.deviation(run.before).maximum > 1e-3
+    assert run.deviation(run.correction.achieved).maximum <= 1e-5
     assert len(run.desired.tools) == 2
     assert case.task.support is not None
-    assert np.abs(run.gap.before).max() > 5e-5
-    assert np.abs(run.gap.after).max() <= 2e-5
+    assert np.abs(run.of(TOOL_GAP).before).max() > 5e-5
+    assert np.abs(run.of(TOOL_GAP).after).max() <= 2e-5
 
 
 def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
@@ -276,10 +274,20 @@ def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
     tables = [part for section in cell_head(stored) for part in section.parts]
     rows = {row[0].strip(): row for part in tables if isinstance(part, Table) for row in part.rows}
     row = rows["quasi-static robot under the same command and wrench"]
-    expected = [measure(path, run.desired) for path in (run.other_before, run.other_after)]
+    expected = [
+        measure(path, run.desired) for path in (run.of(OTHER_MODE).before, run.of(OTHER_MODE).after)
+    ]
     assert [row[1], row[4]] == [f"{1e6 * deviation.maximum:.2f}" for deviation in expected]
     moving = measure(run.correction.achieved, run.desired)
     assert float(row[4]) > 5.0 * 1e6 * moving.maximum
+
+
+def _reversal(
+    joint: int, begins: float, ends: float, before: int, after: int, robot: str
+) -> BacklashReversal:
+    return BacklashReversal(
+        robot=robot, joint=joint, begins=begins, ends=ends, before=before, after=after
+    )
 
 
 @pytest.fixture(scope="module")
@@ -287,9 +295,9 @@ def told(finished, tmp_path_factory):
     """Return the run's folder and report, as if its path before were one-way and gears reversed."""
     case, run, _ = finished
     changes = (
-        BacklashReversal(1, 0.1, 0.2, -1, 1, "forming"),
-        BacklashReversal(1, 0.3, 0.4, 1, 1, "support"),
-        BacklashReversal(4, 0.5, 0.6, 0, 1, "support"),
+        _reversal(1, 0.1, 0.2, -1, 1, "forming"),
+        _reversal(1, 0.3, 0.4, 1, 1, "support"),
+        _reversal(4, 0.5, 0.6, 0, 1, "support"),
     )
     before = replace(run.correction.before, response=None, how="one-way")
     other = replace(run.correction, before=before, backlash_reversals=changes)
@@ -324,14 +332,15 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         achieved=SampledPath.of(found.achieved).refined(0.0021).path,
         response=ProcessResponse(found.response.wrench.refined(desired.time)),
     )
-    gap = _gap(case, finer)
-    np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
-    none = dict.fromkeys(("other_before", "other_after", "unloaded_after"))
-    between = replace(run, correction=finer, gap=gap, **none)
+    gap = tool_gap(case, finer)
+    np.testing.assert_allclose(gap.before[rows], run.of(TOOL_GAP).before, rtol=0, atol=1e-12)
+    findings = dict(run.findings)
+    findings |= {UNLOADED_PATHS.name: None, OTHER_MODE.name: OtherModePaths(), TOOL_GAP.name: gap}
+    between = replace(run, correction=finer, findings=findings)
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():
         assert np.array_equal(robot.desired.time, desired.time)
-    own, before = Deviations.of(between).before, Deviations.of(run).before
+    own, before = between.deviation(between.before), run.deviation(run.before)
     assert own.maximum == pytest.approx(before.maximum, rel=1e-3)
     assert own.rms == pytest.approx(before.rms, rel=1e-2)
 
@@ -401,7 +410,7 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
         own = measure(achieved, run.desired.tools[tool])
         assert stored.figures.deviation_after_m.maximum == pytest.approx(own.maximum)
     assert cell.robots["support"].joints.q[0].shape[1] == 6
-    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.gap.after, atol=1e-15)
+    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.of(TOOL_GAP).after, atol=1e-15)
     page = (out / "report.html").read_text()
     assert 'href="support/report.html"' in page
     assert "Gap between the tools" in page

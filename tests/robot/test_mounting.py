@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError
+from coupling.fmu_export.ssp import SspSystem
 from coupling.path.deviation import measure
 from coupling.run.execute import run_coupling
-from coupling.run.ssp import SspSystem
 from coupling.toolpaths.tilt import APPROACH
 
 BASE = [7.0, -4.0, 20.0]

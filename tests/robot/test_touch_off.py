@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import read_table, write_table
+from coupling.fmu_export.ssp import SspSystem
 from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -27,7 +28,6 @@ from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
-from coupling.run.ssp import SspSystem
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool

@@ -21,6 +21,7 @@ from coupling.check.new_case import new_case, write_case
 from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.ssp import SspSystem
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.source import read_source, require_comparable
 from coupling.path.deviation import measure
@@ -29,8 +30,8 @@ from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
+from coupling.run.plant import PLANT_REPLAY
 from coupling.run.plausibility import remarks
-from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
 
 SERVO, WITHOUT = "servo.toml", "icme2008"
@@ -135,7 +136,7 @@ def test_a_case_asks_for_the_command_of_a_robot_with_servos(finished, tmp_path):
     path, other = simulated(case, stored, tmp_path, "ideal")
     np.testing.assert_allclose(stored.plant.pose, path.pose, rtol=0, atol=1e-12)
     assert other > 3.0 * case.method.tolerance_m
-    assert run.plant.differences == ('drive = "ideal"',)
+    assert run.of(PLANT_REPLAY).differences == ('drive = "ideal"',)
     (robot,) = stored.figures.robots
     assert robot.drive == "servo"
     text = "\n".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)

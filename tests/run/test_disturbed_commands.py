@@ -130,10 +130,11 @@ def test_a_clock_that_jumps_back_between_kill_and_resumption_changes_nothing(tmp
     assert start(tmp_path / "said.txt", *words, "-o", undisturbed).status() == 0
     typed = [sys.executable, "-m", "coupling.cli", *map(str, words), "-o", str(disturbed)]
     killed = subprocess.Popen(["faketime", "-f", "+400d", *typed], start_new_session=True)
-    wait_until((disturbed / "run.json").is_file)
+    unfinished = tmp_path / "disturbed.unfinished"
+    wait_until((unfinished / "run.json").is_file)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.wait()
-    for file in disturbed.iterdir():
+    for file in unfinished.iterdir():
         os.utime(file, 2 * (time.time() + 3e7,))
     back = ["faketime", "-f", "-400d", *typed]
     done = subprocess.run(back, capture_output=True, text=True)

@@ -16,7 +16,7 @@ from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
 from coupling.robot.simulated_model import SimulatedModel
-from coupling.run.drawn_plants import basis_of, drawn_differences
+from coupling.run.drawn_plants import DRAWN_ROBOTS, basis_of, drawn_differences
 from coupling.run.execute import run_compensation
 
 RANGES = {1: (5e6, 4e7), 4: (1e6, 3e6)}
@@ -64,25 +64,26 @@ def test_real_forces_differ_from_the_computed_ones_as_much_as_they_were_measured
 
 def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_path):
     case = line_case(tmp_path, "native")
-    assert run_compensation(case).drawn.stated == ()
+    assert run_compensation(case).of(DRAWN_ROBOTS).stated == ()
     (placed,) = case.robots
     provenance = replace(placed.provenance, stiffness_ranges=RANGES)
     run = run_compensation(replace(case, robots=(replace(placed, provenance=provenance),)))
-    largest = [replay.deviation.maximum for replay in run.drawn.stated]
+    largest = [replay.deviation.maximum for replay in run.of(DRAWN_ROBOTS).stated]
     assert len(set(largest)) == 64
     # Two gears of a third to twice their stiffness leave more than 2 % of all of them.
     assert max(largest) > max(row.deviation.maximum for row in run.robustness if "2 %" in row.name)
     # Every usual value does something, and robots that have all of them leave more than those without.
     exact = measure(run.dynamic, run.desired).maximum
-    assert [own.name for own in run.drawn.left_out] == [
+    assert [own.name for own in run.of(DRAWN_ROBOTS).left_out] == [
         "hysteresis 0.5 arc minutes wide",
         "servos",
         "servos and friction",
     ]
-    assert all(own.deviation.maximum > 10.0 * exact for own in run.drawn.left_out)
-    assert len(run.drawn.completed) == 16
+    assert all(own.deviation.maximum > 10.0 * exact for own in run.of(DRAWN_ROBOTS).left_out)
+    assert len(run.of(DRAWN_ROBOTS).completed) == 16
     stated, usual = (
-        DeviationInterval.around(own) for own in (run.drawn.stated, run.drawn.completed)
+        DeviationInterval.around(own)
+        for own in (run.of(DRAWN_ROBOTS).stated, run.of(DRAWN_ROBOTS).completed)
     )
     assert usual.low > stated.low
 

@@ -26,12 +26,12 @@ def test_every_evaluation_and_pass_is_told_in_its_order(watched):
     passes = [event for event in told if isinstance(event, CorrectionIteration)]
     assert passes == list(run.correction.iterations)
     evaluations = [event.evaluation for event in told if isinstance(event, Evaluated)]
-    assert evaluations == [e for entry in passes for e in entry.coupling]
+    assert evaluations == [e for entry in passes for e in entry.evaluations]
     assert isinstance(told[0], RunBegins)
     ends = [k for k, event in enumerate(told) if isinstance(event, CorrectionIteration)]
     for entry, first, last in zip(passes, [0, *ends], ends, strict=False):
         between = [event for event in told[first:last] if isinstance(event, Evaluated)]
-        assert len(between) == len(entry.coupling)
+        assert len(between) == len(entry.evaluations)
 
 
 def test_simulations_count_their_steps_up_to_the_end(watched):

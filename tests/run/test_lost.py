@@ -117,10 +117,11 @@ def test_what_a_user_has_put_into_a_run_folder_outlives_it(failed, tmp_path):
     (tmp_path / "fails").write_text("")
     (tmp_path / "log.txt").write_text("1\n")
     assert command("couple", case, "-o", failing, "--no-store").returncode == 2
-    theirs = put(failing) | {"result.json"}
-    (failing / "result.json").write_text("mine")
+    unfinished = tmp_path / "failing.unfinished"
+    theirs = put(unfinished) | {"result.json"}
+    (unfinished / "result.json").write_text("mine")
     assert command("couple", case, "-o", failing, "--no-store").returncode == 2
-    assert kept(failing) == theirs
+    assert kept(unfinished) == theirs
     (tmp_path / "fails").unlink()
     assert command("couple", case, "-o", failing, "--no-store").returncode == 0
     assert kept(failing) == theirs - {"result.json"} | {"result.json.kept"}
@@ -141,20 +142,20 @@ def test_programs_of_a_command_that_is_replaced_are_named_with_what_renews_them(
     )
 
 
-@pytest.mark.parametrize("left", ["list", "run.json", "both", "earlier version"])
+@pytest.mark.parametrize("left", ["list", "run.json", "both", "run.json alone"])
 def test_a_run_that_was_killed_at_its_start_is_begun_by_the_same_command(tmp_path, left):
-    run = tmp_path / "run"
+    run = tmp_path / "run.unfinished"
     run.mkdir()
     draft = f".{'0123456789abcdef' * 2}.partial"
-    if left == "earlier version":
+    if left == "run.json alone":
         (run / f"run.json{draft}").write_text("{")
     if left in ("list", "both"):
         (run / f"{LIST}{draft}").write_text("{")
     if left in ("run.json", "both"):
         (run / LIST).write_text('{"kind": "run", "written": ["run.json"]}')
         (run / f"run.json{draft}").write_text("")
-    assert command("couple", LINE_CASE, "-o", run, "--no-store").returncode == 0
-    assert list(run.glob("*.partial")) == []
+    assert command("couple", LINE_CASE, "-o", tmp_path / "run", "--no-store").returncode == 0
+    assert list(tmp_path.rglob("*.partial")) == []
 
 
 def test_check_keeps_no_evaluation(tmp_path, monkeypatch):

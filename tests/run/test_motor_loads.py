@@ -31,12 +31,13 @@ from coupling.report.drives import drives
 from coupling.report.run_report import run_summary
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.gear_loads import wanted_of
 from coupling.run.motor_demands import COLD, WARM, explained_by_motors
-from coupling.run.motor_loads import motor_load
-from coupling.run.repeated_evaluation import RememberedProcess
+from coupling.run.motor_loads import MOTOR_TORQUES, motor_load
 from coupling.run.stored_run import read_run
+from coupling.store import EvaluatedProcess
 from elastic_robot.gear_parts import Drive
 
 FRICTION = 20.0
@@ -157,12 +158,14 @@ def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_
     case = load_case(line(tmp_path, 12000.0))
 
     class Pressing:
+        identity = ""
+
         def evaluate(self, path: ToolPath) -> ProcessResponse:
             load = np.zeros((1, len(path.time), 6))
             load[:, :, 2] = -force
             return ProcessResponse(WrenchHistory(path.time, load))
 
-    asked, failed = RememberedProcess(Pressing()), SimulationError("needs steps below 2e-11 s")
+    asked, failed = EvaluatedProcess(Pressing()), SimulationError("needs steps below 2e-11 s")
     asked.evaluate(case.desired)
     with (
         pytest.raises((PlanningError, SimulationError)) as error,
@@ -215,8 +218,8 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
 
 def test_a_robot_without_motors_tells_nothing_of_them(tmp_path):
     run = run_compensation(line_case(tmp_path, "native"))
-    assert run.motors == (None,)
-    assert all(drive.motor is None for own in run.drives for drive in own)
+    assert run.of(MOTOR_TORQUES) == (None,)
+    assert all(drive.motor is None for own in run.of(DRIVE_MOTION) for drive in own)
 
 
 def test_check_estimates_what_a_run_then_asks_for(finished):

@@ -101,7 +101,7 @@ def test_factors_of_motors_are_those_of_their_description():
 
 def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_path):
     case, stored, folder = finished
-    rows = {row.name: row.deviation_m.maximum for row in stored.figures.robustness}
+    rows = {row.name: row.deviation.maximum for row in stored.figures.robustness}
     assert [name for name in rows if name in MOTORS] == list(MOTORS)
     for name, factors in MOTORS.items():
         other = changed_by_hand(case.robots[0].description, *factors)

@@ -9,10 +9,10 @@ import pytest
 from command_line import command
 
 from coupling.case.file import load_case
+from coupling.native.robot_text import MOST_JOINTS
 from coupling.place.placing import placing
 from coupling.place.settings import NAMES
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.robot_text import MOST_JOINTS
 
 CASE = """
 [robot]

@@ -36,6 +36,7 @@ from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
+from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.gear_loads import diagnose_robots
 from coupling.run.robustness import VARIATIONS, replayed
 from coupling.run.stored_run import read_run
@@ -106,7 +107,7 @@ def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, exam
                 found = left(wrench, {})
             else:
                 found = left(stored.wrench, changed_by_hand(example, key, factor))
-            told = row.deviation_m
+            told = row.deviation
             assert found == pytest.approx((told.maximum, told.rms), abs=1e-12), row.name
             assert found[0] > 5.0 * after.maximum
     assert [row.name for row in rows] == NAMES
@@ -245,7 +246,7 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
     answer = case.process.evaluate(case.desired)
     (alone,) = diagnose_robots(case.robots, case.desired, answer.wrench)
     assert [g.reversals for g in alone] == [g["backlash_reversals"] for g in told["gears"]]
-    at_risk = [gear for gear in run.gears[0] if gear.at_risk]
+    at_risk = [gear for gear in run.of(GEAR_LOADS)[0] if gear.at_risk]
     assert at_risk
     for gear in at_risk:
         assert re.search(rf"joint {gear.joint} +{gear.reversals} +{gear.in_backlash:.2f} ", said)

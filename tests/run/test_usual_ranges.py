@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from line_case import changed_text, moving_line
-from places import CASES, DOCS
+from places import CASES
 
 from coupling.case.file import CaseFile, load_case
 from coupling.files.robot_file import find_robot
@@ -94,31 +93,6 @@ def test_a_range_holds_its_ends_and_every_unit_that_is_named_leads_into_it(key):
     for unit, factor in MISTAKEN.get(usual.unit, {}).items():
         given = middle / factor
         assert usual.holds(given) or f"({given:.6g} {unit})" in remark("", key, given)
-
-
-def told_ranges() -> dict[str, tuple[str, str]]:
-    """Return range and reason by place, as the page has them: rows may name several places."""
-    page = (DOCS / "usual_ranges.md").read_text()
-    told = {}
-    for places, usual, why in re.findall(r"^\| (`.*) \| (.*) \| (.*) \|$", page, re.MULTILINE):
-        for part in places.split("; "):
-            names = re.findall(r"`([^`]+)`", part)
-            tables = [name for name in names if name.startswith("[")] or [""]
-            for table in tables:
-                for name in names[len(tables) if tables[0] else 0 :]:
-                    told[f"{table} {name}".strip()] = (usual, why)
-    return told
-
-
-def test_the_page_tells_every_range():
-    expected = {}
-    for key, usual in EXPECTED.items():
-        none = ", or 0" if usual.or_none else ""
-        unit = f" {usual.unit}" if usual.unit else ""
-        table, _, name = key.rpartition(".")
-        place = f"[{table}] {name}" if table and key in KEYS else key
-        expected[place] = (f"{usual.low:g} to {usual.high:g}{unit}{none}", usual.why)
-    assert told_ranges() == expected
 
 
 # A line of the file of a robot in place of another, and what its only remark has.

@@ -13,7 +13,7 @@ from places import LINE_CASE
 from coupling.case.file import load_case
 from coupling.path.low_pass import low_pass
 from coupling.run.execute import run_compensation
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
 from coupling.solve.mirror import Mirror, limit_rate
 from coupling.solve.outcome import Outcome
 
@@ -48,15 +48,14 @@ def test_gain_one_mirroring_of_the_dynamic_robot_is_recognised_as_diverging(slow
     # It ends early and gives back the best command it had.
     sizes = [entry.deviation.maximum for entry in found.iterations]
     assert len(sizes) <= 4
-    assert Deviations.of(run).after.maximum == pytest.approx(min(sizes), rel=1e-3)
+    assert run.deviation(run.correction.achieved).maximum == pytest.approx(min(sizes), rel=1e-3)
 
 
 def test_band_limited_mirroring_of_the_dynamic_robot_converges(slow_line):
     run = run_compensation(slow_line("dynamic", "tolerance_m = 5e-5\ncutoff_Hz = 3.0"))
     assert run.correction.converged, run.correction.reason
-    deviations = Deviations.of(run)
-    assert deviations.before.maximum > 1e-3
-    assert deviations.after.maximum <= 5e-5
+    assert run.deviation(run.before).maximum > 1e-3
+    assert run.deviation(run.correction.achieved).maximum <= 5e-5
 
 
 def test_quasistatic_mirroring_contracts_and_serves_the_dynamic_robot(slow_line):
@@ -64,10 +63,10 @@ def test_quasistatic_mirroring_contracts_and_serves_the_dynamic_robot(slow_line)
     assert run.correction.converged, run.correction.reason
     sizes = [entry.deviation.maximum for entry in run.correction.iterations]
     assert all(later < 0.2 * earlier for earlier, later in itertools.pairwise(sizes))
-    deviations = Deviations.of(run)
-    assert deviations.after.maximum <= 1e-6
-    assert deviations.dynamic is not None
-    assert deviations.dynamic.maximum < 0.1 * deviations.before.maximum
+    dynamic = shares_of(run).dynamic_after
+    assert run.deviation(run.correction.achieved).maximum <= 1e-6
+    assert dynamic is not None
+    assert dynamic.maximum < 0.1 * run.deviation(run.before).maximum
 
 
 def test_low_pass_keeps_the_slow_and_drops_the_fast():

@@ -282,8 +282,8 @@ def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluatio
     _, run = mirrored
     assert len(run.correction.iterations) == 3
     for entry in run.correction.iterations:
-        assert len(entry.coupling) <= 6
-        assert entry.coupling[-1].path_change <= 1e-6
+        assert len(entry.evaluations) <= 6
+        assert entry.evaluations[-1].path_change <= 1e-6
 
 
 def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):

@@ -51,14 +51,13 @@ def test_what_a_program_of_the_user_needs_is_said_when_one_is_to_run(tmp_path):
     done = run_without_posix(f"""
         from pathlib import Path
         from coupling.errors import ProcessError
-        from coupling.process.program import is_running, run_program
+        from coupling.process.program import run_program
 
         folder = Path({str(tmp_path)!r})
-        assert not is_running(folder)
         try:
             run_program([sys.executable, "--version"], folder, 60.0)
         except ProcessError as error:
             print(error)
     """)
-    assert "a POSIX shell and file locks" in done.stdout, done.stderr
+    assert "a system with groups of processes" in done.stdout, done.stderr
     assert "WSL" in done.stdout

@@ -14,12 +14,12 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, write_table
+from coupling.fmu_export.ssp import SspSystem
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.run.execute import loop_of, run_compensation
 from coupling.run.models import Models, cell_of
-from coupling.run.ssp import SspSystem
 from coupling.solve.correction import Uncorrected
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
 from coupling.toolpaths.table import FASTEST

@@ -11,7 +11,7 @@ from coupling.errors import IdentifyError
 from coupling.files.gear_table import sheet_elements
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
-from coupling.identification.loops.fit import loop_fitted, settled
+from coupling.identification.loops.fit import fit_loops, fit_loops_from
 from coupling.identification.loops.model import LoopModel
 from coupling.identification.loops.parameters import (
     LoopParameters,
@@ -23,7 +23,7 @@ from coupling.identification.loops.parameters import (
 )
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate
-from coupling.identification.static.fit import StaticFit
+from coupling.identification.static.fit import StaticExperiment, StaticFit
 from coupling.identification.static.found import (
     CandidateTest,
     Identification,
@@ -104,7 +104,7 @@ def _fitted(
 ) -> tuple[StaticFit, dict[int, Evidence]]:
     """Return the fit, and the tests of tilts, backlash and hysteresis by their number."""
     elasticity = LoopParameters.of_loops(robot, options.torque_curve, shaped)
-    fit = loop_fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
+    fit = fit_loops(elasticity, measured, options.torque_curve, options.noise, options.loss)
     angles = elasticity.chosen("slip_angle")
     tested = np.flatnonzero(~elasticity.is_torsion & ~angles)
     return fit, {
@@ -132,7 +132,7 @@ def _judged(
     left_out = _left_out(fit, measured, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = LoopParameters.of_loops(bare_robot, options.torque_curve)
-    plain = loop_fitted(bare, measured, options.torque_curve, options.noise, options.loss)
+    plain = fit_loops(bare, measured, options.torque_curve, options.noise, options.loss)
     without = _left_out(plain, measured, options)
     parameters = judged(fit, sure, supports, separable)
     if not _squares(fit, left_out) < _squares(fit, without):
@@ -210,17 +210,24 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
     errors = np.empty_like(measured.deflection)
     white = fit.white * fit.weight[:, None, None]
     scale = fit.problem.scale
-    hold = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
+    prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in loop_rows(measured):
-        others = np.setdiff1d(np.arange(measured.count), rows)
-        rest = measured.at_rows(others)
-        known = fit.values, fit.prediction.at_rows(others)
-        model = LoopModel(elasticity, rest, options.torque_curve, known)
-        values = np.where(model.effective, fit.values, _before(elasticity))
-        values, _ = settled(model, rest, white[others], values, hold)
-        own = measured.at_rows(rows)
-        model = LoopModel(elasticity, own, options.torque_curve)
-        errors[rows] = own.deflection - model.deflection(values)
+        kept_rows = np.setdiff1d(np.arange(measured.count), rows)
+        kept, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
+        model = LoopModel(elasticity, kept, options.torque_curve)
+        start = np.where(model.effective, fit.values, _before(elasticity))
+        experiment = StaticExperiment(
+            elasticity,
+            kept,
+            model.predict,
+            options.noise,
+            white=white[kept_rows],
+            prior=prior,
+            prior_mean=start,
+        )
+        values = fit_loops_from(experiment, start).x
+        prediction = LoopModel(elasticity, loop, options.torque_curve).predict(values)
+        errors[rows] = loop.deflection - prediction.deflection
     return errors
 
 

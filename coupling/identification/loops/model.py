@@ -38,9 +38,6 @@ from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-# Values of parameters are the same up to so small a part: a search counts them by other units.
-_ROUNDING = 1e-14
-
 
 @dataclass(frozen=True)
 class _Rest:
@@ -85,7 +82,6 @@ class LoopModel:
     Args:
         measured: The measurements, with loops.
         torque_curve: A name of `TORQUE_CURVES`.
-        known: Values of p, in its units, (P,), and what they predict, where that is known.
 
     Attributes:
         elasticity: The parameters.
@@ -94,44 +90,22 @@ class LoopModel:
     """
 
     def __init__(
-        self,
-        elasticity: LoopParameters,
-        measured: Measurements,
-        torque_curve: str,
-        known: tuple[np.ndarray, Prediction] | None = None,
+        self, elasticity: LoopParameters, measured: Measurements, torque_curve: str
     ) -> None:
         self.elasticity, self._measured, self._curve = elasticity, measured, torque_curve
         self._loops = loop_rows(measured)
-        turned = reversed_ranges(elasticity.robot, measured) > 0.0
+        reverses = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
-        self.effective = ~slips | turned[elasticity.elastic]
-        self._values: np.ndarray | None = None
-        self._prediction: Prediction | None = None
-        self._runs, self._deflection = list[_Run](), np.empty(0)
-        if known is not None:
-            self._values, self._prediction = known
-            self._deflection = known[1].deflection
+        self.effective = ~slips | reverses[elasticity.elastic]
 
-    def deflection(self, values: np.ndarray) -> np.ndarray:
-        """Return the deflections at values of p, in its units, (P,): [m, rad], (k, r).
-
-        The last ones are kept.
+    def predict(self, values: np.ndarray) -> Prediction:
+        """Return deflections and derivatives at values of p, in its units, (P,).
 
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
         """
-        if self._values is None or not np.allclose(values, self._values, rtol=_ROUNDING, atol=0.0):
-            runs = self._followed(values)
-            self._deflection = self._moved(runs)
-            self._runs, self._prediction, self._values = runs, None, values.copy()
-        return self._deflection
-
-    def predict(self, values: np.ndarray) -> Prediction:
-        """Return deflections and derivatives at values of p, in its units, (P,)."""
-        deflection = self.deflection(values)
-        if self._prediction is None:
-            self._prediction = Prediction(deflection, *self._derivatives())
-        return self._prediction
+        runs = self._followed(values)
+        return Prediction(self._moved(runs), *self._derivatives(runs))
 
     def _followed(self, values: np.ndarray) -> list[_Run]:
         robot, measured, runs = self.elasticity.described(values), self._measured, list[_Run]()
@@ -167,12 +141,12 @@ class LoopModel:
                 deflection[k] = displacement(*places)[: deflection.shape[1]]
         return deflection
 
-    def _derivatives(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return those of the last deflections by p and by the loads, (k, r, P), (k, r, 6)."""
+    def _derivatives(self, runs: list[_Run]) -> tuple[np.ndarray, np.ndarray]:
+        """Return those of the deflections by p and by the loads, (k, r, P), (k, r, 6)."""
         measured = self._measured
         by_parameter = np.zeros((measured.count, measured.rows, len(self.elasticity.names)))
         by_wrench = np.empty((measured.count, measured.rows, 6))
-        for run in self._runs:
+        for run in runs:
             unloaded, loop = run.rests[0], run.loop
             before = slopes = loop.slopes(np.zeros(6), unloaded, None)
             for k, rest in zip(run.rows, run.rests[1:], strict=True):

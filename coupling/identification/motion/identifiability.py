@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.identification.motion.fit import SUPPORTED, MotionFit, looked, unlikely
+from coupling.identification.motion.fit import (
+    SUPPORTED,
+    MotionFit,
+    fit_roughly,
+    minus_log_likelihood,
+)
 from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 
@@ -54,15 +59,15 @@ def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
         chosen: Mask of parameters whose intervals are tried, (P,).
     """
     half = fit.blocks.half * fit.blocks.deviation
-    found, least = np.ones(len(fit.x), dtype=bool), unlikely(fit.problem, fit.x)
+    found, least = np.ones(len(fit.x), dtype=bool), minus_log_likelihood(fit.problem, fit.x)
     for k in np.flatnonzero(chosen):
         others = np.arange(len(fit.x)) != k
         for end in (-1.0, 1.0):
             x = np.where(others, fit.x, fit.x + end * half)
             x = np.clip(x, *fit.problem.bounds)
             x[others] += fit.blocks.only(others, x - fit.x).step
-            back = looked(fit.problem, x)
-            if unlikely(fit.problem, back.x) < least + SUPPORTED:
+            back = fit_roughly(fit.problem, x)
+            if minus_log_likelihood(fit.problem, back.x) < least + SUPPORTED:
                 found &= np.abs(back.x - fit.x) <= _BACK * half
     return found
 

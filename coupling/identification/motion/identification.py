@@ -10,12 +10,12 @@ import numpy as np
 from coupling.errors import IdentifyError
 from coupling.identification.motion.fit import (
     MotionFit,
-    fitted,
-    likeliest,
-    looked,
+    estimate_slow_errors,
+    fit_motion,
+    fit_roughly,
+    fit_with_restarts,
     rms,
-    sized,
-    supported,
+    select_backlashes,
 )
 from coupling.identification.motion.identifiability import identifiable, narrow, returns
 from coupling.identification.motion.moved_robot import MovedRobot
@@ -154,17 +154,17 @@ def identify_motion(
         problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
         remarks = [words for one in (*moved, *others) for words in _torque_remarks(problem, one)]
         bare = problem.without(np.array([p.vanishes for p in parameters]))
-        first = looked(bare)
+        first = fit_roughly(bare)
         lines = _lines(first)
         moved = tuple(replace(one, lines=lines) for one in moved)
         others = tuple(replace(one, lines=lines) for one in others)
         bare, problem = (replace(one, moved=moved) for one in (bare, problem))
-        fit = first = supported(problem, likeliest(bare, first))
+        fit = first = select_backlashes(problem, fit_with_restarts(bare, first))
         for _ in range(_MOST_ITERATIONS):
             own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
             if own.all() and fit is not first:
                 break
-            fit = fitted(sized(fit).only(own), fit.x[own], fit.slopes)
+            fit = fit_motion(estimate_slow_errors(fit).only(own), fit.x[own], fit.slopes)
         identified = narrow(fit) & ~_drowned(fit)
         identified &= returns(
             fit, identified & np.array([p.of_gear for p in fit.problem.parameters])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.motion.fit import MotionFit, rms, unlikely
+from coupling.identification.motion.fit import MotionFit, minus_log_likelihood, rms
 from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
 from coupling.identification.motion.recording import smooth
 
@@ -145,7 +145,7 @@ def _urad(angle: float) -> str:
 def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut, ...]:
     """Return what each term of a fit is worth, by the others' answer to first order."""
     problem, found = fit.problem, []
-    least = unlikely(problem, fit.x)
+    least = minus_log_likelihood(problem, fit.x)
     for term in dict.fromkeys(p.term for p in problem.parameters):
         own = np.array([p.term == term for p in problem.parameters])
         none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
@@ -161,7 +161,7 @@ def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut,
                 joint,
                 (float(of.wind_up[joint]), float(without.wind_up[joint])),
                 (float(of.torque[joint]), float(without.torque[joint])),
-                unlikely(problem, x) - least,
+                minus_log_likelihood(problem, x) - least,
             )
         )
     for i, lines in enumerate(of.moved.lines):

@@ -13,6 +13,7 @@ from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.verdict import KEPT, interval_words
+from coupling.results.base import finite
 from coupling.results.motion_result import (
     LinesResult,
     MotionParameterResult,
@@ -42,13 +43,14 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         ),
         slow_error_rad=_all(found.slow_error),
         terms=tuple(
-            TermResult.of(
-                own,
-                joint=own.joint + 1,
-                wind_up_rad=_all(own.wind_up),
-                likelier=_known(own.likelier),
+            TermResult(
+                term=term.term,
+                joint=term.joint + 1,
+                wind_up_rad=(finite(term.wind_up[0]), finite(term.wind_up[1])),
+                torque_relative=term.torque,
+                likelier=finite(term.likelier),
             )
-            for own in found.terms
+            for term in found.terms
         ),
     )
 
@@ -67,11 +69,18 @@ def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
         value = low = high = None
         if p.name in fitted:
             x, h = fitted[p.name]
-            value = _known(p.outward(x))
-            low, high = map(_known, sorted((p.outward(x - h), p.outward(x + h))))
+            value = finite(p.outward(x))
+            low, high = map(finite, sorted((p.outward(x - h), p.outward(x + h))))
         rows.append(
-            MotionParameterResult.of(
-                p, value=value, low=low, high=high, identified=p.name in fitted
+            MotionParameterResult(
+                name=p.name,
+                term=p.term,
+                unit=p.unit,
+                start=p.start,
+                value=value,
+                low=low,
+                high=high,
+                identified=p.name in fitted,
             )
         )
     return rows
@@ -80,9 +89,10 @@ def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
 def _recording(one: RecordingResiduals) -> RecordingResult:
     recording = one.moved.recording
     linked = recording.with_link
-    return RecordingResult.of(
-        one,
-        recording,
+    return RecordingResult(
+        name=recording.name,
+        held_out=one.held_out,
+        time=tuple(recording.time.tolist()),
         rows=len(recording.time),
         wind_up_rad=_all(one.wind_up),
         wind_up_without_lines_rad=_all(one.without_lines),
@@ -115,11 +125,7 @@ def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
 
 
 def _all(values: np.ndarray | Sequence[float]) -> tuple[float | None, ...]:
-    return tuple(map(_known, np.asarray(values).tolist()))
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    return tuple(map(finite, np.asarray(values).tolist()))
 
 
 def moved_text(
@@ -140,7 +146,12 @@ def moved_text(
         raise IdentifyError(f"{target}: not written: {found.refusal}")
     of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
     entries = [
-        FileEntry(result.name, result.value if result.identified else None, _remark(result))
+        FileEntry(
+            result.name,
+            result.value if result.identified else None,
+            _remark(result),
+            interval=(result.low, result.high),
+        )
         for result in figures.parameters
         if result.name in of_robot
     ]

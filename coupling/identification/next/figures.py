@@ -9,7 +9,12 @@ from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
 from coupling.results.forecast import RunForecast
-from coupling.results.next_result import NextResult, NextRunResult, PathCorrectionResult
+from coupling.results.next_result import (
+    NextResult,
+    NextRunResult,
+    PathCorrectionResult,
+)
+from coupling.results.run_result import three
 
 
 def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
@@ -19,16 +24,31 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
         plan: Plan of the next command.
         forecast: Deviation that it is expected to leave; None before it is computed.
     """
-    correction = plan.correction
-    return NextResult.of(
-        plan,
-        plan.options,
-        sentences=sentences(plan),
-        runs=[_run(run) for run in plan.history.runs],
+    return NextResult(
+        absolute=plan.options.absolute,
+        sentences=tuple(sentences(plan)),
+        runs=tuple(map(_run, plan.history.runs)),
+        step=plan.step,
+        move=plan.move,
+        robot=plan.model.name,
+        repeated=plan.repeated,
         parameters_refused="" if plan.learned is None else plan.learned.refusal,
-        correction=correction
-        and PathCorrectionResult.of(correction, deviation_m=correction.deviation[:, :3]),
+        contraction=plan.contraction,
+        correction=_correction(plan),
         forecast=forecast,
+    )
+
+
+def _correction(plan: CommandPlan) -> PathCorrectionResult | None:
+    """Return the correction along the path; None where there is none."""
+    correction = plan.correction
+    if correction is None:
+        return None
+    return PathCorrectionResult(
+        cutoff_Hz=correction.cutoff,
+        gain=correction.gain,
+        time=correction.time.tolist(),
+        deviation_m=correction.deviation[:, :3].tolist(),
     )
 
 
@@ -36,15 +56,22 @@ def _run(run: MeasuredRun) -> NextRunResult:
     forecast, time = run.source.forecast, run.measured.time
     thin = slice(None, None, max(1, len(time) // 2000))
     shift, turn = run.measured.frame_offset(run.shift, run.turn)
-    return NextRunResult.of(
-        run,
-        frame_shift_m=shift,
-        frame_turn_rad=turn,
-        from_s=time[0],
-        to_s=time[-1],
+    return NextRunResult(
+        run=str(run.source.folder),
+        measured=run.measured.name,
+        rows=len(time),
+        from_s=float(time[0]),
+        to_s=float(time[-1]),
+        frame_shift_m=three(shift),
+        frame_turn_rad=three(turn),
+        clock_s=run.clock,
+        time=time[thin].tolist(),
+        tip_m=three(run.tip),
+        noise_m=run.noise,
+        left_out=run.left_out,
+        size_m=run.size,
         forecast=forecast and forecast.model_copy(update={"robots": ()}),
-        time=time[thin],
-        distance_m=np.linalg.norm(run.deviation[thin], axis=1),
+        distance_m=np.linalg.norm(run.deviation[thin], axis=1).tolist(),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.identification.verdict import ParameterVerdict
-from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.results.gear_result import GearDiagnosis
 from coupling.robot.parameters import RobotParameter
 
 # A parameter is identifiable where its error is below this part of what was known before.

@@ -28,8 +28,9 @@ from coupling.identification.runs.residual import weigh_motors
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
-from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
+from coupling.results.gear_result import GearDiagnosis
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models

@@ -20,26 +20,45 @@ from coupling.results.learned_result import (
     LearnedRunResult,
     LeftResult,
 )
+from coupling.results.run_result import three
 
 
 def figures(learned: Learned) -> LearnedResult:
     """Return the figures of what was learned; SI."""
     before, after = learned.residual_rms
-    return LearnedResult.of(
-        learned,
-        learned.fit,
-        learned.spread,
-        robot=learned.sources[0].file,
+    return LearnedResult(
+        robot=str(learned.sources[0].file),
+        refusal=learned.refusal,
+        converged=learned.fit.converged,
         left_m=LeftResult(robot_file=before, learned=after),
+        noise_m=learned.spread.noise,
+        noise_left_m=learned.noise_left,
+        widened=learned.widened,
+        warnings=learned.warnings,
+        draws=learned.spread.draws,
         slow_below_Hz=CUT_OFF,
-        parameters=[_parameter(parameter) for parameter in learned.parameters],
-        runs=[_run(learned, number) for number in range(len(learned.runs))],
+        parameters=tuple(map(_parameter, learned.parameters)),
+        gears=learned.gears,
+        runs=tuple(_run(learned, number) for number in range(len(learned.runs))),
     )
 
 
 def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
-    low, high = parameter.low / parameter.start, parameter.high / parameter.start
-    return LearnedParameterResult.of(parameter, factor_low=low, factor_high=high)
+    return LearnedParameterResult(
+        name=parameter.name,
+        start=parameter.start,
+        value=parameter.value,
+        low=parameter.low,
+        high=parameter.high,
+        written=parameter.written,
+        factor=parameter.factor,
+        factor_low=parameter.low / parameter.start,
+        factor_high=parameter.high / parameter.start,
+        identifiable=parameter.identifiable,
+        significant=parameter.significant,
+        effect_m=parameter.effect,
+        reason=parameter.reason,
+    )
 
 
 def _of_motors(run: MeasuredPath) -> dict[str, float]:
@@ -56,19 +75,23 @@ def _run(learned: Learned, number: int) -> LearnedRunResult:
     frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
     slow_before, slow = learned.before[number], learned.fit.slow[number]
     shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
-    return LearnedRunResult.of(
-        run,
-        run=source.folder,
-        from_s=run.measured.time[0],
-        to_s=run.measured.time[-1],
-        frame_shift_m=shift,
-        frame_turn_rad=turn,
-        clock_s=run.measured.clock + frame_values[6],
-        orientation_noise_rad=Residual(run).noise[1] if run.tool_rotation is not None else None,
+    time = run.measured.time
+    return LearnedRunResult(
+        run=str(source.folder),
+        measured=run.measured.name,
+        rows=len(time),
+        from_s=float(time[0]),
+        to_s=float(time[-1]),
+        frame_shift_m=three(shift),
+        frame_turn_rad=three(turn),
+        clock_s=float(run.measured.clock + frame_values[6]),
+        orientation_noise_rad=float(Residual(run).noise[1])
+        if run.tool_rotation is not None
+        else None,
         motors=_of_motors(run),
-        time=SlowPart.of(run.measured.time).time,
-        left_robot_file_m=np.linalg.norm(slow_before[:, :3], axis=1),
-        left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
+        time=SlowPart.of(time).time.tolist(),
+        left_robot_file_m=np.linalg.norm(slow_before[:, :3], axis=1).tolist(),
+        left_learned_m=np.linalg.norm(slow[:, :3], axis=1).tolist(),
     )
 
 
@@ -92,6 +115,7 @@ def learned_text(learned: Learned, target: Path) -> str:
             parameter.name,
             None if parameter.written == parameter.start else parameter.written,
             remark(parameter),
+            interval=(parameter.low, parameter.high),
         )
         for parameter in learned.parameters
     ]

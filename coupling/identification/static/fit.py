@@ -1,68 +1,246 @@
-"""The fit: linear in the rigid posture, then Gauss and Newton on the robot's own equilibria."""
+"""The fit to deflections at rest: from the best one in the rigid posture to the model's equilibria."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.least_squares import LinearProblem, robust_weights, solved
+from coupling.identification.estimate import Estimate, Trial, estimate
+from coupling.identification.least_squares import LinearProblem, robust_weights
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import Prediction, StaticModel, rigid_prediction
 
-_MOST_ITERATIONS = 25
-# The fit ends where an iteration moves the predictions by less than this part of the residual, or [m].
-_SETTLED, _ROUNDING = 1e-5, 1e-14
-# Iterations that estimate the ratio of the deviations of rotations and positions anew.
-_REWEIGHTED = 4
-# A step that moves them by less than this part of the residual needs no check that it fits better.
-_SMALL = 1e-3
-_MOST_HALVINGS = 6
-# Iterations of the linear fit, whose weights follow its own compliance.
-_RIGID_ITERATIONS = 2
+_MOST_STEPS = 100
+# Predicted gain of log likelihood below which a fit ends: a millionth of a deviation.
+_SETTLED = 1e-12
+# Errors below this are rounding of the equilibria [m].
+_ROUNDING = 1e-11
+
+
+@dataclass(frozen=True)
+class StaticExperiment:
+    """Deflections at rest, and what predicts them.
+
+    Attributes:
+        elasticity: The parameters, whose start is kept where nothing is observable.
+        measured: The measurements.
+        predict: Function of values of p, in its units, (P,).
+        noise: Standard deviations.
+        loss: A name of `LOSSES`.
+        observable: Problem whose directions that are not observable are held; None: those of each step.
+        white: Matrices that whiten the rows, weights in them [1/m, 1/rad], (k, r, r), that stay; None:
+            those of noise and loss.
+        prior: Whitened error for each parameter off `prior_mean` [1 per unit of p], (P,); None for none.
+        prior_mean: Values of p that are known before, in its units, (P,).
+    """
+
+    elasticity: ElasticParameters
+    measured: Measurements
+    predict: Callable[[np.ndarray], Prediction]
+    noise: MeasurementNoise
+    loss: str = "squares"
+    observable: LinearProblem | None = None
+    white: np.ndarray | None = None
+    prior: np.ndarray | None = None
+    prior_mean: np.ndarray | None = None
+
+    def known_before(self, values: np.ndarray) -> np.ndarray:
+        """Return whitened errors of values of p, in its units, (P,), by what is known before [1]."""
+        if self.prior is None or self.prior_mean is None:
+            return np.zeros(0)
+        return self.prior * (values - self.prior_mean)
+
+    def linearise(self, values: np.ndarray) -> StaticLinearisation:
+        """Return the experiment around values of p, in its units, (P,).
+
+        Raises:
+            IdentifyError: If the robot finds no rest there, with the row.
+        """
+        return self.linearise_around(values, self.predict(values))
+
+    def linearise_around(self, values: np.ndarray, prediction: Prediction) -> StaticLinearisation:
+        """Return the experiment around values of p, in its units, (P,), with their prediction."""
+        residual = self.measured.deflection - prediction.deflection
+        white = self.white
+        if white is None:
+            white = whitening(self.noise.estimated(residual), prediction.by_wrench)
+        columns = white @ prediction.by_parameter
+        target = np.einsum("kij,kj->ki", white, residual + prediction.by_parameter @ values)
+        if self.observable is None:
+            problem = LinearProblem.of(columns, target, self.elasticity.start)
+        else:
+            problem = self.observable.around(columns, target)
+        weight = np.ones(self.measured.count)
+        if self.white is None:
+            weight = robust_weights(problem, values, self.loss)
+        return StaticLinearisation(self, values, prediction, white, problem, weight)
+
+
+@dataclass(frozen=True)
+class StaticTrial:
+    """A prediction that was tried.
+
+    Attributes:
+        values: Values of p, in its units, (P,).
+        prediction: Prediction there.
+        cost: Half the squares that it leaves [1].
+    """
+
+    values: np.ndarray
+    prediction: Prediction
+    cost: float
+
+
+@dataclass(frozen=True)
+class StaticLinearisation:
+    """An experiment around values.
+
+    Attributes:
+        experiment: The experiment.
+        x: Values of p, in its units, (P,).
+        prediction: Prediction there.
+        white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
+        problem: The whitened linear problem, without weights of the loss.
+        weight: These weights, (k,).
+    """
+
+    experiment: StaticExperiment
+    x: np.ndarray
+    prediction: Prediction
+    white: np.ndarray
+    problem: LinearProblem
+    weight: np.ndarray
+    is_exact = True
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Weighted columns and residual, what is not observable held, and what is known before."""
+        weighted, problem = self.problem.weighted(self.weight), self.problem
+        away = self.x - problem.start
+        holding = np.divide(
+            problem.unseen,
+            problem.scale,
+            out=np.zeros_like(problem.unseen),
+            where=problem.scale > 0.0,
+        )
+        columns = np.where(problem.scale > 0.0, weighted.columns, 0.0)
+        matrix = [columns.reshape(-1, len(away)), holding]
+        rest = [-weighted.residual(self.x).ravel(), holding @ away]
+        if self.experiment.prior is not None:
+            matrix.append(np.diag(self.experiment.prior))
+            rest.append(self.experiment.known_before(self.x))
+        return np.vstack(matrix), np.concatenate(rest)
+
+    @property
+    def cost(self) -> float:
+        """Half the squares of the weighted residual [1]."""
+        return self._cost(self.x, self.prediction)
+
+    @property
+    def unit(self) -> float:
+        """Variance of a number as it is left, and at least that of rounding [1]."""
+        count = self.problem.target.size
+        return max(2.0 * self.cost, _ROUNDING**2 * float(np.sum(self.white**2))) / count
+
+    def _cost(self, values: np.ndarray, prediction: Prediction) -> float:
+        residual = self.experiment.measured.deflection - prediction.deflection
+        left = np.einsum("kij,kj->ki", self.white, residual) * self.weight[:, None]
+        known = self.experiment.known_before(values)
+        return 0.5 * float(np.sum(left**2) + known @ known)
+
+    def try_step(self, step: np.ndarray) -> StaticTrial | None:
+        """Return the prediction after a step, (P,); None where the robot finds no rest."""
+        values = self.x + step
+        try:
+            prediction = self.experiment.predict(values)
+        except IdentifyError:
+            return None
+        return StaticTrial(values, prediction, self._cost(values, prediction))
+
+    def move_to(self, trial: Trial) -> StaticLinearisation:
+        """Return the experiment around the values of a trial."""
+        assert isinstance(trial, StaticTrial)
+        return self.experiment.linearise_around(trial.values, trial.prediction)
+
+    def recompute(self) -> StaticLinearisation:
+        """Return the same: its Jacobian is exact."""
+        return self
 
 
 @dataclass(frozen=True)
 class StaticFit:
-    """A fitted robot, and the linear problem that its last iteration has solved.
+    """A fitted robot.
 
     Attributes:
         elasticity: The parameters.
-        values: Fitted values of p, in its units, (P,).
-        prediction: Prediction at these values.
-        problem: The whitened linear problem around them, without weights of the loss.
-        weight: Weights of the loss, (k,).
-        white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
-        converged: Whether the last iteration moved nothing.
+        at: The experiment around the fitted values.
+        converged: Whether another step would change nothing.
         reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
 
     elasticity: ElasticParameters
-    values: np.ndarray
-    prediction: Prediction
-    problem: LinearProblem
-    weight: np.ndarray
-    white: np.ndarray
+    at: StaticLinearisation
     converged: bool
     reason: str
     rigid: LinearProblem
+
+    @classmethod
+    def of(
+        cls, estimated: Estimate[StaticLinearisation], rigid: LinearProblem | None = None
+    ) -> StaticFit:
+        """Return the fit that an estimate is.
+
+        Args:
+            rigid: The problem in the rigid posture; None: that around the fitted values.
+        """
+        point, converged = estimated.linearisation, estimated.converged
+        reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
+        elasticity = point.experiment.elasticity
+        return cls(elasticity, point, converged, reason, rigid or point.problem)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Fitted values of p, in its units, (P,)."""
+        return self.at.x
+
+    @property
+    def prediction(self) -> Prediction:
+        """Prediction at these values."""
+        return self.at.prediction
+
+    @property
+    def problem(self) -> LinearProblem:
+        """The whitened linear problem around them, without weights of the loss."""
+        return self.at.problem
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Weights of the loss, (k,)."""
+        return self.at.weight
+
+    @property
+    def white(self) -> np.ndarray:
+        """W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r)."""
+        return self.at.white
 
     def in_units(self, whitened: np.ndarray) -> np.ndarray:
         """Return whitened residuals, (k, r), in [m] and [rad]."""
         return np.einsum("kij,kj->ki", np.linalg.inv(self.white), whitened)
 
 
-def fitted(
+def fit_static(
     elasticity: ElasticParameters,
     measured: Measurements,
     torque_curve: str,
     noise: MeasurementNoise,
     loss: str = "squares",
 ) -> StaticFit:
-    """Fit a robot's parameters to measurements.
+    """Fit a robot's parameters to deflections from rest.
 
     Args:
         elasticity: The parameters, with the start values.
@@ -70,91 +248,39 @@ def fitted(
         noise: Standard deviations.
         loss: A name of `LOSSES`.
     """
-    values, rigid = _rigid_fit(elasticity, measured, noise, loss)
+
+    def predict_rigid(values: np.ndarray) -> Prediction:
+        return rigid_prediction(elasticity, measured, values)
+
+    rigid = StaticExperiment(elasticity, measured, predict_rigid, noise, loss)
+    first = fit_from(rigid, elasticity.start)
+    observable = first.linearisation.problem
     model = StaticModel(elasticity, measured, torque_curve)
-    prediction = rigid_prediction(elasticity, measured, values)
-    problem, white = rigid, whitening(noise, prediction.by_wrench)
-    converged, reason = False, f"did not settle in {_MOST_ITERATIONS} iterations"
+    experiment = replace(rigid, predict=model.predict, observable=observable)
     try:
-        prediction = model.predict(values)
-        for number in range(_MOST_ITERATIONS):
-            if number < _REWEIGHTED:
-                noise = noise.estimated(measured.deflection - prediction.deflection)
-            white = whitening(noise, prediction.by_wrench)
-            problem = rigid.around(*whitened(measured, prediction, values, white))
-            wanted, _ = solved(problem, loss)
-            step = float(np.linalg.norm(problem.columns @ (wanted - values)))
-            rest = float(np.linalg.norm(problem.residual(values)))
-            before = prediction
-            values, prediction = _damped(
-                model, problem, measured, white, values, wanted, step < _SMALL * rest
-            )
-            moved = float(np.abs(prediction.deflection - before.deflection).max())
-            if step <= _SETTLED * rest or moved <= _ROUNDING:
-                converged, reason = True, "converged"
-                break
-        problem = rigid.around(*whitened(measured, prediction, values, white))
+        return StaticFit.of(fit_from(experiment, first.x), observable)
     except IdentifyError as cause:
         reason = (
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
             " deflections in m, base axes?"
         )
-    weight = robust_weights(problem, values, loss)
-    return StaticFit(
-        elasticity, values, prediction, problem, weight, white, converged, reason, rigid
-    )
+        return StaticFit(elasticity, first.linearisation, False, reason, observable)
 
 
-def _rigid_fit(
-    elasticity: ElasticParameters, measured: Measurements, noise: MeasurementNoise, loss: str
-) -> tuple[np.ndarray, LinearProblem]:
-    """Return the values of the fit in the rigid posture, and its problem."""
-    values = elasticity.start
-    for _ in range(_RIGID_ITERATIONS):
-        rigid = rigid_prediction(elasticity, measured, values)
-        noise = noise.estimated(measured.deflection - rigid.deflection)
-        white = whitening(noise, rigid.by_wrench)
-        columns = white @ rigid.by_parameter
-        target = np.einsum("kij,kj->ki", white, measured.deflection)
-        problem = LinearProblem.of(columns, target, elasticity.start)
-        values, _ = solved(problem, loss)
-    return values, problem
-
-
-def whitened(
-    measured: Measurements, prediction: Prediction, values: np.ndarray, white: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return whitened columns [1 per unit of p], (k, r, P), and targets [1], (k, r), around values.
+def fit_from(
+    experiment: StaticExperiment,
+    start: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray] | None = None,
+    settled: float = _SETTLED,
+) -> Estimate[StaticLinearisation]:
+    """Return the values that fit an experiment best, from a start on, in p's units, (P,).
 
     Args:
-        prediction: Prediction at the values.
-        values: Values of p, in its units, (P,), around which the model is linearised.
-        white: Matrices that whiten the rows [1/m, 1/rad], (k, r, r).
+        bounds: Lowest and highest values, in p's units, (P,) each; None: from 0 on.
+        settled: Predicted gain of log likelihood below which it ends.
+
+    Raises:
+        IdentifyError: If the robot finds no rest at the start.
     """
-    rest = measured.deflection - prediction.deflection + prediction.by_parameter @ values
-    return white @ prediction.by_parameter, np.einsum("kij,kj->ki", white, rest)
-
-
-def _damped(
-    model: StaticModel,
-    problem: LinearProblem,
-    measured: Measurements,
-    white: np.ndarray,
-    values: np.ndarray,
-    wanted: np.ndarray,
-    at_once: bool,
-) -> tuple[np.ndarray, Prediction]:
-    """Return the farthest values on the way to those wanted that fit better, or all of it at once."""
-
-    def cost(prediction: Prediction) -> float:
-        rest = measured.deflection - prediction.deflection
-        return float(np.sum(np.einsum("kij,kj->ki", white, rest) ** 2))
-
-    start = float(np.sum(problem.residual(values) ** 2))
-    part = 1.0
-    for _ in range(_MOST_HALVINGS):
-        after = model.predict(values + part * (wanted - values))
-        if at_once or cost(after) <= start * (1.0 + 1e-9):
-            break
-        part *= 0.5
-    return values + part * (wanted - values), after
+    ends = bounds or (np.zeros_like(start), np.full_like(start, np.inf))
+    return estimate(experiment.linearise(start), ends, _MOST_STEPS, settled)

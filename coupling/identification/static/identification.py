@@ -12,7 +12,7 @@ from coupling.identification.evidence import support
 from coupling.identification.intervals import ConfidenceIntervals, intervals, left_out
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
-from coupling.identification.static.fit import StaticFit, fitted
+from coupling.identification.static.fit import StaticFit, fit_static
 from coupling.identification.static.found import CandidateTest, Identification, judged, rms
 from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.prediction import Prediction, StaticModel, candidate_column
@@ -99,7 +99,7 @@ def _with(
     if name not in known:
         raise IdentifyError(f"--add: {one_of([SUPPORTED, *known], name)}")
     elasticity = ElasticParameters.of(robot, options.torque_curve)
-    fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
+    fit = fit_static(elasticity, measured, options.torque_curve, options.noise, options.loss)
     (further,) = _further(fit, measured, options, [known[name]])
     return known[name].added_to(robot, further.value)
 
@@ -112,7 +112,7 @@ def _once(
     rms_start: float,
 ) -> Identification:
     elasticity = ElasticParameters.of(robot, options.torque_curve)
-    fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
+    fit = fit_static(elasticity, measured, options.torque_curve, options.noise, options.loss)
     known = options.noise.known
     sure = intervals(fit.problem, fit.weight, fit.values, known)
     tested = np.flatnonzero(~elasticity.is_torsion)

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.identification.evidence import Evidence
 from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.separability import WeakDirection
 from coupling.identification.static.found import (
     CandidateTest,
     Identification,
@@ -16,73 +18,134 @@ from coupling.identification.static.found import (
     warnings,
 )
 from coupling.identification.static.prediction import positions
+from coupling.results.base import finite
 from coupling.results.identified_result import (
     AlikeResult,
+    CommonLossResult,
+    DirectionResult,
+    EvidenceResult,
     FurtherResult,
     IdentifiedParameterResult,
     IdentifiedResult,
+    LoopResult,
     MeasuredRowResult,
     RmsResult,
 )
+from coupling.results.run_result import three
 from coupling.robot.parameters import unit_of
 
 
 def figures(found: Identification) -> IdentifiedResult:
     """Return an identification's figures; SI, None for what is infinite or not known."""
-    measured, predicted = found.measured, found.fit.prediction.deflection
-    written = found.fit.elasticity.in_units(found.written)
-    places = positions(found.fit.elasticity.robot, measured)
-    return IdentifiedResult.of(
-        found,
-        found.fit,
-        found.separability,
-        rms_m=RmsResult.of(
-            measured=rms(measured.deflection),
-            start=found.rms_start,
-            fit=rms(found.residual),
-            left_out=rms(found.left_out),
-            written=found.rms_written,
+    measured, fit, separable = found.measured, found.fit, found.separability
+    predicted = fit.prediction.deflection
+    places = positions(fit.elasticity.robot, measured)
+    return IdentifiedResult(
+        converged=fit.converged,
+        reason=fit.reason,
+        refusal=found.refusal,
+        rows=measured.count,
+        rms_m=RmsResult(
+            measured=finite(rms(measured.deflection)),
+            start=finite(found.rms_start),
+            fit=finite(rms(found.residual)),
+            left_out=finite(rms(found.left_out)),
+            written=finite(found.rms_written),
         ),
-        parameters=[
-            IdentifiedParameterResult.of(
-                own,
-                unit=unit_of(own.name),
-                start=None if own.name in found.added else own.start,
-                written=value,
-                identified=own.identifiable,
-                added=own.name in found.added,
+        residual_over_deviation=finite(found.intervals.scale),
+        parameters=tuple(
+            _parameter(parameter, value, parameter.name in found.added)
+            for parameter, value in zip(
+                found.parameters, fit.elasticity.in_units(found.written).tolist(), strict=True
             )
-            for own, value in zip(found.parameters, written, strict=True)
-        ],
-        further=[_further(own) for own in found.further],
-        alike=[
+        ),
+        further=tuple(map(_further, found.further)),
+        condition=finite(separable.condition),
+        without_effect=separable.without_effect,
+        unseen=tuple(map(_direction, separable.unseen)),
+        weak=tuple(map(_direction, separable.weak)),
+        alike=tuple(
             AlikeResult(names=(first, second), cosine=cosine)
-            for first, second, cosine in found.separability.pairs
-        ],
-        warnings=warnings(found),
-        measurements=[
-            MeasuredRowResult.of(
-                measured,
+            for first, second, cosine in separable.pairs
+        ),
+        common_loss=None
+        if found.loss is None
+        else CommonLossResult(
+            value_m=found.loss.value, half_m=found.loss.half, probability=found.loss.probability
+        ),
+        warnings=tuple(warnings(found)),
+        measurements=tuple(
+            MeasuredRowResult(
                 name=name,
-                position_m=places[k],
-                force_N=measured.wrench[k, :3],
-                measured=measured.deflection[k],
-                predicted=predicted[k],
-                left_out_error=found.left_out[k],
-                weight=found.fit.weight[k] ** 2,
+                position_m=three(places[k]),
+                force_N=three(measured.wrench[k, :3]),
+                measured=measured.deflection[k].tolist(),
+                predicted=predicted[k].tolist(),
+                left_out_error=found.left_out[k].tolist(),
+                weight=float(fit.weight[k] ** 2),
             )
             for k, name in enumerate(measured.names)
-        ],
-        worst=[measured.names[k] for k in found.worst()],
+        ),
+        worst=tuple(measured.names[k] for k in found.worst()),
+        loops=tuple(
+            LoopResult(
+                number=loop.number,
+                fit_m=finite(loop.fit),
+                left_out_m=finite(loop.left_out),
+                without_hysteresis_m=finite(loop.without),
+            )
+            for loop in found.loops
+        ),
     )
 
 
-def _further(own: CandidateTest) -> FurtherResult:
-    name, value = own.candidate.name, own.value
-    if own.candidate.axis is None:
-        return FurtherResult.of(own.support, name=name, unit=unit_of(name), value=value)
-    stiffness = 1.0 / value if value > 0.0 else np.inf
-    return FurtherResult.of(own.support, name=name, unit="N m/rad", value=stiffness)
+def _parameter(
+    parameter: IdentifiedParameter, written: float, is_added: bool
+) -> IdentifiedParameterResult:
+    """Return the figures of a parameter, whose written value is in its unit."""
+    return IdentifiedParameterResult(
+        name=parameter.name,
+        unit=unit_of(parameter.name),
+        start=None if is_added else finite(parameter.start),
+        value=finite(parameter.value),
+        low=finite(parameter.low),
+        high=finite(parameter.high),
+        written=finite(written),
+        identified=parameter.identifiable,
+        added=is_added,
+        reason=parameter.reason,
+        support=None if parameter.support is None else _evidence(parameter.support),
+    )
+
+
+def _evidence(evidence: Evidence) -> EvidenceResult:
+    return EvidenceResult(
+        F=finite(evidence.statistic),
+        probability=finite(evidence.probability),
+        left_out_change=finite(evidence.change),
+        left_out_change_without_worst=finite(evidence.trimmed),
+        supported=evidence.supported,
+        in_words=evidence.in_words(),
+    )
+
+
+def _direction(direction: WeakDirection) -> DirectionResult:
+    return DirectionResult(
+        names=direction.names,
+        parts=direction.parts,
+        index=finite(direction.index),
+        in_words=direction.in_words(),
+    )
+
+
+def _further(test: CandidateTest) -> FurtherResult:
+    """Return the test of a parameter; that of a tilt has its stiffness, not its compliance."""
+    name, value, unit = test.candidate.name, test.value, "N m/rad"
+    if test.candidate.axis is None:
+        unit = unit_of(name)
+    else:
+        value = 1.0 / value if value > 0.0 else np.inf
+    return FurtherResult(**dict(_evidence(test.support)), name=name, unit=unit, value=finite(value))
 
 
 def identified_text(found: Identification, start: Path, target: Path, source: str) -> str:
@@ -106,6 +169,7 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
             value if parameter.identifiable else None,
             _remark(parameter) + _shape(found, parameter),
             parameter.name in found.added,
+            (parameter.low, parameter.high),
         )
         for parameter, value in zip(found.parameters, written, strict=True)
         if parameter.parameter.kind != "slip_angle"

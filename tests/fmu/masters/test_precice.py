@@ -24,8 +24,8 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu.precice_robot import PreciceNames, run_robot
 from coupling.fmu.stepped import SteppedFmu
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.run.ssp import SspSystem
-from coupling.run.step_error import coupled_path
+from coupling.fmu_export.ssp import SspSystem
+from coupling.run.execute import coupled_path
 from examples.precice import press_with_precice
 
 FOLDER = EXAMPLES / "precice"

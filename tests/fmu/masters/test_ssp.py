@@ -27,16 +27,15 @@ from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import host_platform
 from coupling.fmu_export.process_fmu import build_process_fmu
+from coupling.fmu_export.ssp import INTERFACES, SspSystem
+from coupling.native.compiler import host_platform
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.execute import run_coupling
-from coupling.run.ssp import INTERFACES, SspSystem
-from coupling.run.step_error import coupled_path
+from coupling.run.execute import coupled_path, run_coupling
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 from elastic_robot.errors import ParameterError
 

@@ -11,16 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomlkit
+from growth_in_master import growth_in_master
 
 from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import build_fmu
-from coupling.fmu_export.compiler import host_platform
+from coupling.fmu_export.ssp import SspSystem
+from coupling.fmu_export.step_limit import LinearisedPosture, StepLimit
+from coupling.native.compiler import host_platform
 from coupling.run.execute import run_coupling
-from coupling.run.ssp import SspSystem
-from coupling.run.step_limit import LinearisedPosture, StepLimit
-from docs.scripts.make_stable_steps import CELLS, UR10, growth_in_master, pressed
+from docs.scripts.make_stable_steps import CELLS, UR10, pressed
 from docs.scripts.masters import MASTERS, MasterError, run_system
 
 ICME = CELLS[-1]

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.derivatives import GearSlopes, jacobian
-from coupling.identification.motion.fit import fitted, reweighed
+from coupling.identification.motion.fit import fit_motion, reweigh
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -166,7 +166,7 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
     with MovedRobot(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, (moved,), unit, unit)
         x = problem.start + 0.2
-        problem = reweighed(problem, x)
+        problem = reweigh(problem, x)
         matrix = jacobian(problem, x, GearSlopes.of(problem, x))
         for k, parameter in enumerate(parameters):
             step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
@@ -197,7 +197,7 @@ def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
     moved, unit = MovedRecording.of(recording, BANDWIDTH), np.ones(2)
     with MovedRobot(arm()) as fmu:
         numbers = torque_parameters(arm())
-        found = fitted(MotionProblem(fmu, arm(), numbers, (moved,), unit, unit))
+        found = fit_motion(MotionProblem(fmu, arm(), numbers, (moved,), unit, unit))
     values = {p.name: p.outward(x) for p, x in zip(numbers, found.x, strict=True)}
     for i in (1, 2):
         assert values[f"motor[{i}].friction_after_rest"] == pytest.approx(80.0, rel=0.1)

@@ -61,12 +61,12 @@ def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
 ):
     """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
 
-    def looked(problem, x):
+    def fit_roughly(problem, x):
         return SimpleNamespace(x=np.where(x > 1.2, other, 1.0))
 
-    monkeypatch.setattr(identifiability, "looked", looked)
+    monkeypatch.setattr(identifiability, "fit_roughly", fit_roughly)
     monkeypatch.setattr(
-        identifiability, "unlikely", lambda problem, x: less_likely * float(x[0] != 1.0)
+        identifiability, "minus_log_likelihood", lambda problem, x: less_likely * float(x[0] != 1.0)
     )
     blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
     blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))

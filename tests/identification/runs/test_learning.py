@@ -140,12 +140,8 @@ def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
 
 
 def test_gears_that_float_for_most_of_a_path_are_named(robots):
-    free = replace(
-        robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time)
-    )
-    loads = (
-        diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted)
-    )
+    free = replace(robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time))
+    loads = (diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted))
     alone, pushed = (mostly_in_backlash(gears, 5.0) for gears in loads)
     assert alone.startswith("the gears of joints 1, 4")
     assert pushed == ""

@@ -11,7 +11,7 @@ from noisy_arm import arm, noisy
 from coupling.errors import IdentifyError
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.plan import (
     PlanRequest,
@@ -61,7 +61,7 @@ def test_the_interval_promised_is_the_one_that_measurements_give():
     halves = []
     for _ in range(8):
         rows = noisy(right, rng, 1e-5, 5.0)
-        fit = fitted(elasticity, rows, "backlash", noise_of(rows))
+        fit = fit_static(elasticity, rows, "backlash", noise_of(rows))
         found = intervals(fit.problem, fit.weight, fit.values, known=False)
         halves.append((found.high - found.low) / 2.0 / elasticity.start)
     promised = np.array([entry.after for entry in plan.expected])

@@ -195,7 +195,7 @@ static inline int er_all_elements(const er_robot *robot)
     return robot->elements + robot->motors;
 }
 
-/* Reads the lines that `coupling.robot.robot_text` writes, up to `end`. */
+/* Reads the lines that `coupling.native.robot_text` writes, up to `end`. */
 bool er_robot_parse(er_robot *robot, er_lines *lines);
 
 #endif

@@ -1,0 +1,86 @@
+"""The command line: elastic-robot modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from coupling.cli.arguments import Overwrite, numbers_of
+from coupling.cli.console import console
+from coupling.errors import StabilityError
+
+
+def modes(
+    case_or_robot: Annotated[
+        str, typer.Argument(help="A case file, a shipped robot's name or a robot file.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder; results/<case>_modes unless given."),
+    ] = None,
+    posture_deg: Annotated[
+        str | None,
+        typer.Option(metavar="Q1,..,Qn", help="Joint angles [deg]; of a case its path's."),
+    ] = None,
+    force_N: Annotated[
+        str | None,
+        typer.Option(
+            "--force-n",
+            metavar="X,Y,Z",
+            help="Force on the tool [N], base axes, with --posture-deg; it presses gears to a flank.",
+        ),
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(
+            help="Measured frequency responses, CSV or UFF58, to draw beside the model's."
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Eigenfrequencies, damping and compliance of a robot along a case's path or in a posture."""
+    import numpy as np
+
+    from coupling.case.file import load_case
+    from coupling.files.result_folder import begin_result
+    from coupling.files.robot_file import find_robot, load_robot
+    from coupling.files.toml_file import load_toml
+    from coupling.files.written_files import claimed
+    from coupling.modes.analysis import modes_in_posture, modes_of_case
+    from coupling.modes.measured_response import read_responses
+    from coupling.modes.state_space import NamedStateSpace
+    from coupling.report.modes_report import modes_page, modes_summary
+    from coupling.report.terminal import print_sections
+
+    responses = () if measured is None else read_responses(measured)
+    file = Path(case_or_robot)
+    is_case = file.suffix == ".toml" and "tool_path" in load_toml(file, StabilityError)
+    case = load_case(file) if is_case else None
+    if posture_deg is None and case is None:
+        raise StabilityError(
+            f"{case_or_robot}: a robot alone has no posture: add --posture-deg, or name a case file"
+        )
+    if force_N is not None and posture_deg is None:
+        raise StabilityError("--force-n: expected it beside --posture-deg")
+    if posture_deg is None:
+        assert case is not None
+        analysis = modes_of_case(case, responses)
+    else:
+        force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
+        robot, curve = (
+            (load_robot(find_robot(case_or_robot)), "backlash")
+            if case is None
+            else (case.robots[0].description, case.robots[0].torque_curve)
+        )
+        posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
+        wrench = np.append(force, np.zeros(3))
+        analysis = modes_in_posture(robot, curve, posture, wrench, responses)
+    folder = output or Path("results", f"{file.stem}_modes")
+    begin_result(folder, "modes", overwrite)
+    claimed(folder / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
+    NamedStateSpace.of(analysis.softest.linear).write(folder)
+    claimed(folder / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
+    print_sections(console, modes_summary(analysis.result))
+    console.print(f"Modes: {folder}  (report: {folder / 'report.html'})")

@@ -1,0 +1,1 @@
+"""Modes and compliance of a robot where it works: eigenfrequencies, shapes, frequency responses."""

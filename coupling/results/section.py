@@ -1,0 +1,76 @@
+"""Content of reports, written once: sections of plain text, which terminal and page show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # heavy, and only pages draw
+    import plotly.graph_objects as go
+
+
+# Micrometres of a metre, in which lengths are shown.
+UM = 1e6
+
+
+@dataclass(frozen=True)
+class Note:
+    """Paragraph for pages alone: how to read what is shown, or what else there is.
+
+    Attributes:
+        text: The paragraph.
+        target: Page that it leads to; empty for none.
+        as_it_stands: Whether it is the text of a file, line by line.
+    """
+
+    text: str
+    target: str = ""
+    as_it_stands: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows below a header.
+
+    Attributes:
+        columns: Cells of the header.
+        rows: Cells of the others.
+        kind: "words" for a table of text, whose columns begin at the left; "dense" for one that is
+            to be seen whole on a narrow screen.
+        groups: Cells above the header, each over so many columns.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    kind: str = ""
+    groups: Sequence[tuple[str, int]] = ()
+
+
+Part = str | Table | Note
+
+
+@dataclass(frozen=True)
+class Section:
+    """Part of the report of a result.
+
+    Attributes:
+        title: Its heading; empty for none.
+        parts: Sentences, tables and notes in their order.
+        name: Name of its figures in a page.
+        figures: Figures that a page draws below, side by side.
+        good: Whether it is good news, of which the first sentence is the most important one; None for
+            what judges nothing.
+    """
+
+    title: str
+    parts: Sequence[Part]
+    name: str = ""
+    figures: Sequence[go.Figure] = ()
+    good: bool | None = None
+
+
+def warned(warnings: Iterable[str], remarks: Iterable[str] = ()) -> list[Section]:
+    """Return the section of warnings and remarks; none where there are none."""
+    said = [f"Warning: {text}" for text in warnings] + [f"Remark: {text}" for text in remarks]
+    return [Section("", said)] if said else []

@@ -1,0 +1,360 @@
+"""Growth of a vibration in a cut: Floquet multipliers by spectral elements.
+
+Structure and cut are a periodic equation with delay [Insperger2004], [Bayly2003]. What the tool does
+while teeth are in the cut is a polynomial between the corners of the cut, through Gauss points; the
+modes answer to it exactly, so that only as many points are needed as its waves have. The operator from
+one period to the next is then a matrix, whose largest eigenvalue mu tells the growth ln|mu| / T.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Literal
+
+import numpy as np
+
+from coupling.stability.cut import Channel, SteadyCut
+from coupling.stability.structure import Structure
+
+# Points of an element: so many, and more for each radian of the fastest mode within it.
+_POINTS, _PER_RADIAN = 8, 0.65
+# An element with more of them is divided.
+_MOST_POINTS = 28
+# Decay within an element from which on its integrals are graded towards their end, and how.
+_SLOW_DECAY, _GRADES = 15.0, 5.0 ** np.arange(-6, 1)
+# A multiplier so near to the negative real axis is a flip's (period doubling) [rad].
+_FLIP = 1e-4
+# Harmonics of the cut that may be the strongest part of a vibration, to each side.
+_HARMONICS = 60
+
+Border = Literal["Hopf", "flip", "none"]
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Points of an element, within 0 and 1, and its integrals.
+
+    Attributes:
+        points: Gauss points x, (p,).
+        weights: Their weights, (p,).
+    """
+
+    points: np.ndarray
+    weights: np.ndarray
+
+    def lagrange(self, x: np.ndarray) -> np.ndarray:
+        """Return the polynomials that are 1 at one point and 0 at the others, (.., p)."""
+        return _legendre(2.0 * x - 1.0, len(self.points)) @ self._coefficients
+
+    @cached_property
+    def _coefficients(self) -> np.ndarray:
+        count = len(self.points)
+        values = _legendre(2.0 * self.points - 1.0, count)
+        # Discrete orthogonality at Gauss points: the inverse of `values`.
+        return (2.0 * np.arange(count)[:, None] + 1.0) * values.T * self.weights
+
+    def partial(self, c: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x.
+
+        Args:
+            c: Exponents over the element, complex, (k,).
+            x: Ends, within 0 and 1, (n,).
+
+        Returns:
+            Complex, (n, p, k).
+        """
+        graded = bool(np.abs(c.real).max(initial=0.0) > _SLOW_DECAY)
+        count = len(self.points) // 2 + 6 + (0 if graded else int(np.abs(c).max(initial=0.0) / 3.0))
+        behind, weight = _quadrature(count, graded)
+        way = x[:, None] * behind
+        base = self.lagrange(x[:, None] - way) * (x[:, None] * weight)[..., None]
+        return np.einsum("nqk,nqp->npk", np.exp(way[..., None] * c), base, optimize=True)
+
+
+def _legendre(x: np.ndarray, count: int) -> np.ndarray:
+    """Return Legendre's polynomials of degrees 0 to count - 1, (.., count)."""
+    return np.polynomial.legendre.legvander(x, count - 1)
+
+
+@cache
+def _rule(count: int) -> _Rule:
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return _Rule(0.5 * (1.0 + nodes), 0.5 * weights)
+
+
+@cache
+def _quadrature(count: int, graded: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and weights between 0 and 1, where graded in panels that shrink towards 0."""
+    rule, edges = _rule(count), np.append(0.0, _GRADES if graded else [1.0])
+    width = np.diff(edges)[:, None]
+    return (edges[:-1, None] + width * rule.points).ravel(), (width * rule.weights).ravel()
+
+
+@dataclass(frozen=True)
+class _Element:
+    """Part of a period within which a channel's gain is smooth.
+
+    Attributes:
+        channel: The channel.
+        begin: Its beginning [s].
+        length: Its duration [s].
+        rule: Its points.
+        first: Number of its first point among all.
+    """
+
+    channel: Channel
+    begin: float
+    length: float
+    rule: _Rule
+    first: int
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of its points [s], (p,)."""
+        return self.begin + self.length * self.rule.points
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """The vibration that decays slowest, or grows fastest, in a cut.
+
+    Attributes:
+        growth: Exponent of its growth [1/s]; negative where it decays.
+        border: "flip" where it changes sign from period to period, "Hopf" where its frequency is not the
+            cut's, "none" where neither is so.
+        frequency: Frequency of its strongest part [Hz].
+        force: Wrench of the cut in that part [N, N m], axes of the cut, complex, (6,); its size means
+            nothing.
+    """
+
+    growth: float
+    border: Border
+    frequency: float
+    force: np.ndarray
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether it decays."""
+        return self.growth < 0.0
+
+
+def growth_of(structure: Structure, cut: SteadyCut) -> float:
+    """Return the growth of the vibration that decays slowest [1/s].
+
+    Example:
+        >>> from coupling.stability.structure import ToolMode
+        >>> from coupling.process.cutting_force import Cutter, CuttingCoefficients
+        >>> tip = Structure.of_modes([ToolMode(922.0, 0.011, 1.34e6)])
+        >>> mill = Cutter(radius=8e-3, teeth=2, helix=0.0, speed=5000.0 * np.pi / 30.0)
+        >>> slot = SteadyCut(mill, CuttingCoefficients(6e8, 2e8, 0, 0, 0, 0), 0.0, np.pi, 2e-5)
+        >>> growth_of(tip, slot) < 0.0, growth_of(tip, slot.at_depth(2e-3)) > 0.0
+        (True, True)
+    """
+    operator = PeriodOperator.of(structure, cut)
+    return operator.growth(operator.multipliers)
+
+
+def vibration_of(structure: Structure, cut: SteadyCut) -> Vibration:
+    """Return the vibration that decays slowest, with its frequency and its force."""
+    return PeriodOperator.of(structure, cut).vibration()
+
+
+class PeriodOperator:
+    """The matrix from one period of a cut to the next, and what it tells.
+
+    The state is that of the modes at a period's beginning and the tool's motion at all points within it.
+
+    Args:
+        structure: Modes of robot and tool.
+        cut: The cut.
+        elements: Parts of its period.
+    """
+
+    def __init__(self, structure: Structure, cut: SteadyCut, elements: Sequence[_Element]) -> None:
+        self._structure, self._cut, self._elements = structure, cut, elements
+        self._count = sum(len(element.rule.points) for element in elements)
+
+    @classmethod
+    def of(cls, structure: Structure, cut: SteadyCut, refined: float = 1.0) -> PeriodOperator:
+        """Return the operator of a cut.
+
+        Args:
+            structure: Modes of robot and tool.
+            cut: The cut.
+            refined: Factor of the number of points.
+        """
+        elements: list[_Element] = []
+        first = 0
+        for channel in cut.channels:
+            for begin, end in channel.pieces.tolist():
+                radians = (end - begin) * structure.fastest
+                points = refined * (_POINTS + _PER_RADIAN * radians)
+                parts = int(np.ceil(points / _MOST_POINTS))
+                rule = _rule(int(np.ceil(points / parts)) + (2 if parts > 1 else 0))
+                length = (end - begin) / parts
+                for part in range(parts):
+                    elements.append(_Element(channel, begin + part * length, length, rule, first))
+                    first += len(rule.points)
+        return cls(structure, cut, elements)
+
+    @cached_property
+    def _gains(self) -> list[np.ndarray]:
+        """Modal participation of what the tool does at the points of each element, (p, 2, k)."""
+        return [
+            np.einsum(
+                "kw,pwc->pck",
+                self._structure.driving,
+                self._cut.gain(element.channel, element.time),
+            )
+            for element in self._elements
+        ]
+
+    def _rows(self, time: np.ndarray, is_rate: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return the tool's motion at times by the state of the modes and by its motion at all points.
+
+        Args:
+            time: Times within a period [s], (n,).
+            is_rate: Whether its velocity is meant.
+
+        Returns:
+            (2 n, states) and (2 n, 2 points).
+        """
+        structure = self._structure
+        rate = structure.eigenvalue
+        output = structure.displacement * (rate if is_rate else 1.0)
+        by_state = output[None] * np.exp(time[:, None] * rate)[:, None]
+        by_motion = np.zeros((len(time), 2, self._count, 2))
+        for element, gain in zip(self._elements, self._gains, strict=True):
+            within = self._integrals(element, time)
+            points = slice(element.first, element.first + len(element.rule.points))
+            # A product of matrices for each pair of axes: times and points over modes.
+            for i in range(2):
+                shown = within * output[i]
+                for j in range(2):
+                    by_motion[:, i, points, j] = np.einsum(
+                        "npk,pk->np", shown, gain[:, j], optimize=True
+                    ).real
+        return (
+            self._real(by_state).reshape(2 * len(time), -1),
+            by_motion.reshape(2 * len(time), -1),
+        )
+
+    def _integrals(self, element: _Element, time: np.ndarray) -> np.ndarray:
+        """Return the answers of the modes at times to the polynomials of an element, (n, p, k)."""
+        rate = self._structure.eigenvalue
+        answer = np.zeros((len(time), len(element.rule.points), len(rate)), dtype=complex)
+        place = (time - element.begin) / element.length
+        inside = np.flatnonzero((place > 0.0) & (place < 1.0))
+        if len(inside):
+            answer[inside] = element.rule.partial(rate * element.length, place[inside])
+        behind = np.flatnonzero(place >= 1.0)
+        if len(behind):
+            whole = element.rule.partial(rate * element.length, np.ones(1))[0]
+            later = time[behind] - element.begin - element.length
+            answer[behind] = np.exp(later[:, None] * rate)[:, None] * whole
+        return element.length * answer
+
+    def _real(self, by_mode: np.ndarray) -> np.ndarray:
+        """Return real columns by real and imaginary parts of the modes' states, (.., states)."""
+        pair = self._structure.is_pair
+        return np.concatenate([by_mode.real, -by_mode.imag[..., pair]], axis=-1)
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """The operator, a matrix of states and motions, (states + 2 points, states + 2 points)."""
+        structure, period = self._structure, self._cut.period
+        rate, pair = structure.eigenvalue, structure.is_pair
+        # The modes' states at the period's end.
+        turn = np.exp(rate * period)
+        by_point = np.zeros((len(rate), self._count, 2), dtype=complex)
+        for element, gain in zip(self._elements, self._gains, strict=True):
+            points = slice(element.first, element.first + len(element.rule.points))
+            whole = self._integrals(element, np.array([period]))[0]
+            by_point[:, points] = np.einsum("pk,pck->kpc", whole, gain)
+        ends = by_point.reshape(len(rate), -1)
+        by_end = np.vstack([ends.real, ends.imag[pair]])
+        states = len(rate) + int(pair.sum())
+        carried = np.zeros((states, states))
+        carried[: len(rate)] = self._real(np.diag(turn))
+        carried[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
+        # The tool's motion now, less what it was a delay ago.
+        now = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
+        before = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
+        for element in self._elements:
+            parts = self._of_element(element)
+            now = [np.vstack(joined) for joined in zip(now, parts[:2], strict=True)]
+            before = [np.vstack(joined) for joined in zip(before, parts[2:], strict=True)]
+        # v is now_z z + now_v v + before_z z' + before_v v', and z is carried z' + by_end v'.
+        left = np.eye(2 * self._count) - now[1]
+        right = np.hstack([now[0] @ carried + before[0], now[0] @ by_end + before[1]])
+        return np.vstack([np.hstack([carried, by_end]), np.linalg.solve(left, right)])
+
+    def _of_element(
+        self, element: _Element
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what its points' motion is of: state and motion now, state and motion before."""
+        delay, time = element.channel.delay, element.time
+        by_state, by_motion = self._rows(time, delay is None)
+        if delay is None:
+            return -by_state, -by_motion, np.zeros_like(by_state), np.zeros_like(by_motion)
+        if delay == self._cut.period:
+            return by_state, by_motion, -by_state, -by_motion
+        earlier = time - delay
+        is_now = np.repeat(earlier >= 0.0, 2)[:, None].astype(float)
+        state, motion = self._rows(earlier % self._cut.period, False)
+        return (
+            by_state - is_now * state,
+            by_motion - is_now * motion,
+            (is_now - 1.0) * state,
+            (is_now - 1.0) * motion,
+        )
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers [1], complex, (states + 2 points,)."""
+        return np.linalg.eigvals(self.matrix)
+
+    def growth(self, multipliers: np.ndarray) -> float:
+        """Return the growth of the largest of multipliers, (n,), [1/s]."""
+        return float(np.log(np.abs(multipliers).max()) / self._cut.period)
+
+    def vibration(self) -> Vibration:
+        """Return the vibration of the largest multiplier."""
+        if not self._elements:
+            return self._free()
+        values, vectors = np.linalg.eig(self.matrix)
+        largest = int(np.argmax(np.abs(values)))
+        multiplier = values[largest]
+        if multiplier.imag < 0.0:
+            largest = int(np.argmin(np.abs(values - multiplier.conj())))
+            multiplier = values[largest]
+        period, states = self._cut.period, len(values) - 2 * self._count
+        exponent = np.log(multiplier) / period
+        harmonic = exponent + 2j * np.pi * np.arange(-_HARMONICS, _HARMONICS + 1) / period
+        motion = vectors[states:, largest].reshape(-1, 2)
+        force = np.zeros((len(harmonic), 6), dtype=complex)
+        for element in self._elements:
+            points = motion[element.first : element.first + len(element.rule.points)]
+            gain = self._cut.gain(element.channel, element.time)
+            wave = np.exp(-harmonic[:, None] * element.time) * element.rule.weights
+            force += element.length * np.einsum("hp,pwc,pc->hw", wave, gain, points)
+        moved = np.einsum("hcw,hw->hc", self._structure.compliance(harmonic), force)
+        strongest = int(np.argmax(np.linalg.norm(moved, axis=1)))
+        angle = abs(np.angle(multiplier))
+        border: Border = "flip" if np.pi - angle < _FLIP else "Hopf" if angle > _FLIP else "none"
+        return Vibration(
+            self.growth(values),
+            border,
+            abs(float(harmonic[strongest].imag)) / (2.0 * np.pi),
+            force[strongest],
+        )
+
+    def _free(self) -> Vibration:
+        """Return the mode that decays slowest, as no tooth is in the cut."""
+        slowest = int(np.argmax(self._structure.eigenvalue.real))
+        rate = self._structure.eigenvalue[slowest]
+        border: Border = "Hopf" if rate.imag > 0.0 else "none"
+        frequency = float(rate.imag) / (2.0 * np.pi)
+        return Vibration(float(rate.real), border, frequency, np.zeros(6, dtype=complex))
