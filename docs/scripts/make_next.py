@@ -33,7 +33,6 @@ TRIALS = (
     (Trial(PYRAMID, 12, 0.25), "extras"),
     (Trial(ISO, 19), "extras"),
     (Trial(CONE, 52, 0.5, ANEW), "extras, and 10 um not repeatable"),
-    (Trial(CONE, 61, robot="fanuc_r2000ic", backlash=1e-4), "extras, backlash of 0.1 mrad"),
     (Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", backlash=1e-4), "backlash of 0.1 mrad"),
 )
 # Seeds of the robots whose parameters are learned.

@@ -113,7 +113,7 @@ def _robot(
     if options.move == "path":
         return file_model(history, options), None
     before = model_of_run(history, len(history.runs) - 1, options)
-    if before.has_parameters and options.move == "auto":
+    if len(history.runs) > 1 and options.move == "auto":
         return before, None
     learned = _learn(history, options, models, watch)
     return (before if learned.refusal else learned_model(history, learned, options)), learned
