@@ -54,7 +54,7 @@ class Contraction:
 
     Attributes:
         gain: g.
-        cutoff: Frequency of which the filter leaves half [Hz].
+        cutoff: Frequency of which the filter leaves 1 / sqrt(2) [Hz].
         learned: Largest part left up to the cutoff.
         everywhere: Largest part left at any frequency.
         worst_frequency: Frequency at which that is left [Hz].
