@@ -16,7 +16,7 @@ precice: .venv/installed
 	.venv/bin/python docs/scripts/make_precice.py
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour and a half, one is make milling.
-PAGES = figures inverse robin study identify motion learn next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands masters-table stable-steps performance real-time inverse-time expected-deviation trust
+PAGES = figures inverse robin study identify motion next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands masters-table stable-steps performance real-time inverse-time expected-deviation trust
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
@@ -44,7 +44,7 @@ test: lint
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
 # damaged trajectory files under address and undefined-behaviour sanitizers.
 fuzz: .venv/installed
-	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py -k sanitizers
+	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py tests/native/test_desk_library.py -k sanitizers
 
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed

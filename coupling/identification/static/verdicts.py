@@ -1,0 +1,280 @@
+"""What measurements identify of a robot: a verdict on each parameter, refusal and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.evidence import Evidence
+from coupling.identification.intervals import ConfidenceIntervals
+from coupling.identification.separability import STRONG, Separability
+from coupling.identification.static.elastic import Candidate
+from coupling.identification.static.fit import StaticFit
+from coupling.identification.static.measurements import MeasurementNoise, Measurements
+from coupling.identification.static.suspicions import CommonLoss, MovedPoint
+from coupling.identification.verdict import ParameterVerdict
+from coupling.robot.parameters import RobotParameter
+from elastic_robot.description import Robot
+
+# A robot that is off by more than so many times what the start file is is not written.
+_WORSE = 1.2
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter(ParameterVerdict[RobotParameter]):
+    """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
+
+    Attributes:
+        support: F test and leave-one-out of a tilt or backlash; None for torsions.
+    """
+
+    support: Evidence | None
+
+    @property
+    def is_backlash(self) -> bool:
+        """Whether its numbers are half widths of backlash [rad]."""
+        return self.parameter.kind == "backlash"
+
+
+def judge_parameters(
+    fit: StaticFit,
+    sure: ConfidenceIntervals,
+    supports: Mapping[int, Evidence],
+    separable: Separability,
+) -> tuple[IdentifiedParameter, ...]:
+    """Return the verdicts on all parameters.
+
+    Args:
+        supports: Tests of tilts and backlashes by their number.
+        separable: Separability of the parameters by postures and loads.
+    """
+    elasticity = fit.elasticity
+    # Compliances turn round: the largest one is the smallest stiffness.
+    ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
+    numbers = np.array([elasticity.in_units(fit.values), *ends]).T.tolist()
+    verdicts = []
+    for j, parameter in enumerate(elasticity.parameters):
+        reason, tested = _reason(fit, sure, separable, j), supports.get(j)
+        if not reason and tested is not None and not tested.is_supported:
+            reason = tested.in_words()
+        value, low, high = numbers[j]
+        verdicts.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
+    return tuple(verdicts)
+
+
+def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
+    name = fit.elasticity.names[j]
+    if not fit.converged:
+        return "the fit has not converged"
+    if name in separable.without_effect:
+        if fit.elasticity.parameters[j].kind in ("hysteresis", "slip_angle"):
+            return "no loop reverses the load of this gear"
+        if fit.elasticity.is_backlash[j]:
+            return "no effect on any measurement: no load brings this gear to its other flank"
+        return (
+            "no effect on any measurement: no load acts on it, or the measured point does not move"
+        )
+    if fit.rigid.unobservable[j]:
+        mixed = [d.in_words() for d in separable.unseen if name in d.names]
+        return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
+    if sure.against[j] and fit.elasticity.parameters[j].kind == "hysteresis":
+        return "its loops are narrower than without hysteresis"
+    if sure.against[j]:
+        return "deflections are opposite to its load: it would be negative"
+    if not np.isfinite(sure.high[j]):
+        return "as many unknowns as measured values: no error can be estimated"
+    if sure.low[j] <= 0.0 and not fit.elasticity.is_compliance[j]:
+        return "its confidence interval includes zero"
+    if sure.low[j] <= 0.0:
+        return "its confidence interval includes a rigid joint"
+    return ""
+
+
+@dataclass(frozen=True)
+class CandidateTest:
+    """A parameter that the robot does not have, tested beside those that it has.
+
+    Attributes:
+        candidate: The parameter.
+        value: Its compliance [rad/(N m)] or half width [rad] beside the others.
+        support: Whether the data support it.
+    """
+
+    candidate: Candidate
+    value: float
+    support: Evidence
+
+
+@dataclass(frozen=True)
+class LoopErrors:
+    """Rms errors of a loading loop [m], as of `rms`.
+
+    Attributes:
+        number: Number of the loop in the table.
+        fit: Error that the fit leaves.
+        left_out: Error under a fit of all other loops.
+        without: Error under such a fit of a robot without hysteresis.
+    """
+
+    number: int
+    fit: float
+    left_out: float
+    without: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What measurements identify of a robot.
+
+    Attributes:
+        measured: The measurements.
+        fit: The fit of all parameters.
+        added: Names of parameters that the start file does not have.
+        intervals: 95 % intervals of all of them.
+        parameters: Verdict on each.
+        written: Values of p in the robot as written, in its units: those of the start where not
+            identified, beside them identified ones that fit best within their intervals, (P,).
+        left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
+        rms_start, rms_written: Rms errors of the start and of the written robot [m]; nan where one
+            finds no rest.
+        separability: Separability of the parameters by postures and loads.
+        noise: Standard deviations that were given.
+        further: Parameters that were tested beside.
+        loss: Deflection that every row lacks.
+        points: Whether load and measured point seem to be elsewhere.
+        loops: Errors of loading loops, where rows are such.
+    """
+
+    measured: Measurements
+    fit: StaticFit
+    added: tuple[str, ...]
+    intervals: ConfidenceIntervals
+    parameters: tuple[IdentifiedParameter, ...]
+    written: np.ndarray
+    left_out: np.ndarray
+    rms_start: float
+    rms_written: float
+    separability: Separability
+    noise: MeasurementNoise
+    further: tuple[CandidateTest, ...] = ()
+    loss: CommonLoss | None = None
+    points: tuple[MovedPoint, ...] = ()
+    loops: tuple[LoopErrors, ...] = ()
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured less predicted deflections [m, rad], (k, r)."""
+        return self.measured.deflection - self.fit.prediction.deflection
+
+    @property
+    def refusal(self) -> str:
+        """Why no robot should be written, in words; "" where one may be."""
+        if not self.fit.converged:
+            return f"the fit has not converged: {self.fit.reason}"
+        if not any(parameter.identifiable for parameter in self.parameters):
+            return "nothing is identified"
+        if not np.isfinite(self.rms_written):
+            return (
+                "with the start values that would be kept there is no equilibrium under these loads"
+            )
+        if self.rms_written > _WORSE * self.rms_start:
+            return (
+                "with the start values that would be kept the residual would be"
+                f" {1e3 * self.rms_written:.3g} mm rms, with the start file it is"
+                f" {1e3 * self.rms_start:.3g} mm"
+            )
+        return ""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as written; an added tilt that is not identified is not in it."""
+        return self.fit.elasticity.described(self.written)
+
+    def worst(self, count: int = 5) -> list[int]:
+        """Return the rows that the others predict worst, the worst first."""
+        size = np.linalg.norm(self.left_out[:, :3], axis=1)
+        return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
+
+
+def rms(errors: np.ndarray) -> float:
+    """Return the root mean square over all components of positions [m], of (k, r)."""
+    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
+
+
+def warnings(result: Identification) -> list[str]:
+    """Return what the user should look at."""
+    measured, fit, separable = (
+        result.measured,
+        result.fit,
+        result.separability,
+    )
+    said = list(measured.remarks)
+    if not fit.converged:
+        said.append(f"the fit has not converged: {fit.reason}")
+    idle = [n for n, w in zip(measured.names, measured.wrench, strict=True) if not w.any()]
+    if idle and not result.loops:
+        said.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
+    if np.abs(measured.q).max() > 4.0 * np.pi:
+        said.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
+    size = rms(measured.deflection) / max(rms(_start(result)), 1e-300)
+    if not 0.02 < size < 50.0:
+        said.append(
+            f"deflections are {size:.3g} times those of the start file: are they in m and loads in N?"
+        )
+    along = float(np.sum(measured.deflection[:, :3] * _start(result)[:, :3]))
+    if along < 0.0:
+        said.append(
+            "deflections are opposite to those of the start file: is the load that on the robot, in base"
+            " axes, and the deflection loaded less unloaded?"
+        )
+    if not fit.converged:
+        return said
+    if separable.condition > STRONG:
+        said.append(
+            f"parameters are strongly correlated, condition number {separable.condition:.0f}: hardly"
+            f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
+        )
+    said += [
+        f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
+        f" {p.low:.4g} to {p.high:.4g}"
+        for p, against in zip(result.parameters, result.intervals.against, strict=True)
+        if not (p.identifiable or against or p.name in result.added)
+        and not p.low <= p.start <= p.high
+    ]
+    rests: dict[int, list[str]] = {}
+    for parameter, row in zip(result.parameters, result.intervals.rests_on.tolist(), strict=True):
+        if row >= 0 and parameter.identifiable:
+            rests.setdefault(row, []).append(parameter.name)
+    said += [
+        f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
+    ]
+    if result.noise.is_known and result.intervals.freedom > 0:
+        if result.intervals.scale > 1.5:
+            said.append(
+                f"residuals are {result.intervals.scale:.2g} times as large as the standard"
+                " deviations: the model is incomplete, or the standard deviations are too small"
+            )
+        elif result.intervals.scale < 0.6:
+            said.append(
+                f"residuals are {result.intervals.scale:.2g} times as large as the standard deviations,"
+                " which are too large"
+            )
+    suspicions = [point.suspicion() for point in result.points]
+    suspicions += [result.loss.suspicion()] if result.loss is not None else []
+    said += [suspicion for suspicion in suspicions if suspicion]
+    if result.rms_written > 1.2 * rms(result.residual):
+        said.append(
+            "with the start values that were kept the residual of the robot file as written is"
+            f" {1e3 * result.rms_written:.3g} mm rms, that of the fit {1e3 * rms(result.residual):.3g}"
+            " mm: measure what was not identified, or remove tilts that are not supported from the start"
+            " file"
+        )
+    return said
+
+
+def _start(result: Identification) -> np.ndarray:
+    """Return what the start values predict in the rigid posture, (k, r)."""
+    rigid = result.fit.rigid
+    return result.fit.in_units(rigid.columns @ rigid.start)
