@@ -204,6 +204,16 @@ class CaseCuts:
         cut = self._cut(float(start[0]), float(end[0]), depth).at_speed(rpm)
         return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period)
 
+    def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
+        """Return a sentence for each joint whose angle [rad], (joints,), is beyond its limits."""
+        limits = [joint.limits or (-np.inf, np.inf) for joint in self._placed.description.joints]
+        return tuple(
+            f"joint {number}: expected {np.rad2deg(low):.4g} to {np.rad2deg(high):.4g} deg, its limits,"
+            f" got {np.rad2deg(angle):.4g}"
+            for number, (angle, (low, high)) in enumerate(zip(q.tolist(), limits, strict=True), 1)
+            if not low <= angle <= high
+        )
+
     @cached_property
     def _feed_rate(self) -> float:
         """Feed of the path in its cuts, the median, or its highest speed [m/s]."""

@@ -28,7 +28,7 @@ class SpeedChart:
     """Limits over the speed of the spindle, at one place.
 
     Attributes:
-        rpm: Speeds [1/min], rising, (n,).
+        rpm: Speeds [1/min], rising, without those that are too slow for the fastest mode, (n,).
         limit: Limiting depths [m], infinite where there is none, (n,).
         frequency: Frequency of the vibration there [Hz], NaN where there is none, (n,).
         zero_order: The same depths by zero order [m], (n,).
@@ -67,13 +67,20 @@ def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
     for k, speed in enumerate(rpm.tolist()):
         report("limits over the speed", k, _SPEEDS)
         turned = cut.at_speed(speed)
-        limit[k] = first_border(there.whole, turned, cuts.deepest, quick)
+        try:
+            limit[k] = first_border(there.whole, turned, cuts.deepest, quick)
+        except StabilityError:  # too slow for the fastest mode
+            limit[k] = np.nan
+            continue
         zero_order[k] = quick.limit(turned.cutter.tooth_period)
         if alone is not None:
             robot_alone[k] = alone.limit(turned.cutter.tooth_period)
         if 0.0 < limit[k] < np.inf:
             frequency[k] = vibration_of(there.whole, turned.at_depth(float(limit[k]))).frequency
-    return SpeedChart(rpm, limit, frequency, zero_order, robot_alone)
+    is_known = ~np.isnan(limit)
+    return SpeedChart(
+        *(values[is_known] for values in (rpm, limit, frequency, zero_order, robot_alone))
+    )
 
 
 def limits_over_feed(judgement: Judgement, report: Report) -> tuple[np.ndarray, np.ndarray]:

@@ -25,12 +25,12 @@ _POINTS, _PER_RADIAN = 6, 0.6
 _MOST_POINTS = 28
 # Decay within an element from which on its integrals are graded towards their end, and how.
 _SLOW_DECAY, _GRADES = 15.0, 5.0 ** np.arange(-6, 1)
-# A multiplier so near to the negative real axis is a flip's (period doubling) [rad].
-_FLIP = 1e-4
+# A multiplier is real up to rounding; one below zero is a flip's (period doubling).
+_REAL = 1e-12
 # Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
 NEUTRAL = 1e-6
 # Points at most: more are a cut that is too slow for its fastest mode.
-_MOST_IN_ALL = 1500
+_MOST_IN_ALL = 600
 # Harmonics of the cut that may be the strongest part of a vibration, to each side.
 _HARMONICS = 60
 
@@ -169,8 +169,8 @@ class Vibration:
 
     Attributes:
         growth: Exponent of its growth [1/s]; negative where it decays.
-        border: "flip" where it changes sign from period to period, "Hopf" where its frequency is not the
-            cut's, "none" where neither is so.
+        border: "flip" where it changes sign from period to period, "none" where it keeps it, and else
+            "Hopf".
         frequency: Frequency of its strongest part [Hz].
         force: Wrench of the cut in that part [N, N m], axes of the cut, complex, (6,); its size means
             nothing.
@@ -248,11 +248,11 @@ class PeriodOperator:
                     elements.append(_Element(channel, begin + part * length, length, rule, first))
                     first += len(rule.points)
         if first > _MOST_IN_ALL:
+            waves = structure.fastest / (2.0 * np.pi)
             raise StabilityError(
-                f"stability at {cut.rpm:.4g} 1/min: expected a tooth period of a few hundred waves of"
-                f" the fastest mode at most, {structure.fastest / (2.0 * np.pi):.4g} Hz, got"
-                f" {cut.period * structure.fastest / (2.0 * np.pi):.0f}: raise the speed, or leave out"
-                " the tool's fastest modes"
+                f"stability at {cut.rpm:.4g} 1/min: expected at most some 150 waves of the fastest mode,"
+                f" {waves:.4g} Hz, between two teeth, got {waves * cut.period:.0f}: raise the speed, or"
+                " leave out the tool's fastest modes"
             )
         return cls(structure, cut, elements)
 
@@ -398,8 +398,8 @@ class PeriodOperator:
         answer = self._structure.answer(harmonic, np.eye(WRENCH))
         moved = np.einsum("hcw,hw->hc", answer, force)
         strongest = int(np.argmax(np.linalg.norm(moved, axis=1)))
-        angle = abs(np.angle(multiplier))
-        border: Border = "flip" if np.pi - angle < _FLIP else "Hopf" if angle > _FLIP else "none"
+        is_real = abs(multiplier.imag) <= _REAL * abs(multiplier)
+        border: Border = "Hopf" if not is_real else "flip" if multiplier.real < 0.0 else "none"
         return Vibration(
             self.growth(values),
             border,
