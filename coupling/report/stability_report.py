@@ -74,7 +74,7 @@ def stability_summary(result: StabilityResult) -> list[Section]:
     ]
     if result.sensitivities is not None:
         table = [
-            (moved.name, _mm(moved.limit_m), _mm(moved.least_m)) for moved in result.sensitivities
+            (other.name, _mm(other.limit_m), _mm(other.least_m)) for other in result.sensitivities
         ]
         columns = ("gears", f"limit at {worst.rpm:.0f} 1/min [mm]", "no speed falls below [mm]")
         sections.append(Section("Other gears", [_SENSITIVE, Table(columns, table)]))

@@ -113,8 +113,8 @@ def stability_along_path(
             least_m=_grid(over_part.least),
         ),
         "sensitivities": tuple(
-            SensitivityResult(name=moved.name, limit_m=moved.limit, least_m=moved.least)
-            for moved in sensitivities(worst)
+            SensitivityResult(name=other.name, limit_m=other.limit, least_m=other.least)
+            for other in sensitivities(worst)
         ),
     }
     if seconds:

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
@@ -86,8 +86,8 @@ class CaseCuts:
                 f"{case.name}: stability: pitch_deg: expected {teeth} angles, one for each tooth, got"
                 f" {len(table.pitch_deg)}"
             )
-        self._held = HeldRobot(self._placed.description, self._placed.torque_curve)
-        self._engaged = HeldRobot(self._placed.description, "linear")
+        self._locked = LockedRobot(self._placed.description, self._placed.torque_curve)
+        self._engaged = LockedRobot(self._placed.description, "linear")
 
     @cached_property
     def tool(self) -> tuple[ToolMode, ...]:
@@ -240,8 +240,8 @@ class CaseCuts:
             *(np.array([value]) for value in (cut.start, cut.end, cut.depth)),
         )
         in_cut = mean_wrench(cut.cutter, cut.coefficients, engagement)[0]
-        turned: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
-        return turned
+        in_base: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
+        return in_base
 
     def structure(
         self, placed: PlacedCut, damping: float = 1.0, stiffness: float = 1.0
@@ -257,9 +257,9 @@ class CaseCuts:
                 not independent.
         """
         wrench = self.mean_wrench(placed)
-        linear = self._held.linear(placed.q, wrench)
-        unloaded = self._held.unloaded_joints(linear)
-        if unloaded and self._held.torque_curve == "backlash":
+        linear = self._locked.linear(placed.q, wrench)
+        unloaded = self._locked.unloaded_joints(linear)
+        if unloaded and self._locked.torque_curve == "backlash":
             linear = self._engaged.linear(placed.q, wrench)
         linear = replace(
             linear, damping=damping * linear.damping, stiffness=stiffness * linear.stiffness
@@ -276,7 +276,7 @@ class CaseCuts:
     @property
     def joints(self) -> tuple[int, ...]:
         """Number of the joint of each of the robot's elastic coordinates, from 1."""
-        return self._held.joints
+        return self._locked.joints
 
 
 def milling_of(case: Case) -> Milling:

@@ -66,17 +66,17 @@ def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
     zero_order, robot_alone = np.full(_SPEEDS, np.inf), np.full(_SPEEDS, np.inf)
     for k, speed in enumerate(rpm.tolist()):
         report("limits over the speed", k, _SPEEDS)
-        turned = cut.at_speed(speed)
+        cut_there = cut.at_speed(speed)
         try:
-            limit[k] = first_border(there.whole, turned, cuts.deepest, quick)
+            limit[k] = first_border(there.whole, cut_there, cuts.deepest, quick)
         except StabilityError:  # too slow for the fastest mode
             limit[k] = np.nan
             continue
-        zero_order[k] = quick.limit(turned.cutter.tooth_period)
+        zero_order[k] = quick.limit(cut_there.cutter.tooth_period)
         if alone is not None:
-            robot_alone[k] = alone.limit(turned.cutter.tooth_period)
+            robot_alone[k] = alone.limit(cut_there.cutter.tooth_period)
         if 0.0 < limit[k] < np.inf:
-            frequency[k] = vibration_of(there.whole, turned.at_depth(float(limit[k]))).frequency
+            frequency[k] = vibration_of(there.whole, cut_there.at_depth(float(limit[k]))).frequency
     is_known = ~np.isnan(limit)
     return SpeedChart(
         *(values[is_known] for values in (rpm, limit, frequency, zero_order, robot_alone))
@@ -157,9 +157,9 @@ def sensitivities(judgement: Judgement) -> list[Sensitivity]:
     differences = [("as in the robot file", 1.0, 1.0)]
     differences += [(f"damping x {factor:g}", factor, 1.0) for factor in _DAMPING]
     differences += [(f"stiffness x {factor:g}", 1.0, factor) for factor in _STIFFNESS]
-    moved = []
+    limits = []
     for name, damping, stiffness in differences:
         there = cuts.structure(placed, damping, stiffness)
         other = Judgement(cuts, placed, there)
-        moved.append(Sensitivity(name, other.limit, other.least))
-    return moved
+        limits.append(Sensitivity(name, other.limit, other.least))
+    return limits

@@ -287,8 +287,8 @@ class PeriodOperator:
             # Points, times and axes, modes; times points, modes, axes.
             shown = within.transpose(1, 0, 2)[:, :, None] * output
             product = shown.reshape(len(shown), -1, len(rate)) @ gain.transpose(0, 2, 1)
-            moved = product.real.reshape(len(shown), len(time), 2, 2)
-            by_motion[:, :, points] = moved.transpose(1, 2, 0, 3)
+            motion = product.real.reshape(len(shown), len(time), 2, 2)
+            by_motion[:, :, points] = motion.transpose(1, 2, 0, 3)
         return (
             self._real(by_state).reshape(2 * len(time), -1),
             by_motion.reshape(2 * len(time), -1),
@@ -331,9 +331,9 @@ class PeriodOperator:
         ends = by_point.reshape(len(rate), -1)
         by_end = np.vstack([ends.real, ends.imag[pair]])
         states = len(rate) + int(pair.sum())
-        carried = np.zeros((states, states))
-        carried[: len(rate)] = self._real(np.diag(turn))
-        carried[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
+        advance = np.zeros((states, states))
+        advance[: len(rate)] = self._real(np.diag(turn))
+        advance[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
         # The tool's motion now, less what it was a delay ago.
         now = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
         before = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
@@ -341,10 +341,10 @@ class PeriodOperator:
             parts = self._of_element(element)
             now = [np.vstack(joined) for joined in zip(now, parts[:2], strict=True)]
             before = [np.vstack(joined) for joined in zip(before, parts[2:], strict=True)]
-        # v is now_z z + now_v v + before_z z' + before_v v', and z is carried z' + by_end v'.
-        left = np.eye(2 * self._count) - now[1]
-        right = np.hstack([now[0] @ carried + before[0], now[0] @ by_end + before[1]])
-        return np.vstack([np.hstack([carried, by_end]), np.linalg.solve(left, right)])
+        # v is now_z z + now_v v + before_z z' + before_v v', and z is advance z' + by_end v'.
+        implicit = np.eye(2 * self._count) - now[1]
+        explicit = np.hstack([now[0] @ advance + before[0], now[0] @ by_end + before[1]])
+        return np.vstack([np.hstack([advance, by_end]), np.linalg.solve(implicit, explicit)])
 
     def _of_element(
         self, element: _Element
@@ -396,8 +396,8 @@ class PeriodOperator:
             wave = np.exp(-harmonic[:, None] * element.time) * element.rule.weights
             force += element.length * np.einsum("hp,pwc,pc->hw", wave, gain, points)
         answer = self._structure.answer(harmonic, np.eye(WRENCH))
-        moved = np.einsum("hcw,hw->hc", answer, force)
-        strongest = int(np.argmax(np.linalg.norm(moved, axis=1)))
+        displacement = np.einsum("hcw,hw->hc", answer, force)
+        strongest = int(np.argmax(np.linalg.norm(displacement, axis=1)))
         is_real = abs(multiplier.imag) <= _REAL * abs(multiplier)
         border: Border = "Hopf" if not is_real else "flip" if multiplier.real < 0.0 else "none"
         return Vibration(

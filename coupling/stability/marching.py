@@ -137,8 +137,8 @@ def march(
         before[k] = (output @ state).real
         state = advance * state + drive
     surface = table.surface(before, feed_per_tooth)
-    still = np.max(np.abs(before)) + feed_per_tooth
-    state = state * (1.0 + _FIRST * feed_per_tooth / still)
+    size = np.max(np.abs(before)) + feed_per_tooth
+    state = state * (1.0 + _FIRST * feed_per_tooth / size)
     last = forced[-1]
     shown, change, out = np.zeros((teeth, 2)), np.zeros(teeth), np.zeros(teeth)
     for tooth in range(teeth):
@@ -146,9 +146,9 @@ def march(
         for k in range(steps):
             number = tooth * steps + k
             place = (number + tooth_steps) % bins
-            moved = (output @ state).real
-            across = moved[0] + speed * number * step
-            reach = across * table.sin[place] + moved[1] * table.cos[place]
+            tip = (output @ state).real
+            across = tip[0] + speed * number * step
+            reach = across * table.sin[place] + tip[1] * table.cos[place]
             chip = reach - surface[place, slices]
             cuts = chip > 0.0
             surface[place, slices] += np.where(cuts, chip, 0.0)
@@ -158,12 +158,11 @@ def march(
             missed += int((is_in_arc & ~cuts).sum())
             state = advance * state + by_force @ force + by_change @ (force - last)
             last = force
-            difference = moved - before[k]
-            size = float(np.hypot(difference[0], difference[1]))
-            change[tooth] = max(change[tooth], size)
-            before[k] = moved
+            difference = tip - before[k]
+            change[tooth] = max(change[tooth], float(np.hypot(difference[0], difference[1])))
+            before[k] = tip
             if k == 0:
-                shown[tooth] = moved
+                shown[tooth] = tip
         out[tooth] = missed / max(engaged, 1)
     time = period * np.arange(teeth)
     return Marched(time[1:], shown[1:], change[1:], out[1:], feed_per_tooth)
