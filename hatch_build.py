@@ -66,6 +66,7 @@ class Wheel(BuildHookInterface):  # type: ignore[type-arg]
             library_name,
             platforms_named,
         )
+        from coupling.native.desk_library import desk_library, desk_library_name
 
         asked = filter(None, os.environ.get("ELASTIC_ROBOT_PLATFORMS", "").split(","))
         platforms = platforms_named(asked) or list(PLATFORMS.values())
@@ -73,7 +74,8 @@ class Wheel(BuildHookInterface):  # type: ignore[type-arg]
         for platform in platforms:
             print(f"C core: {platform.name}", file=sys.stderr)
         found = core_libraries(platforms)
-        return {
-            str(found[platform.name]): f"elastic_robot/{folder}/{library_name(platform)}"
-            for platform in platforms
+        names = {str(found[platform.name]): library_name(platform) for platform in platforms}
+        names |= {
+            str(desk_library(platform)): desk_library_name(platform) for platform in platforms
         }
+        return {file: f"elastic_robot/{folder}/{name}" for file, name in names.items()}

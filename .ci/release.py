@@ -93,13 +93,15 @@ def check_content(sdist: Path, wheel: Path) -> None:
     """
     from coupling.native.compiler import PLATFORMS
     from coupling.native.core_library import library_name
+    from coupling.native.desk_library import desk_library_name
 
     with zipfile.ZipFile(wheel) as archive:
         packed = set(archive.namelist())
     with tarfile.open(sdist) as archive:
         sources = {name.partition("/")[2] for name in archive.getnames()}
     libraries = "elastic_robot/coupling/native/libraries"
-    expected = {f"{libraries}/{library_name(platform)}" for platform in PLATFORMS.values()}
+    named = (library_name, desk_library_name)
+    expected = {f"{libraries}/{name(p)}" for p in PLATFORMS.values() for name in named}
     _all_in(expected, packed, wheel)
     # What else the wheel is made of, FMUs are tried with below.
     modules = {name.removeprefix("elastic_robot/") for name in packed}

@@ -17,7 +17,7 @@ from coupling.path.joint_path import JointPath
 from coupling.process import ElasticWall, Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of
-from coupling.store import Store, StoredProcess
+from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.line import Line
 from docs.scripts.runs import CASES, example
 from elastic_robot.description import Robot
@@ -255,7 +255,7 @@ def _hanging(models: Models) -> Iterator[CouplingTask]:
 def _fem(name: str, models: Models) -> Iterator[CouplingTask]:
     """Yield a sheet that is computed; evaluations take up to a minute and are kept in results/store."""
     for task in of_case(name, example(name), models):
-        process = StoredProcess(task.process, Store(Path("results", "store")))
+        process = EvaluatedProcess(task.process, Store(Path("results", "store")))
         yield replace(task, process=process, most=40, most_for_reference=60)
 
 

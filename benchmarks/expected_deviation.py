@@ -32,9 +32,9 @@ from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.case_process import evaluated_process
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
-from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
 from docs.scripts.page import replace as replace_part
@@ -211,7 +211,7 @@ def main() -> None:
             try:
                 case = load_case(str(file))
                 robots = tuple(map(with_ranges, case.robots))
-                process = kept_process(case, options.store)
+                process = evaluated_process(case, options.store)
                 found = coverage(
                     replace(case, robots=robots, process=process), options.plants, options.coupled
                 )

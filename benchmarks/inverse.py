@@ -215,8 +215,8 @@ def main() -> None:
         memory = length, gigabytes
         text += f"\n\n{length:.0f} s of path, there and back along the cone with backlash:"
         text += f" {spent:.1f} s, {gigabytes:.2f} GB."
-    text += "\n\nGoals of that run:\n\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
-    print(text)
+    print(f"{text}\n\nGoals of that run:\n")
+    print("\n".join(f"- {goal}" for goal in goals(rows, memory)))
     if options.page:
         replace(options.page, "inverse", text)
 

@@ -12,7 +12,6 @@ from coupling.events import Progress, Watch
 from coupling.report.run_report import write_pages
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
-from coupling.run.kept_process import kept_process
 from coupling.run.new_folder import logged_folder
 from coupling.run.stored_run import StoredRun, read_run
 
@@ -24,12 +23,10 @@ class FinishedRun:
     Attributes:
         run: Its result.
         stored: What its folder says of it.
-        not_stored: Number of the process's answers that could not be kept in the store.
     """
 
     run: Run
     stored: StoredRun
-    not_stored: int
 
 
 def conduct(
@@ -38,7 +35,7 @@ def conduct(
     overwrite: bool,
     store: Path | None,
     kind: str,
-    work: Callable[[Case, Watch], Run],
+    work: Callable[[Case, Watch, Path | None], Run],
     report: Watch,
 ) -> FinishedRun:
     """Run a case into its run folder.
@@ -49,7 +46,7 @@ def conduct(
         overwrite: A result that is there may be replaced.
         store: Store of evaluations, if any.
         kind: "couple" or "compensate".
-        work: What is to be done.
+        work: Function that does it with a case, its watch and the store.
         report: Function called with what happens.
 
     Raises:
@@ -57,13 +54,11 @@ def conduct(
     """
     with logged_folder(kind, file, folder, overwrite, store, report) as (place, log, watch):
         case = load_case(file, place, watch)
-        process = kept_process(case, store, watch)
-        run = work(replace(case, process=process), watch)
-        process.settle()
+        run = work(case, watch, store)
         watch(Progress("writing the run folder", 0, 2))
         write_run(place, case, replace(run, keys=log.keys))
         watch(Progress("writing the report", 1, 2))
         stored = read_run(place)
         write_pages(stored, place / "report.html")
         log.finish(run.durations)
-    return FinishedRun(run, stored, process.not_stored)
+    return FinishedRun(run, stored)

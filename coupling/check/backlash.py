@@ -23,7 +23,7 @@ import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
-from coupling.inverse.windows import solve_links
+from coupling.inverse.links import solve_links
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.outlook import Replay

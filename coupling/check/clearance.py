@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.following import Targets, following, reached
-from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.links import link_points
 from elastic_robot.description import Robot
 
@@ -65,7 +65,7 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     Args:
         q: Joint angles along it [rad], (n, joints).
     """
-    walk = _Walk(SerialRobot(robot), JointLimits.of(robot))
+    walk = _Walk(RigidRobot(robot), JointLimits.of(robot))
     position, rotations = path.position[0], path.rotations[0]
     rows = np.unique(np.linspace(0, len(q) - 1, _PLACES).astype(int))
     rows = np.union1d(rows, [*position.argmin(axis=0), *position.argmax(axis=0)])
@@ -102,7 +102,7 @@ def _rays(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 class _Walk:
     """Leads the tool in steps, each from the posture of the last."""
 
-    def __init__(self, serial: SerialRobot, limits: JointLimits) -> None:
+    def __init__(self, serial: RigidRobot, limits: JointLimits) -> None:
         self.serial, self._limits = serial, limits
 
     def ways(

@@ -8,8 +8,10 @@ from coupling.errors import ProcessError
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse
+from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability
 from coupling.robot.inverter import Inverter
+from coupling.store import EvaluatedProcess
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
@@ -86,19 +88,21 @@ def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
     return response, time.perf_counter() - begin
 
 
-def repeated(process: Process, desired: ToolPath, first: ProcessResponse, seconds: float) -> str:
-    """Return whether a process is repeatable on the desired path, in words.
+def repeated(process: EvaluatedProcess, first: ProcessRequest) -> str:
+    """Return whether a process is repeatable, in words.
 
     Args:
-        first: Its answer to it.
-        seconds: Time that this answer took [s].
+        first: First evaluation, of the desired path.
     """
+    seconds = first.seconds
     if seconds >= _ASKED_TWICE:
         return (
             f"the process was evaluated once, as an evaluation takes {seconds:.0f} s (twice below"
             f" {_ASKED_TWICE:.0f} s): its repeatability is not known"
         )
     try:
-        return Repeatability.of(first.wrench, process.evaluate(desired).wrench).sentence()
+        return Repeatability.of(
+            first.response.wrench, process.computed(first.path).wrench
+        ).sentence()
     except ProcessError as error:
         return f"the process failed in a second evaluation on the same path: {error}"

@@ -48,10 +48,10 @@ def check(
     from coupling.report.modes_report import modes_in_brief
     from coupling.report.terminal import print_sections
     from coupling.results.section import Section, warned
+    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
-    from coupling.run.kept_process import checked_process
     from coupling.run.plausibility import remarks
-    from coupling.run.repeated_evaluation import RememberedProcess, smoothed_process
+    from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robots import touch_off_of
     from coupling.stability.path_stability import stability_in_brief
 
@@ -67,18 +67,17 @@ def check(
         said, alike = remarks(loaded), []
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
-            process = checked_process(loaded, view.watch)
-            remembered = RememberedProcess(process)
-            quiet = smoothed_process(loaded, remembered, view.watch)
-            wrench = (quiet or remembered).evaluate(desired).wrench
-            assert remembered.last is not None
-            each, said = remembered.last.seconds, remarks(loaded, wrench)
-            if quiet is not None and quiet.noise is not None:
-                said = (*said, *quiet.noise.remarks)
-            if quiet is not None and quiet.repeatability is not None:
-                alike = [quiet.repeatability.sentence()]
+            removal = noise_removal(loaded, view.watch)
+            process = evaluated_process(loaded, None, view.watch, removal)
+            wrench = process.evaluate(desired).wrench
+            assert process.last is not None
+            each, said = process.last.seconds, remarks(loaded, wrench)
+            if removal is not None and removal.noise is not None:
+                said = (*said, *removal.noise.remarks)
+            if removal is not None and removal.repeatability is not None:
+                alike = [removal.repeatability.sentence()]
             elif isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, remembered.last.response, each)]
+                alike = [repeated(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)

@@ -257,8 +257,8 @@ def _advance(
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
 
-        def work(case_of_run: Case, watch: Watch) -> Run:
-            return expected(case_of_run, command_plan, watch)
+        def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
+            return expected(case_of_run, command_plan, watch, store)
 
         finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
@@ -271,12 +271,12 @@ def _advance(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def expected(case: Case, command_plan: CommandPlan, watch: Watch) -> Run:
+def expected(case: Case, command_plan: CommandPlan, watch: Watch, store: Path | None = None) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation
 
-    run = run_compensation(case, watch)
+    run = run_compensation(case, watch, store)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
     return replace(run, forecast=forecast(command_plan, correction.joints, wrench, watch))

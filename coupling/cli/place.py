@@ -38,8 +38,8 @@ def place(
     from coupling.place.placing import placing, require_one_robot
     from coupling.report.place_report import REPORT, place_summary, write_place_report
     from coupling.report.terminal import print_sections
+    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
-    from coupling.run.kept_process import kept_process
     from coupling.run.new_folder import logged_folder
 
     folder = output or Path("results", f"{case.stem}_placed")
@@ -55,7 +55,7 @@ def place(
     ):
 
         def process_of(case: Case) -> Process:
-            return kept_process(case, evaluations, watch)
+            return evaluated_process(case, evaluations, watch)
 
         loaded = load_case(case, work, watch)
         require_one_robot(loaded)

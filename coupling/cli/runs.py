@@ -79,7 +79,7 @@ def _run(
     store: Path | None,
     no_store: bool,
     kind: str,
-    work: Callable[[Case, Watch], Run],
+    work: Callable[[Case, Watch, Path | None], Run],
 ) -> None:
     from coupling.conduct import conduct
     from coupling.run.console import RunView
@@ -89,8 +89,8 @@ def _run(
     with RunView(console) as view:
         finished = conduct(file, folder, overwrite, evaluations, kind, work, view.watch)
     print_run(finished, folder)
-    if finished.not_stored:
-        text = f"Warning: {finished.not_stored} evaluations could not be kept in {evaluations}"
+    if finished.run.not_stored:
+        text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"
         console.print(text, style="yellow")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)

@@ -6,10 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date, write_fmu
+from coupling.fmu_export.build_options import BuildOptions
 from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
@@ -41,15 +41,7 @@ _FIRST_INCLUDE = re.compile(r'^#include "', re.MULTILINE)
 
 
 def build_native_fmu(
-    robot: Robot,
-    file: Path,
-    resources: Mapping[str, bytes],
-    platforms: Sequence[str],
-    with_sources: bool,
-    standard: FmiStandard,
-    name: str,
-    over_step: bool = False,
-    strings: Mapping[str, str] = MappingProxyType({}),
+    robot: Robot, file: Path, resources: Mapping[str, bytes], options: BuildOptions
 ) -> Path:
     """Write a robot's native FMU and return the file.
 
@@ -57,12 +49,7 @@ def build_native_fmu(
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        platforms: Names of the platforms that it shall run on; none: the one this runs on.
-        with_sources: Pack the C sources as well, so that a master can compile them.
-        standard: Version of FMI.
-        name: Name of the model and its identifier.
-        over_step: Declare what outputs follow over a step, not at a communication point.
-        strings: Start values of string parameters by name, where they are not the usual ones.
+        options: Options of the build.
 
     Raises:
         BuildError: If the file cannot be written, or a platform is not known or has no library.
@@ -70,8 +57,9 @@ def build_native_fmu(
         ValueError: If a torque table's curve does not rise.
     """
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
-    table = blocks(robot, strings)
-    declared = table if over_step else at_points(table)
+    standard, name = options.standard, options.name
+    table = blocks(robot, options.strings)
+    declared = table if options.over_step else at_points(table)
     groups = standard.grouped(table)
     rows, version = variable_rows(table, groups), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
@@ -83,9 +71,9 @@ def build_native_fmu(
     }
     entries = licenses() | {name: text.encode() for name, text in texts.items()}
     entries |= {f"resources/{name}": data for name, data in resources.items()}
-    entries |= _libraries(standard, platforms or [host_platform().name], name)
+    entries |= _libraries(standard, options.platforms or [host_platform().name], name)
     source_files: tuple[str, ...] = ()
-    if with_sources:
+    if options.sources:
         entries |= packed_sources(standard.function_sources(), standard.sources(), name)
         source_files = tuple(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()

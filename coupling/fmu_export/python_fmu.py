@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from importlib import metadata
 from pathlib import Path
-from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
+from coupling.fmu_export.build_options import BuildOptions
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.identity import ICON, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
@@ -34,13 +34,7 @@ _CONDA_NAMES = {"pin": "pinocchio"}
 
 
 def build_python_fmu(
-    robot: Robot,
-    file: Path,
-    resources: Mapping[str, bytes],
-    platforms: Sequence[str],
-    name: str,
-    over_step: bool = False,
-    strings: Mapping[str, str] = MappingProxyType({}),
+    robot: Robot, file: Path, resources: Mapping[str, bytes], options: BuildOptions
 ) -> Path:
     """Write a robot's FMU and return the file.
 
@@ -48,23 +42,20 @@ def build_python_fmu(
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
-        name: Name of the model and its identifier.
-        over_step: Declare what outputs follow over a step, not at a communication point.
-        strings: Start values of string parameters by name, where they are not the usual ones.
+        options: Options of the build; `python_host` is compiled for its platforms, or this machine.
 
     Raises:
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
     """
     package = Path(elastic_robot.__file__).parent
-    table = co_simulation_blocks(robot, strings)
+    table = co_simulation_blocks(robot, options.strings)
     slave = PythonSlave(
         module="elastic_robot_slave",
         class_name=MODEL_NAME,
-        model_name=name,
+        model_name=options.name,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
-        blocks=table if over_step else at_points(table),
+        blocks=table if options.over_step else at_points(table),
         files={
             f"{package.name}/{file.relative_to(package).as_posix()}": file
             for file in model_files(package)
@@ -83,14 +74,15 @@ def build_python_fmu(
         "documentation/index.html": html,
         "documentation/externalDependencies.txt": external_dependencies(),
     }
-    starts = {STARTS: json.dumps(dict(strings)).encode()} if strings else {}
+    strings = dict(options.strings)
+    starts = {STARTS: json.dumps(strings).encode()} if strings else {}
     further = {name: text.encode() for name, text in texts.items()}
     return slave.write(
         file,
         build_date(package, HOST_SOURCES),
         {"robot.json": robot.to_json().encode(), **starts, **resources},
         {**further, "model.png": ICON.read_bytes()},
-        platforms,
+        options.platforms,
     )
 
 

@@ -36,7 +36,7 @@ class Linearisation(Protocol):
 
     @property
     def x(self) -> np.ndarray:
-        """Values of the parameters, (P,)."""
+        """Values of the parameters, any units, (P,)."""
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
@@ -58,7 +58,7 @@ class Linearisation(Protocol):
         """Whether J was computed at x."""
 
     def try_step(self, step: np.ndarray) -> Trial | None:
-        """Return the residual after a step, (P,); None where the model cannot be computed."""
+        """Return the residual after a step, any units, (P,); None where no model is computed."""
 
     def move_to(self, trial: Trial) -> Self:
         """Return the linearisation where a trial was, with weights and Jacobian of its own."""
@@ -86,7 +86,7 @@ class Estimate(Generic[Linearised]):
 
     @property
     def x(self) -> np.ndarray:
-        """The values, (P,)."""
+        """The values, any units, (P,)."""
         return self.linearisation.x
 
 
@@ -100,7 +100,7 @@ def estimate(
 
     Args:
         start: The experiment around the start.
-        bounds: Lowest and highest values, (P,) each.
+        bounds: Lowest and highest values, units of x, (P,) each.
         most_steps: Steps at most.
         settled: Predicted gain of log likelihood below which it ends.
     """
@@ -130,22 +130,26 @@ def estimate(
 
 
 def bounded_step(
-    matrix: np.ndarray, rest: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float = 0.0
+    matrix: np.ndarray,
+    residual: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    damping: float = 0.0,
 ) -> tuple[np.ndarray, float]:
-    """Return the damped step between bounds, (P,), and the predicted decrease of half of the squares.
+    """Return the damped step between bounds, any units, (P,), and the predicted decrease of the cost.
 
     Args:
-        matrix, rest: Jacobian, (n, P), and residual, (n,), whatever its unit.
-        low, high: Bounds of the step, (P,) each, not above and not below zero.
+        matrix, residual: Jacobian, (n, P), and residual, (n,), any unit.
+        low, high: Bounds of the step, its units, (P,) each, not above and not below zero.
         damping: Squares of the step, in parts of those of the columns.
     """
     length = np.linalg.norm(matrix, axis=0)
     scale = np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
     damped = np.vstack([matrix * scale, np.sqrt(damping) * np.diag(length > 0.0)])
-    target = np.append(-rest, np.zeros(len(low)))
+    target = np.append(-residual, np.zeros(len(low)))
     step = scale * np.linalg.lstsq(damped, target, rcond=None)[0]
     if np.any((step < low) | (step > high)):
         ends = low / scale, high / scale + 1e-12
         step = np.clip(scale * lsq_linear(damped, target, ends, method="bvls").x, low, high)
-    after = rest + matrix @ step
-    return step, float(0.5 * (rest @ rest - after @ after))
+    after = residual + matrix @ step
+    return step, float(0.5 * (residual @ residual - after @ after))

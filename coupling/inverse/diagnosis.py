@@ -15,7 +15,7 @@ import pinocchio as pin
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import LinkTask
-from coupling.inverse.links import LinkProblem
+from coupling.inverse.links import rigid_motion
 from coupling.inverse.reversals import (
     backlash_error,
     backlash_reversals,
@@ -125,7 +125,7 @@ def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
 
 def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
     """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
-    return LinkProblem(robot.model, task).guess()
+    return rigid_motion(robot.model, task)
 
 
 def loads_along(

@@ -23,9 +23,9 @@ from coupling.inverse.gears import (
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import LinkMotion, LinkTask
+from coupling.inverse.links import solve_links
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
-from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath

@@ -80,10 +80,19 @@ def core_library(platform: Platform) -> Path:
     Raises:
         CompilerError: If it is neither shipped nor can be compiled here.
     """
-    shipped = SHIPPED / library_name(platform)
+    return shipped_or_compiled(platform, library_name(platform), _sources())
+
+
+def shipped_or_compiled(platform: Platform, name: str, sources: list[Path]) -> Path:
+    """Return a library of C files by its name in SHIPPED; what is not there is compiled.
+
+    Raises:
+        CompilerError: If it is neither shipped nor can be compiled here.
+    """
+    shipped = SHIPPED / name
     if shipped.is_file():
         return shipped
-    return compile_library(platform, _sources(), _flags(platform), compiler=_compiler(platform))
+    return compile_library(platform, sources, _flags(platform), compiler=_compiler(platform))
 
 
 def is_ready(platform: Platform) -> bool:

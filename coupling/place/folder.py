@@ -17,7 +17,6 @@ from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.results.placement_result import (
-    DemandsResult,
     MapResult,
     PlacementResult,
     SettingResult,
@@ -76,11 +75,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
         robot=placing.robot.name,
         optimise=goal.objective,
         forced=goal.forced,
-        demands=DemandsResult(
-            joint_margin_rad=goal.demands.joint_margin,
-            least_conditioning=goal.demands.conditioning,
-            clear_share=goal.demands.clear_share,
-        ),
+        demands=goal.demands,
         limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
         ranges={key: (low[key], high[key]) for key in low},
         free=tuple(NAMES[k] for k in ranges.free),

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from coupling.place.settings import PlacedSettings
 from coupling.place.stations import Stations
 from coupling.robot.batch.following import Targets
-from coupling.robot.batch.serial_robot import TipMotion
+from coupling.robot.batch.rigid_robot import TipMotion
 from coupling.robot.batch.vectors import Columns, cross
 from coupling.toolpaths.tilt import APPROACH
 from coupling.toolpaths.untilted import keeps

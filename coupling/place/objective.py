@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.case.place import Objective
 from coupling.place.screen import ScreenFigures
+from coupling.results.placement_result import DemandValues
 
 # Where the process has no force, the tool is moved by this one in its softest direction [N].
 REFERENCE_FORCE = 100.0
@@ -17,19 +18,8 @@ REFERENCE_FORCE = 100.0
 _BESIDE = 1e-3
 
 
-@dataclass(frozen=True)
-class PlaceDemands:
-    """Constraints on a setting.
-
-    Attributes:
-        joint_margin: Smallest distance of the joints from their limits [rad].
-        conditioning: Smallest conditioning of the Jacobian, `FollowingRobot.conditioning` [1].
-        clear_share: Share of a torque's range by which it stays clear of zero at least.
-    """
-
-    joint_margin: float
-    conditioning: float
-    clear_share: float
+class PlaceDemands(DemandValues):
+    """Constraints on a setting, and which settings they refuse."""
 
     def refusals(self, figures: ScreenFigures) -> dict[str, np.ndarray]:
         """Return masks of refused settings, (n,) each, by the first reason for which they are."""

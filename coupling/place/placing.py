@@ -174,7 +174,9 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     stations = stations_along(case.untilted, radius, wrench)
     in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
     demands = PlaceDemands(
-        float(np.deg2rad(table.joint_margin_deg)), table.least_conditioning, table.clear_share
+        joint_margin=float(np.deg2rad(table.joint_margin_deg)),
+        conditioning=table.least_conditioning,
+        clear_share=table.clear_share,
     )
     goal = PlaceObjective(optimised, demands, bool(np.any(stations.wrench)))
     return Placing(case, robot, gears, cell, present, ranges, in_part, stations, goal)

@@ -21,7 +21,7 @@ from coupling.robot.batch.following import (
     reached,
 )
 from coupling.robot.batch.redundancy import NearHome
-from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -151,7 +151,7 @@ class Screen:
         stations: Stations,
     ) -> None:
         self.stations, self._cell, self._arm, self._gears = stations, cell, arm, gears
-        self._robot, self._serial = robot, SerialRobot(robot)
+        self._robot, self._serial = robot, RigidRobot(robot)
         chain, parameters = build_chain(robot), Parameters.of(robot)
         self._softness = 1.0 / parameters.stiffness
         self.gear_joint = chain.elastic_joint[chain.torsions]

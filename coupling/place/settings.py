@@ -10,7 +10,7 @@ from scipy.stats import qmc
 
 from coupling.robot.batch.following import self_motion
 from coupling.robot.batch.redundancy import POSE
-from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.description import Robot
 
 # What may be free: place of the part's origin [m], its yaw, tilt of the tool, roll of the base, way of
@@ -105,7 +105,7 @@ class ArmHome:
     def of(cls, robot: Robot, angles: np.ndarray) -> ArmHome:
         """Return that of a robot in a case."""
         redundant = len(angles) > POSE
-        elbow = self_motion(SerialRobot(robot), angles) if redundant else np.zeros(len(angles))
+        elbow = self_motion(RigidRobot(robot), angles) if redundant else np.zeros(len(angles))
         return cls(angles, elbow)
 
     @property

@@ -89,15 +89,19 @@ class Process(Protocol):
         """
 
 
-class ProcessWrapper:
-    """Base of processes that wrap another one, `process`, and pass on its answers."""
+@dataclass(frozen=True)
+class ProcessRequest:
+    """One evaluation of a process.
 
-    process: Process
+    Attributes:
+        path: The path.
+        response: Its answer.
+        seconds: Time that computing it took [s].
+    """
 
-    @property
-    def identity(self) -> str:
-        """Key of the answers, that of the process."""
-        return self.process.identity
+    path: ToolPath
+    response: ProcessResponse
+    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)

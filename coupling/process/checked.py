@@ -1,8 +1,7 @@
-"""A process whose answers are checked: an author's mistake is an error that names the process."""
+"""Answers of a process, checked: an author's mistake is an error that names the process."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
@@ -10,36 +9,29 @@ import numpy as np
 from coupling.errors import ProcessError
 from coupling.path.histories import ToolPath
 from coupling.process.authors_code import authors_code
-from coupling.process.base import Process, ProcessResponse, ProcessWrapper, own_blocks
+from coupling.process.base import Process, ProcessResponse, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True)
-class CheckedProcess(ProcessWrapper):
-    """A process, most likely the user's own, and what its answers must be.
+def checked_answer(process: Process, path: ToolPath, name: str) -> ProcessResponse:
+    """Return a process's answer to a path.
 
-    Attributes:
-        process: The process.
+    Args:
+        process: The process, most likely the user's own.
+        path: The path.
         name: Its name, as the case file has it.
+
+    Raises:
+        ProcessError: If it has no answer, fails, or gives what is no answer to the path.
     """
-
-    process: Process
-    name: str
-
-    def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return the process's answer to a path.
-
-        Raises:
-            ProcessError: If it has none, fails, or gives what is no answer to the path.
-        """
-        with authors_code(lambda what: ProcessError(f"the process {self.name} failed: {what}")):
-            response = self.process.evaluate(path)
-        problem = _problem(response, path)
-        if problem:
-            raise ProcessError(f"the process {self.name} gave an invalid result: {problem}")
-        return response
+    with authors_code(lambda what: ProcessError(f"the process {name} failed: {what}")):
+        response = process.evaluate(path)
+    problem = _problem(response, path)
+    if problem:
+        raise ProcessError(f"the process {name} gave an invalid result: {problem}")
+    return response
 
 
 def _problem(response: object, path: ToolPath) -> str:
@@ -85,9 +77,9 @@ def misfit(response: ProcessResponse, path: ToolPath) -> str:
         return ""
     tools, samples = path.pose.shape[:2]
     whole = (samples, 3 * tools, 3 * tools)
-    found = np.shape(response.stiffness)
-    if found != whole:
-        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
+    shape = np.shape(response.stiffness)
+    if shape != whole:
+        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {shape}"
     if not np.all(np.isfinite(response.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
     return ""

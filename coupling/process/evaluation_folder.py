@@ -47,9 +47,9 @@ def begin_evaluation(place: Path, identity: str, path: bytes, with_restart: bool
     (folder / PATH).write_bytes(path)
     same = [attempt for attempt in attempts if _mark_of(attempt) == mark]
     if with_restart:
-        kept = [attempt / RESTART for attempt in same if (attempt / RESTART).is_dir()]
-        if kept:
-            os.rename(kept[-1], folder / RESTART)
+        folders = [attempt / RESTART for attempt in same if (attempt / RESTART).is_dir()]
+        if folders:
+            os.rename(folders[-1], folder / RESTART)
         else:
             (folder / RESTART).mkdir()
     for attempt in same:

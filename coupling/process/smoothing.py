@@ -1,4 +1,4 @@
-"""A process without the noise of its answers."""
+"""Noise in the forces of a process, and its removal."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.path.histories import ToolPath
-from coupling.process.base import Process, ProcessResponse, ProcessWrapper
+from coupling.process.base import ProcessRequest, ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
 from coupling.results.repeatability import Repeatability
 
-# Second answer of a process to a path; None where it takes too long or is not to be had.
-SecondAnswer = Callable[[ToolPath], ProcessResponse | None]
+# Second answer of a process to the path of a first one; None where it takes too long or fails.
+SecondAnswer = Callable[[ProcessRequest], ProcessResponse | None]
 
 # Noise below this part of the largest force is rounding, or the unevenness of a computed one.
 _COUNTS = 1e-3
@@ -123,8 +122,8 @@ class ForceNoise:
         return f"{self.filter}, without delay"
 
 
-class SmoothedProcess(ProcessWrapper):
-    """A process without the noise of its answers.
+class NoiseRemoval:
+    """Removal of the noise in a process's answers.
 
     Noise is what two answers to one path differ by.  What is uneven in a record is noise; what is uneven
     in a computed answer may be what the path asks for, as where nodes of a mesh come into contact, so
@@ -132,7 +131,6 @@ class SmoothedProcess(ProcessWrapper):
     as they are: what is fast in them is meant.
 
     Args:
-        process: The process.
         filter_: Filter that takes the noise off; None leaves it.
         second_answer: Function that evaluates a path again; None where what is uneven is noise.
 
@@ -142,27 +140,24 @@ class SmoothedProcess(ProcessWrapper):
     """
 
     def __init__(
-        self,
-        process: Process,
-        filter_: ForceFilter | None,
-        second_answer: SecondAnswer | None = None,
+        self, filter_: ForceFilter | None, second_answer: SecondAnswer | None = None
     ) -> None:
-        self.process, self._filter, self._second_answer = process, filter_, second_answer
+        self._filter, self._second_answer = filter_, second_answer
         self.noise: ForceNoise | None = None
         self.repeatability: Repeatability | None = None
         self._is_compared = False
         self._is_noise: bool | None = None
 
-    def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return the process's answer to a path, its wrenches without their noise."""
-        response = self.process.evaluate(path)
+    def smoothed(self, request: ProcessRequest) -> ProcessResponse:
+        """Return an answer, its wrenches without their noise."""
+        response = request.response
         if response.period is not None:
             return response
         wrench = response.wrench
         level = _level(wrench.instants, wrench.before)
         self.noise = ForceNoise(level, self._filter, wrench.peak_force)
         if self._second_answer is not None and self.noise.significant:
-            self._compare(path, response, self._second_answer)
+            self._compare(request, self._second_answer)
             if not self._is_noise:
                 unexplained = self.noise.force if self._is_noise is None else 0.0
                 level = np.zeros_like(level)
@@ -172,7 +167,7 @@ class SmoothedProcess(ProcessWrapper):
         significant = level if self.noise.significant else np.zeros_like(level)
         return replace(response, wrench=self._filter.of(wrench, significant))
 
-    def _compare(self, path: ToolPath, first: ProcessResponse, ask_again: SecondAnswer) -> None:
+    def _compare(self, request: ProcessRequest, ask_again: SecondAnswer) -> None:
         """Find from a second answer whether what is uneven is noise, once.
 
         The level of noise stays that of the first answer, so that a run on stored answers is the same.
@@ -180,7 +175,7 @@ class SmoothedProcess(ProcessWrapper):
         if self._is_compared:
             return
         self._is_compared = True
-        second = ask_again(path)
+        second, first = ask_again(request), request.response
         if second is None:
             return
         self.repeatability = Repeatability.of(first.wrench, second.wrench)

@@ -9,7 +9,7 @@ from typing import Any
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
 from coupling.results.run_result import RunResult, TouchOffResult
-from coupling.results.run_state import AnswerResult, RunCase
+from coupling.results.run_state import RunCase, StoredAnswer
 from coupling.results.section import UM, Note, Section, Table
 from coupling.run.stored_run import CASE, StoredRun
 
@@ -18,7 +18,7 @@ _LISTED = 12
 _KEY = 12
 
 
-def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> list[str]:
+def cost(figures: RunResult, case: RunCase, answers: Sequence[StoredAnswer]) -> list[str]:
     """Return where the process was evaluated and what that cost, in sentences.
 
     Args:
@@ -47,7 +47,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
     return text
 
 
-def evaluations_table(answers: Sequence[AnswerResult]) -> list[Table]:
+def evaluations_table(answers: Sequence[StoredAnswer]) -> list[Table]:
     """Return the process's answers one by one, where they are few."""
     rows = [
         (str(k), answer.origin, f"{answer.seconds:.3f}", answer.key[:_KEY])

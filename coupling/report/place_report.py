@@ -69,7 +69,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
             in_words(setting.setting, figures.free)
             + ("" if setting.admitted else "; violates a limit of [place]"),
         )
-        for name, setting in figures.named
+        for name, setting in figures.settings_by_name
     ]
     load = "process [um]" if figures.forced else "100 N [um]"
     header = (
@@ -87,7 +87,9 @@ def place_summary(figures: PlacementResult) -> list[Section]:
         f" ranges: {refused or 'none'}.",
     ]
     collisions = "Check robot, tool and part for collisions before you move the robot there."
-    cuts = [(name, setting.stability) for name, setting in figures.named if setting.stability]
+    cuts = [
+        (name, setting.stability) for name, setting in figures.settings_by_name if setting.stability
+    ]
     parts += [f"{name}: {cut.sentence}." for name, cut in cuts if cut.stable]
     chatter = [f"{name}: {cut.sentence}." for name, cut in cuts if not cut.stable]
     return [
@@ -203,7 +205,7 @@ def _gears(figures: PlacementResult) -> Section:
             f"{UM * gear.backlash_error:.0f}",
             *([f"{UM * (gear.hysteresis_error or 0.0):.0f}"] if slips else []),
         )
-        for name, setting in figures.named[: 1 if figures.present is None else 2]
+        for name, setting in figures.settings_by_name[: 1 if figures.present is None else 2]
         for gear in setting.gears
     ]
     header = (

@@ -11,11 +11,17 @@ from coupling.results.cut_stability import CutStability
 from coupling.results.gear_result import GearDiagnosis
 
 
-class DemandsResult(ResultPart):
-    """Demands of [place]."""
+class DemandValues(ResultPart):
+    """Constraints on a setting, the demands of [place].
 
-    joint_margin_rad: float
-    least_conditioning: float
+    Attributes:
+        joint_margin: Smallest distance of the joints from their limits [rad].
+        conditioning: Smallest conditioning of the Jacobian, `FollowingRobot.conditioning` [1].
+        clear_share: Share of a torque's range by which it stays clear of zero at least.
+    """
+
+    joint_margin: Annotated[float, Field(alias="joint_margin_rad")]
+    conditioning: Annotated[float, Field(alias="least_conditioning")]
     clear_share: float
 
 
@@ -57,7 +63,7 @@ class PlacementResult(ResultFile):
     robot: str
     optimise: str
     forced: bool
-    demands: DemandsResult
+    demands: DemandValues
     limited_joints: int
     ranges: dict[str, tuple[float, float]]
     free: tuple[str, ...]
@@ -78,7 +84,7 @@ class PlacementResult(ResultFile):
         return f"backlash 20 %{', hysteresis 30 %' if slips else ''} off"
 
     @property
-    def named(self) -> list[tuple[str, SettingResult]]:
+    def settings_by_name(self) -> list[tuple[str, SettingResult]]:
         """Settings by their names, the present one first where it can follow the path."""
         present = [] if self.present is None else [("as it is", self.present)]
         return present + [(str(setting.file), setting) for setting in self.best]

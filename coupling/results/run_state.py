@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from coupling.events import Event
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.iteration_result import Evaluation
 from coupling.results.run_result import Three
 
 
-class AnswerResult(ResultPart):
-    """An answer of the process, computed or from the store."""
+class StoredAnswer(ResultPart, Event):
+    """A process has answered, or the store has in its place.
+
+    Attributes:
+        key: Key of the answer; empty where the process has no identity.
+        origin: "computed", or "store".
+        seconds: Time that it took [s].
+    """
 
     key: str
-    origin: Annotated[str, Field(alias="from")]
+    origin: Annotated[Literal["computed", "store"], Field(alias="from")]
     seconds: float
 
 
@@ -34,7 +41,7 @@ class RunState(ResultFile):
     started: str = ""
     changed: str = ""
     waiting: str | None = None
-    answers: tuple[AnswerResult, ...] = ()
+    answers: tuple[StoredAnswer, ...] = ()
     evaluations: tuple[Evaluation, ...] = ()
     warnings: tuple[str, ...] = ()
     durations_s: dict[str, float] | None = None

@@ -77,8 +77,8 @@ class Member:
 
     def model_path(self, path: ToolPath) -> ToolPath:
         """Return the path of its model's tool, in its base, for the tool to be on a path."""
-        own = path if self.discrepancy is None else self.discrepancy.model(path)
-        return own.transformed(self.world_from_base.inverse())
+        commanded = path if self.discrepancy is None else self.discrepancy.model(path)
+        return commanded.transformed(self.world_from_base.inverse())
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.planner.forward(own, time).transformed(member.world_from_base)
-                for member, own in zip(self.members, joints.robots, strict=True)
+                member.planner.forward(motion, time).transformed(member.world_from_base)
+                for member, motion in zip(self.members, joints.robots, strict=True)
             ]
         )
 
@@ -145,8 +145,8 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.simulate(own, load, mode)
-                for member, own, load in zip(
+                member.simulate(motion, load, mode)
+                for member, motion, load in zip(
                     self.members, command.robots, wrench.tools, strict=True
                 )
             ]
@@ -166,27 +166,27 @@ class Cell:
             PlanningError: If a path asks for more than the drives can do.
             SimulationError: If a robot cannot be simulated.
         """
-        found = []
+        inverses = []
         rigid = self.undeflected(desired.samples)
-        for member, tool, own, load in zip(
+        for member, tool, joints, load in zip(
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
             loads = load.transformed(member.world_from_base.inverse())
-            wanted = DesiredMotion(member.model_path(tool), own, loads)
+            motion = DesiredMotion(member.model_path(tool), joints, loads)
             try:
-                found.append(member.inverter.invert(wanted, controller, goal, watch))
+                inverses.append(member.inverter.invert(motion, controller, goal, watch))
             except PlanningError as cause:
                 if len(self.members) == 1:
                     raise
                 raise PlanningError(f"{member.name} robot: {cause}") from cause
         changes = [
             change.model_copy(update={"robot": self._name(member)})
-            for member, inverse in zip(self.members, found, strict=True)
+            for member, inverse in zip(self.members, inverses, strict=True)
             for change in inverse.backlash_reversals
         ]
         return InverseCommand(
-            JointPath.of_robots([inverse.joints for inverse in found]), tuple(changes)
+            JointPath.of_robots([inverse.joints for inverse in inverses]), tuple(changes)
         )
 
     def _name(self, member: Member) -> str:
@@ -197,6 +197,6 @@ class Cell:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
             warning.of_robot(self._name(member))
-            for member, own in zip(self.members, command.robots, strict=True)
-            for warning in member.planner.rate_warnings(own)
+            for member, joints in zip(self.members, command.robots, strict=True)
+            for warning in member.planner.rate_warnings(joints)
         ]

@@ -96,8 +96,8 @@ class RobotDifference:
             return differing
         place = robot.tcp_position if self.payload_position is None else self.payload_position
         mass = Body(self.payload, place, _NOTHING)
-        carried = mass if robot.payload is None else _joined((robot.payload, mass))
-        return replace(differing, payload=carried)
+        whole = mass if robot.payload is None else _joined((robot.payload, mass))
+        return replace(differing, payload=whole)
 
     def in_words(self) -> Iterator[str]:
         """Yield a phrase for each difference."""

@@ -14,7 +14,7 @@ from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, reached
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
-from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
@@ -113,23 +113,23 @@ class InverseKinematics:
             return None
         some = np.append(np.arange(0, count - 1, _APART), count - 1)
         try:
-            known = self._from_pose_to_pose(path.at_rows(some))
+            rows_of_poses = self._from_pose_to_pose(path.at_rows(some))
         except PlanningError:
             return None
-        near = CubicSpline(path.time[some], known)
-        robot, angles = SerialRobot(self._robot), np.empty((count, size))
+        near = CubicSpline(path.time[some], rows_of_poses)
+        robot, angles = RigidRobot(self._robot), np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _AT_ONCE)):
             targets = _targets(path.position[0][rows], path.rotations[0][rows].as_matrix())
             start = near(path.time[rows]).T
             tolerance = _REACHED / self._reach
-            q, found = reached(robot, targets, start, tolerance=tolerance, near=self._near)
-            if not found.all() or self._least_singular_value(robot, q) < _SINGULAR:
+            q, is_reached = reached(robot, targets, start, tolerance=tolerance, near=self._near)
+            if not is_reached.all() or self._least_singular_value(robot, q) < _SINGULAR:
                 return None
             angles[rows] = q.T
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
         return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
 
-    def _least_singular_value(self, robot: SerialRobot, q: np.ndarray) -> float:
+    def _least_singular_value(self, robot: RigidRobot, q: np.ndarray) -> float:
         """Return the smallest singular value of the Jacobians at angles (joints, n)."""
         posture = robot.posture(q, np.zeros((3, q.shape[1])))
         scaled = np.concatenate([posture.lever / self._reach, posture.axis], axis=1)
@@ -157,7 +157,7 @@ class InverseKinematics:
         if self._near is None:
             return self._home
         first = _targets(position[None], rotation[None])
-        nearest, came = nearest_angles(SerialRobot(self._robot), first, self._near)
+        nearest, came = nearest_angles(RigidRobot(self._robot), first, self._near)
         return nearest[:, 0] if came[0] else self._home
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
@@ -174,7 +174,7 @@ class InverseKinematics:
 
     def poses(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of the undeflected tool at joint angles [rad], (n, joints), (n, 7)."""
-        tools = (base_from_tool(self._chain, self._data, own) for own in self._chain.theta(q))
+        tools = (base_from_tool(self._chain, self._data, theta) for theta in self._chain.theta(q))
         return np.array([pose_of(tool) for tool in tools])
 
     def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
@@ -221,9 +221,9 @@ class InverseKinematics:
             normal = jacobian.T @ jacobian + (damping + _LEAST) * np.eye(len(q))
             return np.linalg.solve(normal, jacobian.T @ error), True
         scale = np.repeat([1.0 / self._reach, 1.0], 3)
-        own, regular = (scale[:, None] * jacobian)[None], np.array([damping + _LEAST])
-        step = task_step(own, (scale * error)[None], regular)
-        along = SelfMotion.of(own, q[None], self._near).step(step)
+        scaled, regular = (scale[:, None] * jacobian)[None], np.array([damping + _LEAST])
+        step = task_step(scaled, (scale * error)[None], regular)
+        along = SelfMotion.of(scaled, q[None], self._near).step(step)
         return (step + along)[0], bool(np.abs(along).max() < _NEAREST)
 
     def _pose_error(self, target: pin.SE3, q: np.ndarray) -> np.ndarray:
@@ -266,9 +266,9 @@ class InverseKinematics:
             if joint.limits is None:
                 continue
             low, high = joint.limits
-            beyond = np.flatnonzero((angles[:, i] < low) | (angles[:, i] > high))
-            if len(beyond):
-                k = int(beyond[0])
+            outside = np.flatnonzero((angles[:, i] < low) | (angles[:, i] > high))
+            if len(outside):
+                k = int(outside[0])
                 raise PlanningError(
                     f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at"
                     f" {np.rad2deg(angles[k, i]):.2f} deg; its limits are {np.rad2deg(low):.2f} to"

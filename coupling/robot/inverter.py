@@ -45,7 +45,7 @@ class Inverter:
     drive: str = IDEAL
 
     def invert(
-        self, wanted: DesiredMotion, controller: Controller, goal: float, watch: Watch
+        self, desired: DesiredMotion, controller: Controller, goal: float, watch: Watch
     ) -> InverseCommand:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
 
@@ -60,12 +60,12 @@ class Inverter:
         """
         limits = JointLimits.of(self.moving.robot, controller.max_acceleration)
 
-        def progress(what: str, done: int, total: int) -> None:
-            watch(Progress(f"inverting the moving robot: {what}", done, total))
+        def progress(what: str, finished: int, total: int) -> None:
+            watch(Progress(f"inverting the moving robot: {what}", finished, total))
 
-        found = self.moving.invert(wanted, controller, limits, progress)
-        fine = SampledPath.of(wanted.path).refined(_WATCHED).path
-        loads = wanted.wrench.refined(fine.time)
+        solution = self.moving.invert(desired, controller, limits, progress)
+        fine = SampledPath.of(desired.path).refined(_WATCHED).path
+        loads = desired.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
         watched = ObservedTimes(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
@@ -74,27 +74,29 @@ class Inverter:
         def even(rows: np.ndarray) -> np.ndarray:
             return interpolated(times, fine.time, rows)
 
-        at_rest = InterpolatedPath(wanted.path).at_rest
-        moving, as_commanded = self.moving, self._as_commanded(found, limits, at_rest)
+        at_rest = InterpolatedPath(desired.path).at_rest
+        moving, as_commanded = self.moving, self._as_commanded(solution, limits, at_rest)
 
-        still = np.zeros((watched.count, coordinates))
+        zero = np.zeros((watched.count, coordinates))
 
         def response_to(motors: UniformSpline) -> RobotResponse:
             try:
                 joints = joint_path(as_commanded(motors))
             except PlanningError:
-                if motors is found.command:
+                if motors is solution.command:
                     raise
                 # A change that the servos cannot take is none that helps.
-                return RobotResponse(np.full((watched.count, 6), np.inf), still)
+                return RobotResponse(np.full((watched.count, 6), np.inf), zero)
             path, deflection = self.simulated.deflected(joints, loads, coordinates)
             return RobotResponse(even(path.deviation_from(fine)[0]), even(deflection))
 
         motion = AlongMotion(
-            moving.model, moving.curve, found.links.theta, found.wrench, moving.elements
+            moving.model, moving.curve, solution.links.theta, solution.wrench, moving.elements
         )
         view = Observation(motion, limits, watched)
-        command = as_commanded(Polish(view, response_to, goal, self.simulations).run(found.command))
+        command = as_commanded(
+            Polish(view, response_to, goal, self.simulations).run(solution.command)
+        )
         joints = self.moving.model.gear_joint
         changes = [
             BacklashReversal(
@@ -104,14 +106,14 @@ class Inverter:
                 before=c.side_before,
                 after=c.side_after,
             )
-            for c in found.crossings
+            for c in solution.crossings
         ]
         return InverseCommand(joint_path(command), tuple(changes))
 
     def _as_commanded(
-        self, found: InverseSolution, limits: JointLimits, rest: tuple[bool, bool]
+        self, solution: InverseSolution, limits: JointLimits, ends_at_rest: tuple[bool, bool]
     ) -> Callable[[UniformSpline], UniformSpline]:
         """Return the function from the motors' motion to the command of their drives."""
         if self.drive == IDEAL:
             return lambda motors: motors
-        return RobotServos(self.moving, found, limits, rest).command
+        return RobotServos(self.moving, solution, limits, ends_at_rest).command

@@ -40,7 +40,7 @@ class SimulatedRobot(Protocol):
         """
 
 
-class Robot(SimulatedRobot, Protocol):
+class InvertibleRobot(SimulatedRobot, Protocol):
     """A robot, as a correction needs it."""
 
     def plan(self, path: ToolPath) -> JointPath:

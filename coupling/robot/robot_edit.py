@@ -176,15 +176,15 @@ class RobotEdit:
         at, table = self._joints[joint]
         data = self._content.unwrap()
         schema = UrdfJoint if "urdf" in data else JointTable
-        own = schema.model_validate(data["joint"][at - 1])
-        if not own.gear.from_sheet:
+        joint_keys = schema.model_validate(data["joint"][at - 1])
+        if not joint_keys.gear.from_sheet:
             return
         sheet = [
             n for n in numbers(data) if n.place in {f"joint[{at}].gear.{k}" for k in SHEET_KEYS}
         ]
         source = "from " + ", ".join(f"{n.place.rpartition('.')[2]} = {n.value}" for n in sheet)
         source += "".join(f"; {text}" for text in dict.fromkeys(n.source for n in sheet) if text)
-        backlash, elements = own.hysteresis()
+        backlash, elements = joint_keys.hysteresis()
         if isinstance(table["gear"], OutOfOrderTableProxy):  # dotted keys, which cannot be deleted
             gear = table["gear"].unwrap()
             del table["gear"]
@@ -194,7 +194,7 @@ class RobotEdit:
             table["gear"].pop(key, None)
         table["gear"]["hysteresis"] = [asdict(element) for element in elements]
         self._set_source(f"joint[{at}].gear.hysteresis", source)
-        if own.gear.lost_motion_arcmin is not None:
+        if joint_keys.gear.lost_motion_arcmin is not None:
             table["backlash"] = backlash
             self._set_source(f"joint[{at}].backlash", source)
         self._drop_lost_sources()

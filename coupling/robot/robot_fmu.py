@@ -265,9 +265,9 @@ class RobotFmu:
             for part in parts
         ]
 
-        def progress(done: int, total: int) -> None:
+        def progress(finished: int, total: int) -> None:
             work = f"simulating the {mode} robot{f' with {what}' if what else ''}"
-            self._watch(Progress(work, len(parts) * done, len(parts) * total))
+            self._watch(Progress(work, len(parts) * finished, len(parts) * total))
 
         try:
             with _simulation_errors():

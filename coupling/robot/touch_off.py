@@ -11,19 +11,14 @@ from coupling.errors import PlanningError
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
-from elastic_robot.hysteresis import Hysteresis, Past
-from elastic_robot.kinematics import base_from_tool, pose_of
-from elastic_robot.parameters import Parameters
-from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import ToolLoad
-from elastic_robot.torque_curves import TORQUE_CURVES
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
+from elastic_robot.trajectory import HeldCommand
 
 # A command that brings the sagging tool to a real point is found to this [m], in so many iterations.
-_FOUND, _ITERATIONS = 1e-12, 30
+_TOLERANCE, _ITERATIONS = 1e-12, 30
 # Largest residual of that after all iterations [m]: below the accuracy of any touch.
 _ENOUGH = 1e-7
 
@@ -55,9 +50,9 @@ class TouchOff:
             commanded: Positions of the TCP that the controller shows, world axes [m], (n, 3).
             real: Real positions, world axes [m], (n, 3).
         """
-        found = Frame.fitted(commanded, real)
-        off = real - found.points(commanded)
-        return cls(found, float(np.linalg.norm(off, axis=1).max()))
+        real_from_shown = Frame.fitted(commanded, real)
+        residual = real - real_from_shown.points(commanded)
+        return cls(real_from_shown, float(np.linalg.norm(residual, axis=1).max()))
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a real path in the world as the program has it."""
@@ -92,24 +87,24 @@ class RestingRobot:
         Raises:
             PlanningError: If a point is out of reach or the robot finds no rest there.
         """
-        chain, parameters = build_chain(self.robot), Parameters.of(self.robot)
-        data, curve = chain.model.createData(), TORQUE_CURVES[self.torque_curve].build(parameters)
-        past = Past.start(Hysteresis(chain.elements, parameters.hysteresis))
-        dynamics, near, found = Dynamics(chain, parameters.gravity), self.home, []
+        elastic = ElasticRobot(self.robot, self.torque_curve, quasistatic=True)
+        near, positions = self.home, []
         for k, point in enumerate(commanded, start=1):
-            still = ToolPath.with_rotation(np.array([0.0, 1.0]), np.array([point, point]), rotation)
-            path = still.transformed(self.world_from_base.inverse())
+            standstill = ToolPath.with_rotation(
+                np.array([0.0, 1.0]), np.array([point, point]), rotation
+            )
+            path = standstill.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
-                output = chain.kinematic_errors.output_angle(near)
-                x = equilibrium(dynamics, curve, output, ToolLoad(), past)
+                zero = np.zeros_like(near)
+                elastic.reset(0.0, HeldCommand(0.0, near, zero, zero), Load())
             except (PlanningError, EquilibriumError) as cause:
                 raise PlanningError(
                     f"point {k}, at {np.round(point, 4).tolist()} m: {cause}: give points that the robot"
                     " can touch"
                 ) from cause
-            found.append(pose_of(base_from_tool(chain, data, chain.theta(output, x)))[:3])
-        return self.world_from_base.points(np.array(found))
+            positions.append(elastic.tcp()[:3])
+        return self.world_from_base.points(np.array(positions))
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return the commands under which the tool rests at real points [m], (n, 3); as `tool_at`.
@@ -121,13 +116,13 @@ class RestingRobot:
         commanded = real.copy()
         for _ in range(_ITERATIONS):
             missing = real - self.tool_at(commanded, rotation)
-            left = float(np.abs(missing).max())
-            if left < _FOUND:
+            residual = float(np.abs(missing).max())
+            if residual < _TOLERANCE:
                 return commanded
             commanded = commanded + missing
-        if left > _ENOUGH:
+        if residual > _ENOUGH:
             raise PlanningError(
-                f"expected commands under which the tool rests at the points, got {1e6 * left:.3g} um"
+                f"expected commands with the tool at rest at the points, got {1e6 * residual:.3g} um"
                 " beside one after the other: a gear is unloaded in its backlash there; give other"
                 " points"
             )

@@ -63,7 +63,7 @@ def _compute(command: CheckedCommand) -> tuple[tuple[DriveMotion, ...], ...]:
     ):
         limits = JointLimits.of(placed.description, case.controller.max_acceleration)
         drives = drive_motions(joints, limits)
-        demands.append(drives if motor is None else motor.beside(drives))
+        demands.append(drives if motor is None else motor.with_motors(drives))
     return tuple(demands)
 
 

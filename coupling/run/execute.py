@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import cast
 
 from coupling.case.case import Case
@@ -18,6 +19,7 @@ from coupling.results.outlook import Replay
 from coupling.results.repeatability import Repeatability
 from coupling.results.run_result import Kind
 from coupling.robot.cell import Cell
+from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
@@ -26,12 +28,7 @@ from coupling.run.motor_demands import explained_by_motors, require_motors_that_
 from coupling.run.motor_loads import within_motors
 from coupling.run.path_checks import OTHER_MODE
 from coupling.run.plausibility import remarks
-from coupling.run.repeated_evaluation import (
-    RememberedProcess,
-    explained,
-    repeated_evaluation,
-    smoothed_process,
-)
+from coupling.run.repeated_evaluation import explained, noise_removal, repeated_evaluation
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.sampling import SAMPLING
 from coupling.solve.correction import Correction, Method, Uncorrected
@@ -66,6 +63,7 @@ class Run:
             reader of a program left out or assumed.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         durations: Wall time by part [s].
+        not_stored: Number of the process's answers that could not be kept in the store.
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
         repeatability: Difference of two responses to one path, the last one where the method has not
             converged, the first one where its forces are uneven; None where there are no two.
@@ -83,6 +81,7 @@ class Run:
     remarks: tuple[str, ...]
     fmu_fingerprint: str
     durations: dict[str, float] = field(default_factory=dict)
+    not_stored: int = 0
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
@@ -131,22 +130,26 @@ class Run:
         return self.correction.achieved if self.mode == "dynamic" else self.of(OTHER_MODE).after
 
 
-def run_coupling(case: Case, watch: Watch = unwatched) -> Run:
+def run_coupling(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
     """Couple the robots, commanded along the desired paths, with their process.
+
+    Args:
+        watch: Function called with what happens.
+        store: Folder of the store of evaluations; None keeps nothing.
 
     Raises:
         CouplingError: If the path cannot be planned or the robot cannot be simulated.
     """
-    return _run(case, "couple", Uncorrected(), watch)
+    return _run(case, "couple", Uncorrected(), watch, store)
 
 
-def run_compensation(case: Case, watch: Watch = unwatched) -> Run:
-    """Compute the corrected command of a case and validate it.
+def run_compensation(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
+    """Compute the corrected command of a case and validate it, as `run_coupling`.
 
     Raises:
         CouplingError: As `run_coupling`.
     """
-    return _run(case, "compensate", case.method, watch)
+    return _run(case, "compensate", case.method, watch, store)
 
 
 def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
@@ -182,38 +185,39 @@ def coupled_path(case: Case) -> ToolPath | None:
     return coupled.achieved.transformed(robot.world_from_base.inverse())
 
 
-def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
+def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | None) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
     moving = ends_in_motion(case.desired, tuple(robot.name for robot in case.robots))
     for text in moving:
         watch(WarningEvent(text))
     require_motors_that_hold(case)
-    remembered = RememberedProcess(case.process)
-    with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
+    removal = noise_removal(case, watch)
+    process = evaluated_process(case, store, watch, removal)
+    with explained_by_motors(case, process), Models(case.fmu, watch) as fmus:
         with timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        quiet = smoothed_process(case, remembered, watch)
-        smoothed = replace(case, process=remembered if quiet is None else quiet)
+        evaluated = replace(case, process=process)
         with timed(kind, durations):
             correction = _of_program(
-                cell, method.correct(loop_of(smoothed, cell, watch), case.motion)
+                cell, method.correct(loop_of(evaluated, cell, watch), case.motion)
             )
         with timed("asked_again", durations):
-            first, last = None if quiet is None else quiet.repeatability, None
+            first, last = None if removal is None else removal.repeatability, None
             if first is None or not first.disturbs:
-                last = repeated_evaluation(case, remembered.last, correction, watch)
+                last = repeated_evaluation(case, process.last, correction, watch)
             repeated = last or first
             correction = explained(correction, kind, repeated)
             more = sum(comparison is not None for comparison in (first, last))
             correction = replace(correction, evaluations=correction.evaluations + more)
-        noise = None if quiet is None else quiet.noise
+        noise = None if removal is None else removal.noise
         command = CheckedCommand(
-            smoothed, kind, cell, models, fmus, correction, noise, watch, durations=durations
+            evaluated, kind, cell, models, fmus, correction, noise, watch, durations=durations
         )
         for check in CHECKS:
             command.of(check)
         warnings = [warning for check in CHECKS for warning in check.warnings(command)]
+        process.settle()
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
@@ -230,6 +234,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             durations=durations,
+            not_stored=process.not_stored,
             repeatability=repeated,
             noise=noise,
         )

@@ -65,7 +65,7 @@ def figures_of(
     rows_of_tool = slice(None) if tool is None else slice(tool, tool + 1)
     names, reversals = run.robots[rows_of_tool], correction.backlash_reversals
     before = run.deviation(run.before, tool)
-    warnings = tuple(_named(warning, run) for warning in run.warnings)
+    warnings = tuple(_with_robot(warning, run) for warning in run.warnings)
     warnings = tuple(warning for warning in warnings if warning.robot in names)
     return RunResult(
         case=case,
@@ -92,7 +92,7 @@ def figures_of(
         plant=None if plant is None else plant.stored(tool),
         backlash_reversals=None
         if reversals is None
-        else tuple(r for r in (_named(r, run) for r in reversals) if r.robot in names),
+        else tuple(r for r in (_with_robot(r, run) for r in reversals) if r.robot in names),
         gears=tuple(
             gear.model_copy(update={"robot": name})
             for name, gears in zip(names, run.of(GEAR_LOADS)[rows_of_tool], strict=True)
@@ -122,7 +122,7 @@ def figures_of(
 _Named = TypeVar("_Named", LimitWarning, BacklashReversal)
 
 
-def _named(part: _Named, run: Run) -> _Named:
+def _with_robot(part: _Named, run: Run) -> _Named:
     """Return what is of one robot with its name, which it lacks where there is one robot alone."""
     return part if part.robot else part.model_copy(update={"robot": run.robots[0]})
 

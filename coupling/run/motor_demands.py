@@ -25,7 +25,7 @@ from coupling.results.limit_warning import LimitWarning
 from coupling.robot.differences import RobotDifference
 from coupling.robot.parameter_table import VARIED
 from coupling.run.gear_loads import at_samples, wanted_of
-from coupling.run.repeated_evaluation import RememberedProcess
+from coupling.store import EvaluatedProcess
 from elastic_robot.fmi.interface import IDEAL
 
 # Factors of the friction of a warm and of a cold robot, as runs vary it.
@@ -143,7 +143,7 @@ def require_motors_that_hold(case: Case) -> None:
 
 
 @contextmanager
-def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[None]:
+def explained_by_motors(case: Case, process: EvaluatedProcess) -> Iterator[None]:
     """Let robots that cannot be simulated as their motors do not hold them be an error that says so.
 
     A robot whose motor has less torque than its weight or the process needs falls, and nothing can be
@@ -151,7 +151,7 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
 
     Args:
         case: Its robots, simulated.
-        remembered: Its process, with its last evaluation.
+        process: Its process, with its last evaluation.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
@@ -161,8 +161,8 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
     except SimulationError as error:
         none = WrenchHistory.none(case.desired.time, len(case.robots))
         loads = [("without any process", none)]
-        if remembered.last is not None:
-            wrench = at_samples(remembered.last.response.wrench, remembered.last.path, case.desired)
+        if process.last is not None:
+            wrench = at_samples(process.last.response.wrench, process.last.path, case.desired)
             loads.append(("under the process", wrench))
         for what, wrench in loads:
             for warning in _exceeded_limits(case, wrench):

@@ -45,7 +45,7 @@ class MotorLoads:
     history: MotorHistory
     loads: dict[int, MotorLoad]
 
-    def beside(self, drives: Sequence[DriveMotion]) -> tuple[DriveMotion, ...]:
+    def with_motors(self, drives: Sequence[DriveMotion]) -> tuple[DriveMotion, ...]:
         """Return what the command asks of the drives with what it asks of their motors."""
         return tuple(
             drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives

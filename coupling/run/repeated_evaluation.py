@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError
 from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure
-from coupling.path.histories import ToolPath
 from coupling.process import (
     ExternalTable,
     NoisySchema,
-    Process,
     ProcessFmuTable,
     ProcessResponse,
     ProcessTable,
 )
-from coupling.process.base import ProcessWrapper
+from coupling.process.base import ProcessRequest
 from coupling.process.noise_filter import LowPass
-from coupling.process.smoothing import SmoothedProcess
+from coupling.process.smoothing import NoiseRemoval
 from coupling.results.repeatability import Repeatability
-from coupling.run.kept_process import checked_process
+from coupling.run.case_process import evaluated_process
 from coupling.solve.correction import Correction
 from coupling.solve.outcome import Outcome
-from coupling.store import StoredProcess
+from coupling.store import EvaluatedProcess
 
 # Folder in the workspace of the evaluation that is compared.
 AGAIN = "asked_again"
@@ -35,39 +32,6 @@ _LONGEST, _CHEAP = 600.0, 60.0
 # A second evaluation may take this many times as long, where a time limit can end it.
 _SLOWER = 2.0
 _WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcome.EXHAUSTED)
-
-
-@dataclass(frozen=True)
-class ProcessRequest:
-    """One evaluation of a process.
-
-    Attributes:
-        path: The path.
-        response: Its answer.
-        seconds: Time that computing it took [s].
-    """
-
-    path: ToolPath
-    response: ProcessResponse
-    seconds: float
-
-
-class RememberedProcess(ProcessWrapper):
-    """A process that remembers its last evaluation."""
-
-    def __init__(self, process: Process) -> None:
-        self.process = process
-        self.last: ProcessRequest | None = None
-
-    def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return the process's answer to a path, and remember both."""
-        begin = time.perf_counter()
-        response = self.process.evaluate(path)
-        seconds = time.perf_counter() - begin
-        if isinstance(self.process, StoredProcess):
-            seconds = max(seconds, self.process.seconds(path))
-        self.last = ProcessRequest(path, response, seconds)
-        return response
 
 
 def repeated_evaluation(
@@ -86,29 +50,25 @@ def repeated_evaluation(
     return None if second is None else Repeatability.of(last.response.wrench, second.wrench)
 
 
-def smoothed_process(
-    case: Case, remembered: RememberedProcess, watch: Watch
-) -> SmoothedProcess | None:
-    """Return the process of a case without the noise of its forces; None where it can have none.
+def noise_removal(case: Case, watch: Watch) -> NoiseRemoval | None:
+    """Return the removal of the noise in the forces of a case's process; None where it can have none.
 
     Forces of programs that are uneven are compared with those of a second evaluation of the same path
     where that takes no more than a minute: only what differs is noise, unless the case has a cutoff.
 
     Args:
-        remembered: The process.
         watch: Function called with what happens.
     """
     table = case.process_table
     if not isinstance(table, NoisySchema):
         return None
 
-    def second_answer(path: ToolPath) -> ProcessResponse | None:
-        assert remembered.last is not None
-        return _second_response(case, remembered.last, _CHEAP, watch)
+    def second_answer(first: ProcessRequest) -> ProcessResponse | None:
+        return _second_response(case, first, _CHEAP, watch)
 
     low_pass = table.low_pass(case.motion.path)
     asks = isinstance(table, ProcessTable) and not isinstance(low_pass, LowPass)
-    return SmoothedProcess(remembered, low_pass, second_answer if asks else None)
+    return NoiseRemoval(low_pass, second_answer if asks else None)
 
 
 def explained(correction: Correction, kind: str, repeated: Repeatability | None) -> Correction:
@@ -155,13 +115,13 @@ def _second_response(
         return None
     watch(ProcessMessage("evaluating the last path again to check the repeatability"))
     try:
-        return process.evaluate(first.path)
+        return process.computed(first.path)
     except ProcessError as error:
         watch(WarningEvent(f"the process failed in a second evaluation on the last path: {error}"))
         return None
 
 
-def _anew(case: Case, longest: float, watch: Watch) -> Process | None:
+def _anew(case: Case, longest: float, watch: Watch) -> EvaluatedProcess | None:
     """Return the process without what it has answered so far; None where it is another one.
 
     An answer that a killed run has left comes at once, however long it took: the time is limited.
@@ -177,4 +137,4 @@ def _anew(case: Case, longest: float, watch: Watch) -> Process | None:
         return None
     if process.identity != case.process.identity:
         return None
-    return checked_process(replace(case, process=process), watch)
+    return evaluated_process(replace(case, process=process), watch=watch)

@@ -18,11 +18,11 @@ from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
 from coupling.files.written_files import claimed, is_of_kind
 from coupling.results.run_result import RunResult
-from coupling.results.run_state import AnswerResult, RunState
+from coupling.results.run_state import RunState, StoredAnswer
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
 from coupling.solve.outcome import Outcome
-from coupling.store import StoredAnswer, WaitingForOther
+from coupling.store import WaitingForOther
 
 # Kind of the folder of a run.
 KIND = "run"
@@ -71,8 +71,8 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case StoredAnswer(key, origin, seconds):
-                    answer = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
+                case StoredAnswer():
+                    answer = event.model_copy(update={"seconds": round(event.seconds, 3)})
                     self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
                     self._write(evaluations=(*content.evaluations, evaluation))

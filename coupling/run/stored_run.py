@@ -25,7 +25,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
-from coupling.results.run_state import AnswerResult, RunState
+from coupling.results.run_state import RunState, StoredAnswer
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric
 
@@ -99,7 +99,7 @@ class StoredRun:
     gap: np.ndarray | None
     workpieces: dict[str, Workpiece]
     case: str = ""
-    answers: tuple[AnswerResult, ...] = ()
+    answers: tuple[StoredAnswer, ...] = ()
 
     @property
     def first(self) -> StoredRobot:
@@ -140,7 +140,7 @@ def _read_case(folder: Path) -> str:
     return ""
 
 
-def _read_answers(folder: Path) -> tuple[AnswerResult, ...]:
+def _read_answers(folder: Path) -> tuple[StoredAnswer, ...]:
     """Return what run.json tells of the process's answers; nothing rests on it."""
     for place in (folder, folder.parent):
         with suppress(ResultError):

@@ -16,7 +16,7 @@ from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.iteration_result import CorrectionIteration
-from coupling.robot.robot import Robot
+from coupling.robot.robot import InvertibleRobot
 from coupling.solve.fixed_point import Loop, couple, sampled_at, unloaded_path
 from coupling.solve.outcome import Outcome
 
@@ -108,7 +108,7 @@ class Correction:
 class Method(Protocol):
     """A method that makes a command of a desired path."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, with what it leads to.
 
         Raises:
@@ -129,7 +129,7 @@ class Compensation(Method, Protocol):
 class Uncorrected:
     """Commands the desired path as it is."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
         times = sampled_at(desired, loop.mode)
         path = times.path

@@ -19,7 +19,7 @@ from coupling.path.path_ends import is_near_moving_end
 from coupling.process.base import ProcessResponse
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.robot.robot import InverseCommand as RobotInverse
-from coupling.robot.robot import Robot
+from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import (
     Correction,
     How,
@@ -78,7 +78,7 @@ class InverseCorrection(Schema):
     max_rounds: Annotated[int, Field(ge=1)] = 3
     before: How = "one-way"
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, validated.
 
         Raises:
@@ -121,7 +121,7 @@ class InverseCorrection(Schema):
 
     def _before(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         plain: JointPath,
         unloaded: ToolPath,
         times: SampledPath,
@@ -140,7 +140,7 @@ class InverseCorrection(Schema):
 
     def _round(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         desired: SampledPath,
         times: SampledPath,
         response: ProcessResponse,

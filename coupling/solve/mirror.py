@@ -17,7 +17,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.low_pass import low_pass
 from coupling.results.iteration_result import CorrectionIteration
-from coupling.robot.robot import Robot
+from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import Correction, Uncorrected
 from coupling.solve.fixed_point import Coupling, Loop, couple, sampled_at
 from coupling.solve.outcome import Outcome
@@ -78,7 +78,7 @@ class Mirror(Schema):
     max_correction_rate_m_s: Positive = 0.05
     max_passes: Annotated[int, Field(ge=1)] = 12
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the corrected command for the desired paths of all tools, validated.
 
         Raises:
@@ -128,7 +128,7 @@ class Mirror(Schema):
         return self._validated(loop, rows, correction_so_far, best, verdict)
 
     def _mirrored(
-        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath, rows: np.ndarray
+        self, loop: Loop[InvertibleRobot], last: _Attempt, desired: ToolPath, rows: np.ndarray
     ) -> tuple[_Attempt, _LargestStep]:
         """Return the next command, coupled, and the largest step of its correction."""
         corrected, step = self._corrected(last, desired)
@@ -190,7 +190,7 @@ class Mirror(Schema):
 
     def _validated(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         rows: np.ndarray,
         result: Correction,
         best: _Attempt,

@@ -88,8 +88,8 @@ def as_stored(response: ProcessResponse) -> ProcessResponse:
     wrench, piece, stiffness = response.wrench, response.workpiece, response.stiffness
     if piece is not None:
         fields = (
-            {name: _as_stored(values) for name, values in own.items()}
-            for own in (piece.point_fields, piece.cell_fields)
+            {name: _as_stored(values) for name, values in by_name.items()}
+            for by_name in (piece.point_fields, piece.cell_fields)
         )
         piece = Workpiece(_as_stored(piece.points), _as_stored(piece.cells), *fields)
     return ProcessResponse(
@@ -140,8 +140,10 @@ def decoded(content: bytes, key: str) -> ProcessResponse:
         DamagedError: If the content is not that of an entry with this key.
     """
     try:
-        with ZipFile(BytesIO(content)) as kept:
-            members = {name.removesuffix(".npy"): _array(kept, name) for name in kept.namelist()}
+        with ZipFile(BytesIO(content)) as archive:
+            members = {
+                name.removesuffix(".npy"): _array(archive, name) for name in archive.namelist()
+            }
         header = json.loads(str(members[_HEADER]))
         # By their names: an archive may be damaged so that it seems to have fewer.
         arrays = {name: members[name] for name in header["arrays"]}
@@ -178,8 +180,8 @@ def _array(archive: ZipFile, name: str) -> np.ndarray:
 def read_about(file: Path) -> EntryInfo | None:
     """Return what an entry says about itself, without its arrays; None where it says nothing."""
     try:
-        with file.open("rb") as stream, NpzFile(stream) as kept:
-            return EntryInfo(**json.loads(str(kept[_HEADER]))["about"])
+        with file.open("rb") as stream, NpzFile(stream) as archive:
+            return EntryInfo(**json.loads(str(archive[_HEADER]))["about"])
     except Exception:  # a damaged one may fail in any way
         return None
 

@@ -92,13 +92,13 @@ class Store:
         Raises:
             StoreError: If the folder cannot be read.
         """
-        found = []
+        readable = []
         with self._errors("read"):
             for file in self.folder.iterdir():
                 if file.name.endswith(ENTRY) and _KEY.fullmatch(file.name.removesuffix(ENTRY)):
                     with suppress(FileNotFoundError):  # cleared in the meantime
-                        found.append(_entry(file))
-        return sorted(found, key=lambda entry: entry.used)
+                        readable.append(_entry(file))
+        return sorted(readable, key=lambda entry: entry.used)
 
     def read(self, key: str, path: ToolPath) -> ProcessResponse | None:
         """Return the answer to a path that is kept under a key, or None where none is sound.
@@ -131,7 +131,7 @@ class Store:
         try:
             with suppress(OSError):  # only read by those who wait
                 owner.write_text(json.dumps([platform.node(), os.getpid(), time.time()]))
-            yield self._found(key, path)
+            yield self._sound(key, path)
         finally:
             with suppress(OSError):
                 owner.unlink()
@@ -147,8 +147,8 @@ class Store:
             StoreError: If the disk is full or the store cannot be written.
         """
         with self._errors("written"):
-            for left in self.folder.glob(f"{key}{ENTRY}.*{PARTIAL}"):
-                left.unlink(missing_ok=True)  # of a process that was killed
+            for draft in self.folder.glob(f"{key}{ENTRY}.*{PARTIAL}"):
+                draft.unlink(missing_ok=True)  # of a process that was killed
             return AtomicFile(self._file(key), size)
 
     def write(self, file: AtomicFile, response: ProcessResponse, about: EntryInfo) -> None:
@@ -197,7 +197,7 @@ class Store:
             os.utime(self._file(key))
         return response
 
-    def _found(self, key: str, path: ToolPath) -> ProcessResponse | None:
+    def _sound(self, key: str, path: ToolPath) -> ProcessResponse | None:
         """Return the answer that is kept, and set a damaged entry aside."""
         try:
             return self._read(key, path)
@@ -253,15 +253,15 @@ def to_clear(
         >>> [entry.file.name for entry in to_clear(entries, 4.0, None, 25)]
         ['0', '1']
     """
-    left = sum(entry.size for entry in entries)
-    found = []
+    size = sum(entry.size for entry in entries)
+    oldest = []
     for entry in entries:
         too_old = older_than is not None and now - entry.used > older_than
-        too_much = keep is not None and left > keep
+        too_much = keep is not None and size > keep
         if too_old or too_much:
-            found.append(entry)
-            left -= entry.size
-    return found
+            oldest.append(entry)
+            size -= entry.size
+    return oldest
 
 
 def _entry(file: Path) -> Entry:

@@ -20,6 +20,7 @@ from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.native.compiler import PLATFORMS, host_platform, zig
 from coupling.native.core_library import library_name
+from coupling.native.desk_library import desk_library_name
 
 DESK = "elastic_robot/coupling/"
 SHIPPED = f"{DESK}native/fmu_src/"
@@ -159,7 +160,8 @@ def test_a_wheel_of_all_platforms_builds_for_all_without_a_compiler(tmp_path):
     wheel = make_wheel(tmp_path / "wheel", [])
     with zipfile.ZipFile(wheel) as archive:
         found = {name for name in archive.namelist() if name.startswith(LIBRARIES)}
-    assert found == {f"{LIBRARIES}{library_name(p)}" for p in PLATFORMS.values()}
+    names = (library_name, desk_library_name)
+    assert found == {f"{LIBRARIES}{name(p)}" for p in PLATFORMS.values() for name in names}
     command = [*COMMAND, "build", "-o", "R.fmu"]
     said = run_installed(wheel, tmp_path, command, "")
     assert f"R.fmu: built for {', '.join(PLATFORMS)}" in said

@@ -169,7 +169,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
     from coupling.files import atomic_file
     from coupling.path.histories import ToolPath, WrenchHistory
     from coupling.process import ProcessResponse
-    from coupling.store import Store, StoredProcess
+    from coupling.store import EvaluatedProcess, Store
 
     def die(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -194,7 +194,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
         atomic_file.sync_folder = die
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
     path = ToolPath(np.linspace(0.0, 1.0, 50), pose)
-    StoredProcess(Dying(), Store(folder)).evaluate(path)
+    EvaluatedProcess(Dying(), Store(folder)).evaluate(path)
 
 
 def die_while_exporting(folder: Path, stage: str, text: str) -> None:

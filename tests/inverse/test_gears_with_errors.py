@@ -29,7 +29,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
-from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
@@ -108,7 +108,7 @@ def test_torques_of_places_have_the_balancers(seed):
     """The batch of `place` against the links' model of a robot without tilts."""
     robot = with_gear_parts(make_robot(seed, 5), seed)
     robot = replace(robot, joints=tuple(replace(j, tilt=()) for j in robot.joints))
-    model, own = LinkModel(robot), SerialRobot(robot)
+    model, own = LinkModel(robot), RigidRobot(robot)
     q, rate, bend = np.random.default_rng(seed).normal(size=(3, 5, 7))
     gravity = np.repeat(np.array(robot.gravity)[:, None], 7, axis=1)
     found = own.load(own.posture(q, np.zeros((3, 7))), rate, bend, gravity)

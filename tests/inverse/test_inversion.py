@@ -16,7 +16,7 @@ from coupling.inverse.gears import gears_of, solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkTask
-from coupling.inverse.windows import solve_links
+from coupling.inverse.links import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath

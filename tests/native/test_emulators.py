@@ -17,6 +17,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from coupling.native.compiler import PLATFORMS, SOURCES, zig
 from coupling.native.core_library import core_library
+from coupling.native.desk_library import desk_library
 
 # Root of the emulated system's own libraries (Debian's libc6-arm64-cross).
 AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
@@ -56,7 +57,8 @@ def _in_wine(folder: Path, *command: str) -> str:
 @pytest.mark.parametrize("name", PLATFORMS)
 def test_libraries_for_other_platforms_are_made_here(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert core_library(PLATFORMS[name]).read_bytes().startswith(MAGIC[name])
+    for library in (core_library, desk_library):
+        assert library(PLATFORMS[name]).read_bytes().startswith(MAGIC[name])
     assert not list(tmp_path.iterdir())  # nothing is left where it was asked for
 
 

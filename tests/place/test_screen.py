@@ -21,7 +21,7 @@ from coupling.place.screen import Screen
 from coupling.place.settings import NAMES, CellLayout
 from coupling.place.station_choice import selected
 from coupling.robot.batch.following import Targets, angles_from_home, following, reached
-from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.gear_loads import diagnose_robots
 from docs.scripts.runs import example
@@ -43,7 +43,7 @@ def six_joints(seed: int) -> Robot:
 def test_torques_are_those_of_pinocchio(seed):
     rng = np.random.default_rng(seed)
     robot = six_joints(seed)
-    chain, own = build_chain(robot), SerialRobot(robot)
+    chain, own = build_chain(robot), RigidRobot(robot)
     data = chain.model.createData()
     q, rate, acceleration = rng.normal(size=(3, 6, BATCH))
     gravity = np.repeat(np.array(robot.gravity)[:, None], BATCH, axis=1)
@@ -62,7 +62,7 @@ def test_joints_that_follow_give_the_tool_the_motion_asked_for(seed):
     robot, shift = six_joints(seed), rng.normal(size=3) * 0.05
     turned = Rotation.from_euler("xyz", robot.tcp_rpy).apply(shift)
     moved = replace(robot, tcp_position=tuple((np.array(robot.tcp_position) + turned).tolist()))
-    chain, own = build_chain(moved), SerialRobot(robot)
+    chain, own = build_chain(moved), RigidRobot(robot)
     data = chain.model.createData()
     q, wanted = rng.normal(size=(6, BATCH)), rng.normal(size=(4, 3, BATCH))
     motion = TipMotion(wanted[0], wanted[1], wanted[2], wanted[3])
@@ -87,7 +87,7 @@ def test_joints_that_follow_give_the_tool_the_motion_asked_for(seed):
 def test_a_robot_finds_the_poses_that_it_has_been_in(name):
     rng = np.random.default_rng(3)
     robot = load_robot(shipped_robots()[name])
-    own, home = SerialRobot(robot), np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+    own, home = RigidRobot(robot), np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
     limits = np.array([joint.limits or (-3.0, 3.0) for joint in robot.joints])
     home = np.clip(home, limits[:, 0] + 0.5, limits[:, 1] - 0.5)
     q = home[:, None] + rng.uniform(-0.4, 0.4, (6, 200))
@@ -104,7 +104,7 @@ def test_a_robot_finds_the_poses_that_it_has_been_in(name):
 
 
 def test_a_pose_that_is_out_of_reach_is_said_to_be():
-    own = SerialRobot(load_robot(shipped_robots()["icme2008"]))
+    own = RigidRobot(load_robot(shipped_robots()["icme2008"]))
     here = own.posture(np.zeros((6, 1)), np.zeros((3, 1)))
     away = Targets(here.tip + np.array([[9.0], [0.0], [0.0]]), here.tool, np.zeros((3, 1)))
     _, came = angles_from_home(own, away, np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0]))

@@ -165,7 +165,7 @@ def test_a_setting_beyond_a_motors_torque_is_refused(monkeypatch):
     assert not unlimited.motor_share.any()
     weak = placed_with(monkeypatch, moved_by_motors(robot, 7000.0))
     figures = weak.screen(few).figures(tried)
-    demands = PlaceDemands(0.0, 0.0, 0.25)
+    demands = PlaceDemands(joint_margin=0.0, conditioning=0.0, clear_share=0.25)
     refused = demands.refusals(figures)["a motor too weak"]
     assert 0 < refused.sum() < len(tried)
     np.testing.assert_array_equal(refused, demands.admits(unlimited) & (figures.motor_share > 1.0))

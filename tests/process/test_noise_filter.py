@@ -20,12 +20,14 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass, noise_share
 from coupling.process import ProcessResponse
+from coupling.process.base import ProcessRequest
 from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequency
-from coupling.process.smoothing import SmoothedProcess, noise_level
+from coupling.process.smoothing import NoiseRemoval, noise_level
 from coupling.run import repeated_evaluation
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
+from coupling.store import EvaluatedProcess
 
 TIME = np.linspace(0.0, 60.0, 3001)  # 20 ms
 FASTEST = 25.0  # [Hz]
@@ -106,25 +108,29 @@ class Answers:
         return self.answer
 
 
+def _smoothed(process: Answers, *noise_removal: object) -> EvaluatedProcess:
+    return EvaluatedProcess(process, noise_removal=NoiseRemoval(*noise_removal))
+
+
 def test_what_beats_is_left_alone_and_what_does_not_is_named():
     wrench = np.zeros((1, len(TIME), 6))
     wrench[0, :, :3] = 100.0 + noise(columns=3)
     history = WrenchHistory(TIME, wrench)
     path = ToolPath(TIME, np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(TIME), 1)))
-    beating = SmoothedProcess(Answers(ProcessResponse(history, period=1e-3)), LowPass(1.0))
-    assert beating.evaluate(path).wrench is history
-    assert beating.noise is None
-    quiet = SmoothedProcess(Answers(ProcessResponse(history)), LowPass(1.0))
+    beating = _smoothed(Answers(ProcessResponse(history, period=1e-3)), LowPass(1.0))
+    assert np.array_equal(beating.evaluate(path).wrench.wrench, wrench)
+    assert beating.noise_removal.noise is None
+    quiet = _smoothed(Answers(ProcessResponse(history)), LowPass(1.0))
     left = quiet.evaluate(path).wrench.force[0, 200:-200].std()
     assert left == pytest.approx(LEVEL * np.sqrt(noise_share(1.0, FASTEST)), rel=0.2)
     assert quiet.identity == "own"
-    assert quiet.noise is not None
-    assert quiet.noise.force == pytest.approx(LEVEL, rel=0.1)
-    assert "low-passed at 1 Hz" in quiet.noise.sentence
-    loud = SmoothedProcess(Answers(ProcessResponse(history)), None)
-    assert loud.evaluate(path).wrench is history
-    assert loud.noise is not None
-    assert "not filtered" in loud.noise.sentence
+    assert quiet.noise_removal.noise is not None
+    assert quiet.noise_removal.noise.force == pytest.approx(LEVEL, rel=0.1)
+    assert "low-passed at 1 Hz" in quiet.noise_removal.noise.sentence
+    loud = _smoothed(Answers(ProcessResponse(history)), None)
+    assert np.array_equal(loud.evaluate(path).wrench.wrench, wrench)
+    assert loud.noise_removal.noise is not None
+    assert "not filtered" in loud.noise_removal.noise.sentence
 
 
 def uneven(seed: int) -> ProcessResponse:
@@ -139,49 +145,49 @@ STANDING = ToolPath(TIME, np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(TIME), 1)))
 
 def test_what_two_answers_to_one_path_agree_on_is_not_touched():
     """Nodes of a mesh that come into contact one by one: uneven, and what the path asks for."""
-    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: uneven(1))
+    process = _smoothed(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda first: uneven(1))
     assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
-    assert process.noise is not None
-    assert process.noise.remarks == ()
-    assert process.noise.force == 0.0
-    assert process.repeatability is not None
-    assert process.repeatability.identical
+    assert process.noise_removal.noise is not None
+    assert process.noise_removal.noise.remarks == ()
+    assert process.noise_removal.noise.force == 0.0
+    assert process.noise_removal.repeatability is not None
+    assert process.noise_removal.repeatability.identical
 
 
 def test_what_two_answers_differ_by_is_noise():
     asked: list[ToolPath] = []
 
-    def second_answer(path: ToolPath) -> ProcessResponse:
-        asked.append(path)
+    def second_answer(first: ProcessRequest) -> ProcessResponse:
+        asked.append(first.path)
         return uneven(2)
 
-    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), second_answer)
-    record = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0))
+    process = _smoothed(Answers(uneven(1)), AdaptiveLowPass(1.0), second_answer)
+    record = _smoothed(Answers(uneven(1)), AdaptiveLowPass(1.0))
     for _ in range(3):
         answer = process.evaluate(STANDING)
     assert asked == [STANDING]
     np.testing.assert_array_equal(answer.wrench.wrench, record.evaluate(STANDING).wrench.wrench)
-    assert process.noise is not None
-    assert process.noise.force == pytest.approx(LEVEL, rel=0.1)
-    assert "have noise of about" in process.noise.remarks[0]
+    assert process.noise_removal.noise is not None
+    assert process.noise_removal.noise.force == pytest.approx(LEVEL, rel=0.1)
+    assert "have noise of about" in process.noise_removal.noise.remarks[0]
 
 
 def test_a_small_difference_is_no_reason_to_filter():
     """As between two runs of a solver with several threads: 1e-4 N of 300 N."""
     second = uneven(1)
     second.wrench.wrench[0, :, 2] += 1e-4 * np.random.default_rng(3).standard_normal(len(TIME))
-    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: second)
+    process = _smoothed(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda first: second)
     assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
 
 
 def test_without_a_second_answer_nothing_is_taken_off_and_the_key_is_named():
-    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: None)
+    process = _smoothed(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda first: None)
     assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
-    assert process.noise is not None
-    (said,) = process.noise.remarks
+    assert process.noise_removal.noise is not None
+    (said,) = process.noise_removal.noise.remarks
     assert "not known without a second evaluation" in said
     assert "Give cutoff_Hz" in said
-    assert not process.noise.significant
+    assert not process.noise_removal.noise.significant
 
 
 def test_even_forces_cost_no_second_answer():
@@ -189,10 +195,10 @@ def test_even_forces_cost_no_second_answer():
     wrench[0, :, 2] = 300.0 * np.sin(TIME)
     even = ProcessResponse(WrenchHistory(TIME, wrench))
 
-    def refuse(path: ToolPath) -> ProcessResponse:
+    def refuse(first: ProcessRequest) -> ProcessResponse:
         raise AssertionError("asked again")
 
-    SmoothedProcess(Answers(even), AdaptiveLowPass(1.0), refuse).evaluate(STANDING)
+    _smoothed(Answers(even), AdaptiveLowPass(1.0), refuse).evaluate(STANDING)
 
 
 @pytest.mark.parametrize(
@@ -207,24 +213,12 @@ def test_a_program_is_evaluated_again_where_that_is_cheap_and_no_cutoff_is_given
 
     def anew(case, longest, watch):
         asked.append(longest)
-        return Answers(uneven(1))
+        return EvaluatedProcess(Answers(uneven(1)))
 
     monkeypatch.setattr(repeated_evaluation, "_anew", anew)
-    remembered = repeated_evaluation.RememberedProcess(Answers(uneven(1)))
-    process = repeated_evaluation.smoothed_process(
-        replace(case, process_table=table), remembered, unwatched
-    )
-    assert process is not None
-    evaluate = remembered.evaluate
-
-    def evaluate_slowly(path: ToolPath) -> ProcessResponse:
-        response = evaluate(path)
-        assert remembered.last is not None
-        remembered.last = replace(remembered.last, seconds=seconds)
-        return response
-
-    monkeypatch.setattr(remembered, "evaluate", evaluate_slowly)
-    process.evaluate(STANDING)
+    removal = repeated_evaluation.noise_removal(replace(case, process_table=table), unwatched)
+    assert removal is not None
+    removal.smoothed(ProcessRequest(STANDING, uneven(1), seconds))
     assert asked == [120.0] * is_asked
 
 

@@ -15,7 +15,7 @@ from coupling.errors import ProcessError
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ElasticWall
-from coupling.process.checked import CheckedProcess
+from coupling.process.checked import checked_answer
 from coupling.process.external import ExternalProgram
 from coupling.process.frames import response_in_base
 
@@ -101,4 +101,4 @@ def test_a_stiffness_that_no_spring_has_is_the_process_s_mistake(wrong):
             return replace(answer, stiffness=answer.stiffness + odd)
 
     with pytest.raises(ProcessError, match="symmetric matrices without negative eigenvalues"):
-        CheckedProcess(Wrong(), "wrong").evaluate(path_at_the_wall())
+        checked_answer(Wrong(), path_at_the_wall(), "wrong")

@@ -16,7 +16,7 @@ from coupling.path.histories import ToolPath
 from coupling.robot.batch.following import following
 from coupling.robot.batch.part_placement import part_placements
 from coupling.robot.batch.redundancy import NearHome
-from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Body, Joint, Robot
 
@@ -157,7 +157,7 @@ def test_rates_and_accelerations_are_those_of_the_planned_motion():
         ((after - before) / (2.0 * step))[:, None],
         ((after + before) / step**2)[:, None],
     )
-    moving = following(SerialRobot(SEVEN), q[k][:, None], np.zeros((3, 1)), motion, near)
+    moving = following(RigidRobot(SEVEN), q[k][:, None], np.zeros((3, 1)), motion, near)
     np.testing.assert_allclose(moving.rate[:, 0], (q[k + 1] - q[k - 1]) / (2.0 * step), atol=1e-4)
     second = (q[k + 1] - 2.0 * q[k] + q[k - 1]) / step**2
     np.testing.assert_allclose(moving.acceleration[:, 0], second, atol=2e-3)
@@ -166,11 +166,11 @@ def test_rates_and_accelerations_are_those_of_the_planned_motion():
 def test_conditioning_is_zero_at_singular_postures_alone():
     still = np.zeros((3, 2))
     stretched = np.column_stack([np.zeros(7), HOME])
-    at = following(SerialRobot(SEVEN), stretched, still, TipMotion(still, still, still, still))
+    at = following(RigidRobot(SEVEN), stretched, still, TipMotion(still, still, still, still))
     straight = replace(
         SEVEN, joints=tuple(replace(j, origin=(0.0, 0.0, 0.2)) for j in SEVEN.joints)
     )
-    zero = following(SerialRobot(straight), stretched, still, TipMotion(still, still, still, still))
+    zero = following(RigidRobot(straight), stretched, still, TipMotion(still, still, still, still))
     assert zero.conditioning[0] < 1e-5
     assert at.conditioning[1] > 0.05
 

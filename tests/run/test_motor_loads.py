@@ -36,8 +36,8 @@ from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.gear_loads import wanted_of
 from coupling.run.motor_demands import COLD, WARM, explained_by_motors
 from coupling.run.motor_loads import MOTOR_TORQUES, motor_load
-from coupling.run.repeated_evaluation import RememberedProcess
 from coupling.run.stored_run import read_run
+from coupling.store import EvaluatedProcess
 from elastic_robot.gear_parts import Drive
 
 FRICTION = 20.0
@@ -158,12 +158,14 @@ def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_
     case = load_case(line(tmp_path, 12000.0))
 
     class Pressing:
+        identity = ""
+
         def evaluate(self, path: ToolPath) -> ProcessResponse:
             load = np.zeros((1, len(path.time), 6))
             load[:, :, 2] = -force
             return ProcessResponse(WrenchHistory(path.time, load))
 
-    asked, failed = RememberedProcess(Pressing()), SimulationError("needs steps below 2e-11 s")
+    asked, failed = EvaluatedProcess(Pressing()), SimulationError("needs steps below 2e-11 s")
     asked.evaluate(case.desired)
     with (
         pytest.raises((PlanningError, SimulationError)) as error,

@@ -12,7 +12,7 @@ from killing import die_while_keeping, start_function
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
-from coupling.store import Store, StoredProcess
+from coupling.store import EvaluatedProcess, Store
 
 DAY = 86400.0
 
@@ -31,7 +31,7 @@ SOME_PATH = ToolPath(np.array([0.0, 1.0]), np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 def kept(tmp_path) -> Store:
     """Return a store with four entries of equal size, used 30, 20, 10 and 0 days ago."""
     store = Store(tmp_path / "kept")
-    process = StoredProcess(Springs(), store, name="springs of mine")
+    process = EvaluatedProcess(Springs(), store, name="springs of mine")
     for k in range(4):
         pose = np.tile([float(k), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
         process.evaluate(ToolPath(np.linspace(0.0, 1.0, 50), pose))

@@ -19,7 +19,8 @@ from coupling.events import Event, WarningEvent
 from coupling.files import atomic_file
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
-from coupling.store import Store, StoredAnswer, StoredProcess, WaitingForOther
+from coupling.results.run_state import StoredAnswer
+from coupling.store import EvaluatedProcess, Store, WaitingForOther
 from coupling.store.entry import evaluation_key
 
 
@@ -54,7 +55,9 @@ def store(tmp_path, told) -> Store:
 
 def test_a_path_is_evaluated_once_by_all_who_ask(store, told):
     springs = [Springs(), Springs()]
-    found = [StoredProcess(s, store, told.append).evaluate(path()) for s in (*springs, springs[0])]
+    found = [
+        EvaluatedProcess(s, store, told.append).evaluate(path()) for s in (*springs, springs[0])
+    ]
     assert [s.asked for s in springs] == [[0.0], []]
     assert all(np.array_equal(a.wrench.wrench, found[0].wrench.wrench) for a in found)
     assert [event.origin for event in told] == ["computed", "store", "store"]
@@ -64,8 +67,8 @@ def test_a_path_is_evaluated_once_by_all_who_ask(store, told):
 def test_a_store_is_of_processes_that_answer_alike(store):
     for identity in ("springs", "other springs"):
         springs = Springs(identity)
-        StoredProcess(springs, store).evaluate(path())
-        StoredProcess(springs, store).evaluate(path(1e-12))
+        EvaluatedProcess(springs, store).evaluate(path())
+        EvaluatedProcess(springs, store).evaluate(path(1e-12))
         assert springs.asked == [0.0, 1e-12]
     assert len(store.entries()) == 4
 
@@ -73,13 +76,13 @@ def test_a_store_is_of_processes_that_answer_alike(store):
 def test_a_process_that_nobody_knows_is_evaluated_every_time(store):
     springs = Springs(identity="")
     for _ in range(2):
-        StoredProcess(springs, store).evaluate(path())
+        EvaluatedProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 2
     assert not store.folder.exists()
 
 
 def test_without_a_store_keys_are_told_all_the_same(told):
-    process = StoredProcess(Springs(), None, told.append)
+    process = EvaluatedProcess(Springs(), None, told.append)
     for _ in range(2):
         process.evaluate(path())
     assert [(e.origin, e.key) for e in told] == [
@@ -93,10 +96,10 @@ def test_a_process_that_fails_leaves_nothing(store):
             raise ProcessError("no licence")
 
     with pytest.raises(ProcessError, match="no licence"):
-        StoredProcess(Failing(), store).evaluate(path())
+        EvaluatedProcess(Failing(), store).evaluate(path())
     assert [f.name for f in store.folder.iterdir()] == ["locks"]
     springs = Springs()  # and nobody waits for it
-    StoredProcess(springs, store).evaluate(path())
+    EvaluatedProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 1
 
 
@@ -121,11 +124,11 @@ DAMAGES = {
 
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_entry_is_set_aside_named_and_computed_anew(store, told, damage):
-    first = StoredProcess(Springs(), store).evaluate(path())
+    first = EvaluatedProcess(Springs(), store).evaluate(path())
     file = entry_of(store)
     DAMAGES[damage](file)
     left, springs = file.read_bytes(), Springs()
-    again = StoredProcess(springs, store).evaluate(path())
+    again = EvaluatedProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 1
     assert np.array_equal(again.wrench.wrench, first.wrench.wrench)
     assert file.with_suffix(".damaged").read_bytes() == left
@@ -174,11 +177,11 @@ def test_an_entry_that_does_not_answer_its_path_is_set_aside_and_computed_anew(
     store, told, difference
 ):
     """As another version may have written it, under the right name and whole."""
-    first = StoredProcess(Springs(), store).evaluate(path(0.3))
+    first = EvaluatedProcess(Springs(), store).evaluate(path(0.3))
     file = entry_of(store)
     rewritten(file, **FOREIGN[difference])
     springs = Springs()
-    again = StoredProcess(springs, store, told.append).evaluate(path(0.3))
+    again = EvaluatedProcess(springs, store, told.append).evaluate(path(0.3))
     assert springs.asked == [0.3]
     assert np.array_equal(again.wrench.wrench, first.wrench.wrench)
     (warning,) = [event for event in told if isinstance(event, WarningEvent)]
@@ -192,7 +195,7 @@ def test_a_process_killed_while_it_keeps_an_answer_leaves_it_whole_or_not_at_all
     child.join()
     assert child.exitcode == -9
     springs = Springs()
-    found = StoredProcess(springs, store).evaluate(path())
+    found = EvaluatedProcess(springs, store).evaluate(path())
     assert len(springs.asked) == (0 if stage == "renamed" else 1)
     assert np.array_equal(found.wrench.force[0], 2e5 * path().position[0])
     assert [entry.problem() for entry in store.entries()] == [""]
@@ -201,10 +204,10 @@ def test_a_process_killed_while_it_keeps_an_answer_leaves_it_whole_or_not_at_all
 
 def test_two_at_once_compute_once_and_the_other_is_told_for_whom_it_waits(store, told):
     slow, quick = Springs(seconds=0.5), Springs()
-    first = threading.Thread(target=StoredProcess(slow, store).evaluate, args=(path(),))
+    first = threading.Thread(target=EvaluatedProcess(slow, store).evaluate, args=(path(),))
     first.start()
     wait_until(lambda: slow.asked)
-    answer = StoredProcess(quick, store, told.append).evaluate(path())
+    answer = EvaluatedProcess(quick, store, told.append).evaluate(path())
     first.join()
     assert (slow.asked, quick.asked) == ([0.0], [])
     assert np.array_equal(answer.wrench.force[0], 2e5 * path().position[0])
@@ -224,12 +227,12 @@ def test_who_waits_for_one_that_fails_computes_itself(store):
 
     def fail() -> None:
         with pytest.raises(ProcessError):
-            StoredProcess(failing, store).evaluate(path())
+            EvaluatedProcess(failing, store).evaluate(path())
 
     first = threading.Thread(target=fail)
     first.start()
     wait_until(lambda: failing.asked)
-    StoredProcess(springs, store).evaluate(path())
+    EvaluatedProcess(springs, store).evaluate(path())
     first.join()
     assert len(springs.asked) == 1
 
@@ -243,7 +246,7 @@ def test_no_room_is_found_before_the_work(store, monkeypatch):
     springs = Springs()
     monkeypatch.setattr(atomic_file.os, "posix_fallocate", full)
     with pytest.raises(StoreError, match=r"store cannot be written: No space left on device"):
-        StoredProcess(springs, store).evaluate(path())
+        EvaluatedProcess(springs, store).evaluate(path())
     assert springs.asked == []
     assert [f.name for f in store.folder.iterdir()] == ["locks"]
 
@@ -255,7 +258,7 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     springs = Springs()
-    process = StoredProcess(springs, store, told.append)
+    process = EvaluatedProcess(springs, store, told.append)
     with monkeypatch.context() as faults:
         faults.setattr(atomic_file.os, "fsync", full)
         answer = process.evaluate(path())
@@ -266,13 +269,13 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
     assert "No space left on device; the result is used" in warnings[0]
     process.settle()
     assert (process.not_stored, len(store.entries())) == (0, 1)
-    StoredProcess(springs, store).evaluate(path())
+    EvaluatedProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 1
 
 
 def test_a_full_disk_is_a_clear_error_and_loses_nothing(small_disk):
     store, springs = Store(small_disk / "store"), Springs()
-    process = StoredProcess(springs, store)
+    process = EvaluatedProcess(springs, store)
     process.evaluate(path())
     (small_disk / "other files").write_bytes(b"\0" * 2_000_000)
     with pytest.raises(StoreError, match=r"disk/store: the store cannot be written: No space left"):
@@ -289,7 +292,7 @@ def test_a_place_that_cannot_be_one_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "store", Path("/proc/store")):
         with pytest.raises(StoreError, match=f"{place}"):
-            StoredProcess(Springs(), Store(place)).evaluate(path())
+            EvaluatedProcess(Springs(), Store(place)).evaluate(path())
 
 
 def test_the_lock_of_a_killed_process_is_free(store):
@@ -298,12 +301,12 @@ def test_the_lock_of_a_killed_process_is_free(store):
     owner = next((store.folder / "locks").glob("*.owner"))
     assert json.loads(owner.read_text())[1] == child.pid
     begin = time.monotonic()
-    StoredProcess(Springs(), store).evaluate(path())
+    EvaluatedProcess(Springs(), store).evaluate(path())
     assert time.monotonic() - begin < 5.0
 
 
 def test_an_entry_is_used_last_when_it_is_read_last(store):
-    process = StoredProcess(Springs(), store)
+    process = EvaluatedProcess(Springs(), store)
     for k in range(3):
         process.evaluate(path(k))
     for age, entry in enumerate(store.entries()):
@@ -313,7 +316,7 @@ def test_an_entry_is_used_last_when_it_is_read_last(store):
 
 
 def test_an_answered_event_says_how_long_it_took(store, told):
-    StoredProcess(Springs(seconds=0.1), store, told.append).evaluate(path())
+    EvaluatedProcess(Springs(seconds=0.1), store, told.append).evaluate(path())
     (answered,) = told
     assert isinstance(answered, StoredAnswer)
     assert answered.seconds >= 0.1

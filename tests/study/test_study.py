@@ -33,6 +33,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
+from coupling.run.plant import PLANT_REPLAY
 from coupling.run.stored_run import read_run
 from coupling.store import Store
 from coupling.study.cluster import _client, _require_same, _version
@@ -361,7 +362,7 @@ def test_each_robot_may_be_coupled_with_its_process(cluster, tmp_path):
     row = table[7].tolist()
     plant = f"stiffness_factor = {[*row[:5], 1.0]}\npayload_kg = {row[5]!r}\ncouple = true\n"
     case = load_case(moving(tmp_path, f"[plant]\n{plant}", feed="0.1"))
-    alone = run_compensation(case).plant
+    alone = run_compensation(case).of(PLANT_REPLAY)
     assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
 
 

@@ -18,7 +18,7 @@ from coupling.files.csv_table import POSE_COLUMNS, read_table, write_table
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
 from elastic_robot.chain import build_chain
@@ -197,7 +197,7 @@ def test_a_plan_is_the_motion_that_made_the_path(seed, joints):
     q = rng.uniform(-1.0, 1.0, joints) + 0.15 * wave + 0.2 * np.abs(time - 0.4771)[:, None]
     planner = InverseKinematics(robot, q[0])
     path = ToolPath(time, planner.poses(q))
-    serial = SerialRobot(robot)
+    serial = RigidRobot(robot)
     posture = serial.posture(q.T, np.zeros((3, len(time))))
     scaled = np.concatenate([posture.lever / serial.reach, posture.axis], axis=1)
     least = np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min()

@@ -20,9 +20,9 @@ from scipy.signal import cont2discrete, lfilter
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import prior_of
 from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.links import solve_links
 from coupling.inverse.servo import presliding
 from coupling.inverse.spline import UniformSpline
-from coupling.inverse.windows import solve_links
 from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot

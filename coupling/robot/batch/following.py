@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, task_step
-from coupling.robot.batch.serial_robot import BatchPosture, SerialRobot, TipMotion
+from coupling.robot.batch.rigid_robot import BatchPosture, RigidRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
 # A pose is reached when position and rotation agree to this, lengths in units of the reach.
@@ -50,7 +50,7 @@ class Targets:
 
 
 def reached(
-    robot: SerialRobot,
+    robot: RigidRobot,
     targets: Targets,
     start: np.ndarray,
     iterations: int = _ITERATIONS,
@@ -66,7 +66,7 @@ def reached(
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
         near: Cost that chooses a posture where there are more than six joints; None: the shortest way.
     """
-    q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
+    q, is_reached = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
     for _ in range(iterations):
         now = targets.chosen(live)
@@ -74,20 +74,20 @@ def reached(
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
         step, nearest = _step(posture, robot.reach, error, size, near and near.chosen(live))
-        done = (size < tolerance**2) & nearest
-        found[live[done]] = True
-        if done.all():
+        converged = (size < tolerance**2) & nearest
+        is_reached[live[converged]] = True
+        if converged.all():
             break
         largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
         step *= np.minimum(1.0, _LARGEST_STEP / largest)
-        keep = ~done
+        keep = ~converged
         q[:, live[keep]] += step[:, keep]
         live = live[keep]
-    return q, found
+    return q, is_reached
 
 
 def angles_from_home(
-    robot: SerialRobot, targets: Targets, home: np.ndarray
+    robot: RigidRobot, targets: Targets, home: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
@@ -112,7 +112,7 @@ def angles_from_home(
     return reached(robot, targets, q)
 
 
-def self_motion(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
+def self_motion(robot: RigidRobot, q: np.ndarray) -> np.ndarray:
     """Return the self-motion of a posture, by the angle of its freest joint [1], (joints,).
 
     Args:
@@ -126,7 +126,7 @@ def self_motion(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
 
 
 def nearest_angles(
-    robot: SerialRobot, targets: Targets, near: NearHome
+    robot: RigidRobot, targets: Targets, near: NearHome
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the postures nearest to home that hold the tool on poses, and whether any was reached.
 
@@ -173,7 +173,7 @@ class FollowingRobot:
 
 
 def following(
-    robot: SerialRobot,
+    robot: RigidRobot,
     q: np.ndarray,
     tcp_shift: np.ndarray,
     motion: TipMotion,
@@ -218,7 +218,7 @@ def following(
 
 
 def _bending(
-    robot: SerialRobot,
+    robot: RigidRobot,
     q: np.ndarray,
     tcp_shift: np.ndarray,
     motion: TipMotion,
@@ -269,7 +269,7 @@ def _jacobian(posture: BatchPosture, reach: float) -> np.ndarray:
 
 def _error(posture: BatchPosture, targets: Targets, reach: float) -> np.ndarray:
     """Return from the poses to the targets: position over the reach, and sin(angle) axis, (6, n)."""
-    turn = sum(cross(own, wanted) for own, wanted in zip(posture.tool, targets.tool, strict=True))
+    turn = sum(cross(axis, goal) for axis, goal in zip(posture.tool, targets.tool, strict=True))
     return np.concatenate([(targets.position - posture.tip) / reach, 0.5 * np.asarray(turn)])
 
 

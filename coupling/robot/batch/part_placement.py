@@ -11,7 +11,7 @@ from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.robot.batch.following import FollowingRobot, Targets, following, reached
 from coupling.robot.batch.redundancy import few_joints
-from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from elastic_robot.description import Robot
 
 # Postures that inverse kinematics starts from, and their seed.
@@ -57,7 +57,7 @@ def part_placements(
     Raises:
         PlanningError: If the robot reaches none with that orientation.
     """
-    serial, rng = SerialRobot(robot), np.random.default_rng(_SEED)
+    serial, rng = RigidRobot(robot), np.random.default_rng(_SEED)
     limits = JointLimits.of(robot)
     lower, upper = np.maximum(limits.lower, -_TURN), np.minimum(limits.upper, _TURN)
     start = rng.uniform(lower[:, None], upper[:, None], (len(lower), _STARTS))
@@ -74,8 +74,8 @@ def part_placements(
     corners = half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1, 1)
     around = (corners + position[:, None, best]).reshape(3, -1)
     near = np.tile(q[:, best], corners.shape[1])
-    there, found = reached(serial, _targets(around, base_from_tool), near, _ITERATIONS)
-    at_corners = np.where(found, _worth(serial, there, lower, upper), -np.inf)
+    there, is_reached = reached(serial, _targets(around, base_from_tool), near, _ITERATIONS)
+    at_corners = np.where(is_reached, _worth(serial, there, lower, upper), -np.inf)
     least = np.minimum(worth[best], at_corners.reshape(corners.shape[1], len(best)).min(axis=0))
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
@@ -96,10 +96,10 @@ def _targets(position: np.ndarray, base_from_tool: Rotation) -> Targets:
     return Targets(position, tool, np.zeros((3, count)))
 
 
-def _worth(serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+def _worth(serial: RigidRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Return 1 for postures that are clear of everything, less for others, (n,)."""
-    still = np.zeros((3, q.shape[1]))
-    at: FollowingRobot = following(serial, q, still, TipMotion(still, still, still, still))
+    zero = np.zeros((3, q.shape[1]))
+    at: FollowingRobot = following(serial, q, zero, TipMotion(zero, zero, zero, zero))
     clear = np.minimum(q - lower[:, None], upper[:, None] - q).min(axis=0)
     worth: np.ndarray = np.minimum(1.0, np.minimum(at.conditioning / _REGULAR, clear / _CLEAR))
     return worth - _BENT * np.abs(q).sum(axis=0) / (2.0 * np.pi)

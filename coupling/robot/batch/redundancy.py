@@ -68,7 +68,7 @@ class NearHome:
         """Return from where on the lower and the upper limits push [rad], and how near they are [1]."""
         lower, upper = self.limits.lower, self.limits.upper
         clear = np.minimum(_CLEAR, _PART * (upper - lower))
-        return [(clear, np.maximum(1.0 - own / clear, 0.0)) for own in (q - lower, upper - q)]
+        return [(clear, np.maximum(1.0 - margin / clear, 0.0)) for margin in (q - lower, upper - q)]
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def combined(columns: Columns, weights: Sequence[float]) -> np.ndarray:
     return sum(parts[1:], parts[0]) if parts else np.zeros_like(columns[0])
 
 
-def turned(columns: Columns, axis: Sequence[float], angle: np.ndarray) -> Columns:
+def rotate_columns(columns: Columns, axis: Sequence[float], angle: np.ndarray) -> Columns:
     """Return R Rot(axis, angle) by its columns (Rodrigues).
 
     Args:
@@ -45,19 +45,19 @@ def turned(columns: Columns, axis: Sequence[float], angle: np.ndarray) -> Column
         if abs(part) == 1.0:
             first, second = columns[k - 2], columns[k - 1]
             sin = part * sin
-            found = [columns[k]] * 3
-            found[k - 2], found[k - 1] = cos * first + sin * second, cos * second - sin * first
-            return found
+            rotated = [columns[k]] * 3
+            rotated[k - 2], rotated[k - 1] = cos * first + sin * second, cos * second - sin * first
+            return rotated
     along = combined(columns, axis)
     x, y, z = axis
     across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
-    found = []
+    rotated = []
     for column, part, other in zip(columns, (x, y, z), across, strict=True):
         new = cos * column + sin * combined(columns, other)
         if part != 0.0:
             new += ((1.0 - cos) * part) * along
-        found.append(new)
-    return found
+        rotated.append(new)
+    return rotated
 
 
 def applied(columns: Columns, vector: np.ndarray) -> np.ndarray:

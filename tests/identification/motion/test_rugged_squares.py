@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from coupling.identification.motion import identifiability
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.identification import identify_motion
-from coupling.identification.motion.moved_robot import MovedRobot
 from docs.scripts.motion_recovery import BANDWIDTH, STEP, Known, arm, recorded
 
 
@@ -23,7 +23,7 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
     """
     rng = np.random.default_rng(2)
     robot = replace(arm(), gravity=(0.0, 0.0, 0.0))
-    with MovedRobot(robot) as fmu:
+    with DrivenFmu(robot) as fmu:
         recording = recorded(fmu, robot, rng)
     keep = np.exp(-STEP / 0.2)
     white = rng.standard_normal((len(recording.time) + 200, 2))
@@ -61,12 +61,12 @@ def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
 ):
     """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
 
-    def looked(problem, x):
+    def fit_roughly(problem, x):
         return SimpleNamespace(x=np.where(x > 1.2, other, 1.0))
 
-    monkeypatch.setattr(identifiability, "looked", looked)
+    monkeypatch.setattr(identifiability, "fit_roughly", fit_roughly)
     monkeypatch.setattr(
-        identifiability, "unlikely", lambda problem, x: less_likely * float(x[0] != 1.0)
+        identifiability, "minus_log_likelihood", lambda problem, x: less_likely * float(x[0] != 1.0)
     )
     blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
     blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))

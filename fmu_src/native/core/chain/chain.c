@@ -12,28 +12,13 @@ void er_angles(const er_robot *robot, const double *q, const double *x, double *
         theta[robot->elastic_angle[k]] += x[k];
 }
 
-/* Below this angle [rad] the series are exact to rounding; tilts and gears give way by less. */
-#define SMALL_ANGLE 0.01
-
-static void sine_and_cosine(double angle, double *s, double *c)
-{
-    double a2 = angle * angle;
-    if (fabs(angle) <= SMALL_ANGLE) {
-        *s = angle - angle * a2 * (1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5040.0)));
-        *c = 1.0 - a2 * (0.5 - a2 * (1.0 / 24.0 - a2 * (1.0 / 720.0)));
-    } else {
-        *s = sin(angle);
-        *c = cos(angle);
-    }
-}
-
 /* R turned on about an axis of its own frame: by Rodrigues' formula, or two of its columns in their plane. */
 static void turn_frame(const er_rotation *rotation, double angle, double R[9])
 {
     const double *a = rotation->axis;
     int along = rotation->along;
     double s, c;
-    sine_and_cosine(angle, &s, &c);
+    er_sine_and_cosine(angle, &s, &c);
     if (along != ER_ASKEW) {
         double *first = R + (along + 1) % 3, *second = R + (along + 2) % 3;
         s *= a[along];

@@ -92,6 +92,21 @@ static inline void er_add_cross(const double a[3], const double b[3], double sum
         sum[c] += product[c];
 }
 
+/* Below this angle [rad] the series are exact to rounding; tilts and gears give way by less. */
+#define ER_SMALL_ANGLE 0.01
+
+static inline void er_sine_and_cosine(double angle, double *s, double *c)
+{
+    double a2 = angle * angle;
+    if (fabs(angle) <= ER_SMALL_ANGLE) {
+        *s = angle - angle * a2 * (1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5040.0)));
+        *c = 1.0 - a2 * (0.5 - a2 * (1.0 / 24.0 - a2 * (1.0 / 720.0)));
+    } else {
+        *s = sin(angle);
+        *c = cos(angle);
+    }
+}
+
 /* out = R v */
 static inline void er_rotate(const double R[9], const double v[3], double out[3])
 {

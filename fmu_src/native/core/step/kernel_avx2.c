@@ -1,17 +1,16 @@
 /* The kernel with four states in the lanes of AVX2 registers.
  *
- * Built everywhere; used where the compiler has vector types and the processor, by its own word
- * (cpuid) and the system's (xgetbv), has AVX2 and fused multiply-add.
+ * Built everywhere; used where the compiler has vector types and the processor has AVX2 (processor.h).
  */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
+#include "../chain/processor.h"
 #include "kernel.h"
 
 #if defined(__GNUC__) && defined(__x86_64__)
 
-#include <cpuid.h>
 #include <immintrin.h>
 
 #if defined(__clang__)
@@ -117,22 +116,9 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #pragma GCC pop_options
 #endif
 
-static bool has_avx2(void)
-{
-    const unsigned fma = 1u << 12, osxsave = 1u << 27, avx2 = 1u << 5, saved_registers = 6u;
-    unsigned a, b, c, d, low, high;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & (fma | osxsave)) != (fma | osxsave))
-        return false;
-    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-    (void)high;
-    if ((low & saved_registers) != saved_registers)
-        return false;
-    return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & avx2) != 0;
-}
-
 er_kernel er_best_kernel(void)
 {
-    return has_avx2()
+    return er_has_avx2()
                ? (er_kernel){avx2_drive, avx2_move, avx2_reach, avx2_loads, avx2_carry, avx2_stages,
                              avx2_finish, avx2_spread, avx2_invert, avx2_improve, avx2_filter,
                              avx2_link, avx2_direct, avx2_shift, avx2_tangent, avx2_motor_stages, avx2_motor_wind_up,

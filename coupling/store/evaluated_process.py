@@ -1,35 +1,21 @@
-"""A process whose answers are kept."""
+"""A process as commands evaluate it: checked, tried again, kept, remembered and without noise."""
 
 from __future__ import annotations
 
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
-from coupling.errors import StoreError
-from coupling.events import Event, WarningEvent, Watch, unwatched
+from coupling.errors import ProcessError, StoreError
+from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Process, ProcessResponse, ProcessWrapper
+from coupling.process.base import Process, ProcessRequest, ProcessResponse
+from coupling.process.checked import checked_answer
+from coupling.process.smoothing import NoiseRemoval
+from coupling.results.run_state import StoredAnswer
 from coupling.store.entry import EntryInfo, as_stored, evaluation_key, size_of
 from coupling.store.store import Store
-
-
-@dataclass(frozen=True)
-class StoredAnswer(Event):
-    """A process has answered, or the store has in its place.
-
-    Attributes:
-        key: Key of the answer; empty where the process has no identity.
-        origin: "computed", or "store".
-        seconds: Time that it took [s].
-    """
-
-    key: str
-    origin: Literal["computed", "store"]
-    seconds: float
-
 
 _CHANGED = (
     "a file that the process's answers depend on has changed since the run began: the result is used,"
@@ -37,8 +23,11 @@ _CHANGED = (
 )
 
 
-class StoredProcess(ProcessWrapper):
-    """A process that answers from a store where it can, and whose answers are kept before they are used.
+class EvaluatedProcess:
+    """A process as commands evaluate it.
+
+    Its answers are checked, tried again where they fail, taken from a store where it has them and kept
+    there before they are used, remembered, and rid of their noise.
 
     Room for an answer is taken before it is computed, so that a full disk is found first.  An answer
     that cannot be kept all the same is used, and kept as soon as there is room.
@@ -46,24 +35,38 @@ class StoredProcess(ProcessWrapper):
     Args:
         process: The process; without an identity it is evaluated every time.
         store: The store; None: every answer is computed.
-        watch: Function called with every answer.
+        watch: Function called with every answer, and with tries that fail.
         name: Name of the process, for people.
+        tries: Tries of one evaluation at most, >= 1: a licence may be taken, a node lost.
         identify: Function that finds the identity of the process anew; where that is another one after
             an evaluation, as a file of the process has changed, its answer is not kept.
+        noise_removal: Removal of the noise in its answers; None: they are left as they are.
+
+    Attributes:
+        last: Last evaluation, its answer with its noise; None before the first.
     """
 
     def __init__(
         self,
         process: Process,
-        store: Store | None,
+        store: Store | None = None,
         watch: Watch = unwatched,
         name: str = "",
+        tries: int = 1,
         identify: Callable[[], str] | None = None,
+        noise_removal: NoiseRemoval | None = None,
     ) -> None:
-        self.process, self._store, self._watch = process, store, watch
+        self._process, self._store, self._watch = process, store, watch
+        self._name, self._tries = name or type(process).__name__, tries
         self._identify = identify or (lambda: process.identity)
-        self._name = name or type(process).__name__
+        self.noise_removal = noise_removal
         self._pending: dict[str, tuple[ProcessResponse, EntryInfo]] = {}
+        self.last: ProcessRequest | None = None
+
+    @property
+    def identity(self) -> str:
+        """Key of the answers, that of the process."""
+        return self._process.identity
 
     @property
     def not_stored(self) -> int:
@@ -79,23 +82,38 @@ class StoredProcess(ProcessWrapper):
         """
         self.settle()
         start, key = time.perf_counter(), evaluation_key(self.identity, path)
-        response = None if self._store is None or not key else self._kept(self._store, key, path)
+        store = self._store if key else None
+        response = None if store is None else self._stored_response(store, key, path)
         origin: Literal["computed", "store"] = "computed" if response is None else "store"
         if response is None:
-            if self._store is None or not key:
-                response = as_stored(self.process.evaluate(path))
+            if store is None:
+                response = as_stored(self.computed(path))
             else:
-                response, origin = self._claimed(self._store, key, path)
-        self._watch(StoredAnswer(key, origin, time.perf_counter() - start))
-        return response
+                response, origin = self._claimed(store, key, path)
+        seconds = time.perf_counter() - start
+        self._watch(StoredAnswer(key=key, origin=origin, seconds=seconds))
+        self.last = ProcessRequest(path, response, max(seconds, self._stored_seconds(store, key)))
+        return response if self.noise_removal is None else self.noise_removal.smoothed(self.last)
 
-    def seconds(self, path: ToolPath) -> float:
-        """Return the time that the kept answer to a path took [s]; 0 where none is kept."""
-        key = evaluation_key(self.identity, path)
-        if self._store is None or not key:
-            return 0.0
-        about = self._pending[key][1] if key in self._pending else self._store.about(key)
-        return 0.0 if about is None else about.seconds
+    def computed(self, path: ToolPath) -> ProcessResponse:
+        """Return the process's answer to a path, whatever is kept, of the first try that has one.
+
+        Raises:
+            ProcessError: Of the last try, with the number of tries, if all of them fail.
+        """
+        for number in range(1, self._tries):
+            try:
+                return checked_answer(self._process, path, self._name)
+            except ProcessError as cause:
+                self._watch(
+                    WarningEvent(f"try {number} of {self._tries} failed, the next begins: {cause}")
+                )
+        try:
+            return checked_answer(self._process, path, self._name)
+        except ProcessError as cause:
+            if self._tries == 1:
+                raise
+            raise ProcessError(f"all {self._tries} tries failed, the last one: {cause}") from cause
 
     def settle(self) -> None:
         """Try again to keep what could not be kept."""
@@ -108,7 +126,14 @@ class StoredProcess(ProcessWrapper):
                 continue
             del self._pending[key]
 
-    def _kept(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
+    def _stored_seconds(self, store: Store | None, key: str) -> float:
+        """Return the time that computing a kept answer took [s]; 0 where none is kept."""
+        if store is None:
+            return 0.0
+        about = self._pending[key][1] if key in self._pending else store.about(key)
+        return 0.0 if about is None else about.seconds
+
+    def _stored_response(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
         return self._pending[key][0] if key in self._pending else store.read(key, path)
 
     def _claimed(
@@ -121,7 +146,7 @@ class StoredProcess(ProcessWrapper):
             file = store.room(key, size_of(path))
             start = time.perf_counter()
             try:
-                response = as_stored(self.process.evaluate(path))
+                response = as_stored(self.computed(path))
                 changed = self._identify() != self.identity
             except BaseException:
                 file.discard()

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.robot.batch.vectors import Columns, applied, combined, cross, dot, seen_from, turned
+from coupling.robot.batch.vectors import (
+    Columns,
+    applied,
+    combined,
+    cross,
+    dot,
+    rotate_columns,
+    seen_from,
+)
 from elastic_robot.balancers import BalancerCurve
 from elastic_robot.description import Robot
 
@@ -59,7 +67,7 @@ class _BodyMotion:
     acceleration: np.ndarray
 
 
-class SerialRobot:
+class RigidRobot:
     """A robot whose joints do not give way.
 
     Args:
@@ -97,7 +105,7 @@ class SerialRobot:
         for k, (axis, origin, angle) in enumerate(zip(self._axes, self._origins, q, strict=True)):
             at = at + combined(columns, origin)
             axes[k], origins[k] = combined(columns, axis), at
-            columns = turned(columns, axis, angle)
+            columns = rotate_columns(columns, axis, angle)
             bodies.append(columns)
         tool = [combined(columns, column) for column in self._tool.T.tolist()]
         tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
@@ -111,10 +119,10 @@ class SerialRobot:
         Args:
             rate: q' [rad/s], (joints, n).
         """
-        still = np.zeros((3, rate.shape[1]))
-        *_, last = self._motion(posture, rate, np.zeros_like(rate), still)
+        zero = np.zeros((3, rate.shape[1]))
+        *_, last = self._motion(posture, rate, np.zeros_like(rate), zero)
         arm = posture.tip - posture.origin[-1]
-        return _carried(last, arm), last.spin_rate
+        return _point_acceleration(last, arm), last.spin_rate
 
     def load(
         self, posture: BatchPosture, rate: np.ndarray, acceleration: np.ndarray, gravity: np.ndarray
@@ -136,7 +144,7 @@ class SerialRobot:
                     continue
                 motion, columns = motions[k], posture.body[k]
                 arm = combined(columns, body.com)
-                push = body.mass * _carried(motion, arm)
+                push = body.mass * _point_acceleration(motion, arm)
                 spin, spin_rate = (seen_from(columns, v) for v in (motion.spin, motion.spin_rate))
                 inertia = body.inertia_matrix
                 spin_moment = inertia @ spin_rate + cross(spin, inertia @ spin)
@@ -153,12 +161,12 @@ class SerialRobot:
         self, posture: BatchPosture, rate: np.ndarray, acceleration: np.ndarray, base: np.ndarray
     ) -> list[_BodyMotion]:
         """Return the motion of every body; `base` is the acceleration of the base, (3, n)."""
-        still = np.zeros_like(base)
-        motion, before, motions = _BodyMotion(still, still, base), still, []
+        zero = np.zeros_like(base)
+        motion, before, motions = _BodyMotion(zero, zero, base), zero, []
         for axis, origin, q_rate, q_acceleration in zip(
             posture.axis, posture.origin, rate, acceleration, strict=True
         ):
-            at = _carried(motion, origin - before)
+            at = _point_acceleration(motion, origin - before)
             turn = axis * q_rate
             spin_rate = motion.spin_rate + axis * q_acceleration + cross(motion.spin, turn)
             motion, before = _BodyMotion(motion.spin + turn, spin_rate, at), origin
@@ -166,7 +174,7 @@ class SerialRobot:
         return motions
 
 
-def _carried(motion: _BodyMotion, arm: np.ndarray) -> np.ndarray:
+def _point_acceleration(motion: _BodyMotion, arm: np.ndarray) -> np.ndarray:
     """Return the acceleration of a point of a body, an arm away from its joint's centre."""
     whirl = cross(motion.spin, cross(motion.spin, arm))
     return motion.acceleration + cross(motion.spin_rate, arm) + whirl

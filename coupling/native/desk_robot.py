@@ -1,0 +1,176 @@
+"""A robot in the desk library: loads, poses and masses of its chain at many instants."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from dataclasses import replace
+
+import numpy as np
+
+from coupling.native.desk_library import loaded_library
+from coupling.native.robot_text import MOST_JOINTS, robot_text
+from elastic_robot.description import Joint, Robot
+from elastic_robot.errors import RobotFileError
+
+_MESSAGE = 400
+
+
+def numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array as C reads it: doubles of a given shape, in its unit.
+
+    Args:
+        name: Name of the array, for the message.
+        values: Array, any unit, (...).
+        shape: The shape that it must have.
+
+    Raises:
+        ValueError: If it has another shape.
+    """
+    rows = np.ascontiguousarray(values, dtype=np.float64)
+    if rows.shape != shape:
+        raise ValueError(f"{name}: expected an array of shape {shape}, got {rows.shape}")
+    return rows
+
+
+def finite_numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of a shape as `numbers` does, in its unit, and refuse what is not finite.
+
+    Args:
+        name: Name of the array, for the message.
+        values: Array, any unit, (...).
+        shape: The shape that it must have.
+
+    Raises:
+        ValueError: If it has another shape, or is not finite.
+    """
+    rows = numbers(name, values, shape)
+    if not np.isfinite(rows).all():
+        raise ValueError(f"{name}: expected finite numbers, got {rows[~np.isfinite(rows)][0]}")
+    return rows
+
+
+def address(values: np.ndarray) -> ctypes.c_void_p:
+    """Return where the numbers of an array begin; the caller keeps the array.
+
+    Args:
+        values: Array as `numbers` returns it, any unit and shape.
+    """
+    return ctypes.c_void_p(values.ctypes.data)
+
+
+class DeskRobot:
+    """The chain of a robot, in C.
+
+    Args:
+        robot: The robot; what its gears and motors do is none of the chain's.
+        plain: Whether plain C is used where the processor could do better.
+
+    Attributes:
+        handle: Its address in the library.
+        sizes: Numbers of joints, of angles of the chain and of tilts.
+
+    Raises:
+        RobotFileError: If it has more joints than the library holds.
+        CompilerError: If the library is neither shipped nor can be compiled here.
+    """
+
+    def __init__(self, robot: Robot, plain: bool = False) -> None:
+        if len(robot.joints) > MOST_JOINTS:
+            raise RobotFileError(
+                f"{robot.name}: expected at most {MOST_JOINTS} joints for the inverse, got"
+                f" {len(robot.joints)}: leave out joints that stand still"
+            )
+        self._robot, self._library = robot, loaded_library()
+        text = robot_text(replace(robot, joints=tuple(map(_of_chain, robot.joints))), "{desk}")
+        message = ctypes.create_string_buffer(_MESSAGE)
+        create = self._library.er_desk_create_plain if plain else self._library.er_desk_create
+        handle = create(text.encode(), message)
+        if not handle:
+            raise RobotFileError(f"{robot.name}: {message.value.decode(errors='replace')}")
+        self.handle = ctypes.c_void_p(handle)
+        weakref.finalize(self, self._library.er_desk_free, self.handle)
+        elastic = [joint.stiffness is not None for joint in robot.joints]
+        tilts = sum(len(joint.tilt) for joint in robot.joints)
+        self.sizes = len(robot.joints), len(robot.joints) + tilts, tilts
+        self._angles, self._elastics = self.sizes[1], sum(elastic) + tilts
+
+    def __reduce__(self) -> tuple[type[DeskRobot], tuple[Robot]]:
+        return DeskRobot, (self._robot,)
+
+    def loads(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> np.ndarray:
+        """Return M theta'' + h - J^T w, balancers taken off [N m], (k, angles).
+
+        Args:
+            theta, rate, acceleration: Motion of all angles of the chain [rad, rad/s, rad/s^2],
+                (k, angles) each.
+            wrench: Wrench on the robot at the TCP, base axes [N, N m], (k, 6).
+        """
+        motion = self._motion(theta, rate, acceleration, wrench)
+        load = np.empty_like(motion[0])
+        self._call("er_desk_loads", *motion, load)
+        return load
+
+    def linearised(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the loads, their derivatives, Jacobian and pose of the TCP; arguments as `loads`.
+
+        Returns:
+            Loads [N m], (k, angles); derivatives by theta, theta', theta'' [N m/rad, ..],
+            (k, 3, angles, angles); Jacobian, base axes [m/rad, rad/rad], (k, 6, angles); position [m],
+            (k, 3); base_from_tool, (k, 3, 3).
+        """
+        motion = self._motion(theta, rate, acceleration, wrench)
+        count, n = motion[0].shape
+        found = (
+            np.empty((count, n)),
+            np.empty((count, 3, n, n)),
+            np.empty((count, 6, n)),
+            np.empty((count, 3)),
+            np.empty((count, 3, 3)),
+        )
+        self._call("er_desk_linearise", *motion, *found)
+        return found
+
+    def placements(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return position [m], (k, 3), and rotation base_from_tool of the TCP, (k, 3, 3).
+
+        Args:
+            theta: Angles of the chain [rad], (k, angles).
+        """
+        angles = numbers("angles", theta, (len(theta), self._angles))
+        position, rotation = np.empty((len(angles), 3)), np.empty((len(angles), 3, 3))
+        self._call("er_desk_place", angles, position, rotation)
+        return position, rotation
+
+    def masses(self, theta: np.ndarray) -> np.ndarray:
+        """Return the mass matrices of the elastic coordinates [kg m^2], (k, m, m).
+
+        Args:
+            theta: Angles of the chain [rad], (k, angles).
+        """
+        angles = numbers("angles", theta, (len(theta), self._angles))
+        mass = np.empty((len(angles), self._elastics, self._elastics))
+        self._call("er_desk_masses", angles, mass)
+        return mass
+
+    def _motion(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> list[np.ndarray]:
+        shape = len(theta), self._angles
+        names = ("angles", "rates", "accelerations")
+        motion = zip(names, (theta, rate, acceleration), strict=True)
+        rows = [numbers(name, values, shape) for name, values in motion]
+        return [*rows, numbers("wrenches", wrench, (len(theta), 6))]
+
+    def _call(self, name: str, *arrays: np.ndarray) -> None:
+        count = ctypes.c_int64(len(arrays[0]))
+        getattr(self._library, name)(self.handle, count, *map(address, arrays))
+
+
+def _of_chain(joint: Joint) -> Joint:
+    """Return a joint without what acts between motor and gear."""
+    return replace(joint, torque_table=None, hysteresis=(), kinematic_error=(), drive=None)

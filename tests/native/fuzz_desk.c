@@ -1,0 +1,147 @@
+/* Random numbers for the desk library: fuzz_desk ROUNDS SEED ROBOT.TXT..
+ *
+ * Every array has its own size and not a number more, so that a sanitizer sees what is read beside it.
+ */
+#include "draw.h"
+
+#include "../../coupling/native/desk/drive_fit.h"
+#include "../../coupling/native/desk/link_path.h"
+
+static double *draw_numbers(size_t count, bool wild)
+{
+    double *numbers = malloc(count * sizeof *numbers + (count == 0));
+    CHECK(numbers != NULL);
+    for (size_t k = 0; k < count; k++)
+        numbers[k] = wild ? draw_value() : 1e-3 * (draw(2001) - 1000.0);
+    return numbers;
+}
+
+static void draw_rows(const er_desk *desk, bool wild)
+{
+    size_t n = desk->robot.angles, m = desk->robot.elastics, count = 1 + draw(9);
+    double *theta = draw_numbers(count * n, wild), *rate = draw_numbers(count * n, wild);
+    double *acceleration = draw_numbers(count * n, wild), *wrench = draw_numbers(count * 6, wild);
+    double *load = draw_numbers(count * n, false), *by = draw_numbers(count * 3 * n * n, false);
+    double *jacobian = draw_numbers(count * 6 * n, false), *position = draw_numbers(count * 3, false);
+    double *rotation = draw_numbers(count * 9, false), *mass = draw_numbers(count * m * m, false);
+    er_desk_loads(desk, count, theta, rate, acceleration, wrench, load);
+    er_desk_linearise(desk, count, theta, rate, acceleration, wrench, load, by, jacobian, position, rotation);
+    er_desk_place(desk, count, theta, position, rotation);
+    er_desk_masses(desk, count, theta, mass);
+    free(theta), free(rate), free(acceleration), free(wrench), free(load), free(by);
+    free(jacobian), free(position), free(rotation), free(mass);
+}
+
+/* Whether an iteration was solved. */
+static bool draw_iteration(const er_desk *desk, bool wild)
+{
+    size_t n = desk->robot.angles, intervals = 1 + draw(120), edge = draw(11), conditions = draw(40);
+    er_link_report report;
+    er_link_task task = {.intervals = (int64_t)intervals, .conditions = (int64_t)conditions};
+    int64_t *first = malloc((conditions + 1) * sizeof *first), *angle = malloc((conditions + 1) * sizeof *angle);
+    er_link_iterations *links = er_link_iterations_create(desk, 6 + draw(40));
+    double *numbers[11], *coefficients = draw_numbers((intervals + 5) * n, wild);
+    double *step = draw_numbers((intervals + 5) * n, false);
+    size_t sizes[] = {36, 3 * (intervals + 1), 4 * (intervals + 1), 6 * (intervals + 1), 0, 0, 0,
+                      (intervals + 5) * desk->robot.joints, desk->tilts.count, 5 * conditions, conditions};
+    const double **arrays[] = {&task.weights, &task.position, &task.quaternion, &task.wrench, &task.middle_position,
+                               &task.middle_quaternion, &task.middle_wrench, &task.rigid, &task.balance,
+                               &task.condition_weights, &task.condition_target};
+    bool solved;
+    CHECK(links != NULL && first != NULL && angle != NULL);
+    if (2 * edge > intervals)
+        edge = intervals / 2;
+    task.edge = (int64_t)edge;
+    sizes[4] = 6 * edge, sizes[5] = 8 * edge, sizes[6] = 12 * edge;
+    for (int k = 0; k < 11; k++)
+        *arrays[k] = numbers[k] = draw_numbers(sizes[k], wild && draw(3) == 0);
+    for (size_t c = 0; c < conditions; c++) {
+        first[c] = draw(2) ? 0 : task.intervals;
+        angle[c] = draw((unsigned)n);
+    }
+    task.condition_first = first;
+    task.condition_angle = angle;
+    task.position_weight = task.rotation_weight = 1e3;
+    task.acceleration_weight = task.tether = 1.0;
+    solved = er_link_iterations_improve(links, &task, coefficients, draw(2) ? 0.0 : 1e-9, step, &report);
+    er_link_iterations_free(links);
+    for (int k = 0; k < 11; k++)
+        free(numbers[k]);
+    free(first), free(angle), free(coefficients), free(step);
+    return solved;
+}
+
+/* A drive and its fit. */
+static void draw_drive(bool wild)
+{
+    size_t count = 3 + draw(20), parts = 1 + draw(9), degree = draw(2) ? 3 : 5, pieces = 1 + draw(6), sines = draw(4);
+    size_t conditions = draw(6), steps = count * parts, size = (count + degree + 1) * (parts + 1);
+    er_drive_fit fit = {.drive = {.count = (int64_t)count, .parts = (int64_t)parts, .degree = (int64_t)degree,
+                                  .first = draw(2), .pieces = (int64_t)pieces, .sines = (int64_t)sines,
+                                  .step = 1e-3, .damping = draw_value(), .link_rate = draw_value()},
+                        .cycle = 1e-3 * (double)parts, .smoothing = 1e-8, .heavy = 1e4, .counted = 1e2,
+                        .idle = 1e-7, .held = 1e14, .conditions = (int64_t)conditions};
+    er_gear_drive *drive = &fit.drive;
+    bool held = draw(2);
+    const double **arrays[] = {&drive->knots, &drive->origins, &drive->cubics, &drive->amplitude, &drive->order,
+                               &drive->phase, &drive->value, &drive->start_row, &drive->fine, &drive->link,
+                               &drive->impulse, &drive->inertia, &drive->scale, &fit.bend, &fit.condition_weights,
+                               &fit.condition_value, &drive->held_wind_up, &drive->held_impulse, &drive->held_slope};
+    const size_t sizes[] = {pieces - 1, pieces, 4 * pieces, sines, sines, sines, 5 * parts * (degree + 1), degree + 1,
+                            160, 4 * steps + 1, 2 * steps, steps, steps, count + degree - 2, conditions * (degree + 1),
+                            conditions, 5 * steps, 2 * steps, 10 * steps};
+    double *work, *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
+    double *step = draw_numbers(size, false), *wind_up = draw_numbers(5 * steps, false);
+    double *defects = draw_numbers(steps, false), *rows = draw_numbers(steps * (degree + 5), false);
+    unsigned char *free_ones = malloc(size);
+    int64_t *first = malloc((conditions + 1) * sizeof *first);
+    int count_of_arrays = held ? 19 : 16;
+    CHECK(free_ones != NULL && first != NULL);
+    for (int k = 0; k < count_of_arrays; k++)
+        *arrays[k] = numbers[k] = draw_numbers(sizes[k], wild && draw(3) == 0);
+    for (size_t k = 0; k < size; k++)
+        free_ones[k] = draw(4) != 0;
+    for (size_t c = 0; c < conditions; c++)
+        first[c] = draw((unsigned)count);
+    fit.free = free_ones;
+    fit.condition_first = first;
+    er_gear_wind_ups(drive, coefficients, misses, wind_up);
+    er_gear_defects(drive, coefficients, misses, defects);
+    er_gear_rows(drive, coefficients, misses, rows);
+    er_drive_fit_value(&fit, coefficients, misses);
+    work = draw_numbers((size_t)er_drive_fit_room(&fit), wild);
+    er_drive_fit_step(&fit, coefficients, misses, draw_input(), work, step);
+    free(work);
+    for (int k = 0; k < count_of_arrays; k++)
+        free(numbers[k]);
+    free(coefficients), free(misses), free(step), free(wind_up), free(defects), free(rows), free(free_ones), free(first);
+}
+
+int main(int count, char **arguments)
+{
+    int solved = 0, rounds = atoi(arguments[1]);
+    start_draw(count, arguments, 2);
+    for (int k = 0; k < rounds; k++) {
+        char message[ER_MESSAGE];
+        er_failure failure;
+        size_t size;
+        char *text = er_read_file(arguments[3 + draw((unsigned)count - 3)], &size, &failure);
+        er_desk *(*create)(const char *, char *) = draw(2) ? er_desk_create : er_desk_create_plain;
+        CHECK(text != NULL);
+        if (draw(8) == 0)
+            text[draw((unsigned)size)] = '\0';
+        er_desk *desk = create(text, message);
+        free(text);
+        if (desk == NULL) {
+            CHECK(message[0] != '\0');
+            continue;
+        }
+        bool wild = draw(2) == 0;
+        draw_rows(desk, wild);
+        draw_drive(wild);
+        solved += draw_iteration(desk, wild);
+        er_desk_free(desk);
+    }
+    printf("%d solved\n", solved);
+    return 0;
+}
