@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.case.case import Case
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import own_blocks
@@ -50,10 +50,10 @@ class CasePlaces:
         rows = under_load if len(under_load) else np.arange(len(self.time))
         return rows[np.unique(np.linspace(0, len(rows) - 1, count).astype(int))]
 
-    def modes(self, held: HeldRobot, rows: np.ndarray) -> Iterator[PostureModes]:
+    def modes(self, locked: LockedRobot, rows: np.ndarray) -> Iterator[PostureModes]:
         """Yield the modes at the places of these numbers, (k,)."""
         for row in rows.tolist():
-            yield PostureModes.of(held, self.q[row], self.wrench[row], self.contact[row])
+            yield PostureModes.of(locked, self.q[row], self.wrench[row], self.contact[row])
 
 
 def places_of(case: Case) -> CasePlaces:
@@ -89,5 +89,5 @@ def _at(
 ) -> np.ndarray:
     """Return the wrench on the first tool in axes of its base [N, N m], (k, 6)."""
     wrench = history.at(desired.time[rows])[0]
-    turned = wrench.reshape(-1, 2, 3) @ world_from_base
-    return turned.reshape(-1, 6)
+    in_base = wrench.reshape(-1, 2, 3) @ world_from_base
+    return in_base.reshape(-1, 6)

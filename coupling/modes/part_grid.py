@@ -58,10 +58,10 @@ class PartGrid:
         rotation = path.rotations[0][near].as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(rotation[:, k]) for k in range(3)]
         targets = Targets(part.points(places).T, columns, np.zeros((3, len(places))))
-        found, is_reached = reached(RigidRobot(robot), targets, q[near].T)
+        angles, is_reached = reached(RigidRobot(robot), targets, q[near].T)
         limits = JointLimits.of(robot)
         is_reached &= np.all(
-            (found >= limits.lower[:, None]) & (found <= limits.upper[:, None]), axis=0
+            (angles >= limits.lower[:, None]) & (angles <= limits.upper[:, None]), axis=0
         )
-        posture[is_reached] = found.T[is_reached]
+        posture[is_reached] = angles.T[is_reached]
         return cls(x, y, posture.reshape(points, points, -1))

@@ -12,7 +12,7 @@ from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Note, Section, Table, warned
 from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
 
 _MM = 1e3
@@ -74,11 +74,11 @@ def stability_summary(result: StabilityResult) -> list[Section]:
     ]
     if result.sensitivities is not None:
         table = [
-            (moved.name, _mm(moved.limit_m), _mm(moved.least_m)) for moved in result.sensitivities
+            (other.name, _mm(other.limit_m), _mm(other.least_m)) for other in result.sensitivities
         ]
         columns = ("gears", f"limit at {worst.rpm:.0f} 1/min [mm]", "no speed falls below [mm]")
         sections.append(Section("Other gears", [_SENSITIVE, Table(columns, table)]))
-    return sections
+    return [*sections, *warned((), result.remarks)]
 
 
 def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
@@ -86,7 +86,7 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
     unstable = sum(not point.stable for point in result.points)
     if len(result.points) > 1:
         yield f"{unstable} of {len(result.points)} places along the path chatter."
-    way = {"Hopf": "", "flip": ", flipping from tooth to tooth", "none": ", without a swing"}
+    way = {"Hopf": "", "flip": ", flipping from tooth to tooth", "none": ""}
     kind = "grows" if not worst.stable else "decays"
     yield (
         f"At the worst place the slowest vibration {kind} with {worst.growth_1_s:+.3g} 1/s at"

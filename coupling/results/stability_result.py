@@ -95,4 +95,5 @@ class StabilityResult(ResultFile):
     over_part: PartChartResult | None = None
     sensitivities: tuple[SensitivityResult, ...] | None = None
     march: MarchResult | None = None
+    remarks: tuple[str, ...] = ()
     version: str

@@ -33,6 +33,8 @@ from coupling.stability.path_stability import PathStability
 
 # Places along a path that are judged with their limits.
 _PLACES = 60
+# A chart that begins so much above the lowest speed leaves speeds out.
+_SLOWER = 1.001
 
 
 def stability_in_posture(
@@ -49,10 +51,10 @@ def stability_in_posture(
         StabilityError: If the robot has no equilibrium there, or the cut cannot be marched.
     """
     path = PathStability((Judgement.of(cuts, placed),))
-    result = _result(cuts, path)
-    if not seconds:
-        return result
-    return result.model_copy(update={"march": _marched(path.worst, seconds)})
+    more: dict[str, object] = {"remarks": cuts.beyond_limits(placed.q)}
+    if seconds:
+        more["march"] = _marched(path.worst, seconds)
+    return _result(cuts, path).model_copy(update=more)
 
 
 def stability_along_path(
@@ -88,7 +90,11 @@ def stability_along_path(
     directions, by_direction = limits_over_feed(worst, report)
     over_part = part_chart(worst, report)
     report("limits over the part", 1, 1)
-    more = {
+    slowest = float(chart.rpm[0]) if len(chart.rpm) else np.inf
+    more: dict[str, object] = {
+        "remarks": ()
+        if slowest <= _SLOWER * cuts.speeds[0]
+        else (f"speeds below {slowest:.0f} 1/min are too slow for the fastest mode, and left out",),
         "stable_rpm": tuple(chart.stable_speeds(worst.placed.cut.depth)),
         "chart": ChartResult(
             rpm=tuple(chart.rpm.tolist()),
@@ -107,8 +113,8 @@ def stability_along_path(
             least_m=_grid(over_part.least),
         ),
         "sensitivities": tuple(
-            SensitivityResult(name=moved.name, limit_m=moved.limit, least_m=moved.least)
-            for moved in sensitivities(worst)
+            SensitivityResult(name=other.name, limit_m=other.limit, least_m=other.least)
+            for other in sensitivities(worst)
         ),
     }
     if seconds:
@@ -153,10 +159,7 @@ def _point(judgement: Judgement) -> StabilityPoint:
 
 def _marched(judgement: Judgement, seconds: float) -> MarchResult:
     placed = judgement.placed
-    try:
-        marched = march(judgement.there.whole, placed.cut, placed.feed_per_tooth, seconds)
-    except ValueError as cause:
-        raise StabilityError(f"marching in time: {cause}") from cause
+    marched = march(judgement.there.whole, placed.cut, placed.feed_per_tooth, seconds)
     late = marched.out_of_cut[-max(1, len(marched.out_of_cut) // 10) :]
     return MarchResult(
         seconds=seconds,

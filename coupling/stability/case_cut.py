@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
@@ -86,8 +86,8 @@ class CaseCuts:
                 f"{case.name}: stability: pitch_deg: expected {teeth} angles, one for each tooth, got"
                 f" {len(table.pitch_deg)}"
             )
-        self._held = HeldRobot(self._placed.description, self._placed.torque_curve)
-        self._engaged = HeldRobot(self._placed.description, "linear")
+        self._locked = LockedRobot(self._placed.description, self._placed.torque_curve)
+        self._engaged = LockedRobot(self._placed.description, "linear")
 
     @cached_property
     def tool(self) -> tuple[ToolMode, ...]:
@@ -204,6 +204,16 @@ class CaseCuts:
         cut = self._cut(float(start[0]), float(end[0]), depth).at_speed(rpm)
         return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period)
 
+    def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
+        """Return a sentence for each joint whose angle [rad], (joints,), is beyond its limits."""
+        limits = [joint.limits or (-np.inf, np.inf) for joint in self._placed.description.joints]
+        return tuple(
+            f"joint {number}: expected {np.rad2deg(low):.4g} to {np.rad2deg(high):.4g} deg, its limits,"
+            f" got {np.rad2deg(angle):.4g}"
+            for number, (angle, (low, high)) in enumerate(zip(q.tolist(), limits, strict=True), 1)
+            if not low <= angle <= high
+        )
+
     @cached_property
     def _feed_rate(self) -> float:
         """Feed of the path in its cuts, the median, or its highest speed [m/s]."""
@@ -230,8 +240,8 @@ class CaseCuts:
             *(np.array([value]) for value in (cut.start, cut.end, cut.depth)),
         )
         in_cut = mean_wrench(cut.cutter, cut.coefficients, engagement)[0]
-        turned: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
-        return turned
+        in_base: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
+        return in_base
 
     def structure(
         self, placed: PlacedCut, damping: float = 1.0, stiffness: float = 1.0
@@ -247,9 +257,9 @@ class CaseCuts:
                 not independent.
         """
         wrench = self.mean_wrench(placed)
-        linear = self._held.linear(placed.q, wrench)
-        unloaded = self._held.unloaded_joints(linear)
-        if unloaded and self._held.torque_curve == "backlash":
+        linear = self._locked.linear(placed.q, wrench)
+        unloaded = self._locked.unloaded_joints(linear)
+        if unloaded and self._locked.torque_curve == "backlash":
             linear = self._engaged.linear(placed.q, wrench)
         linear = replace(
             linear, damping=damping * linear.damping, stiffness=stiffness * linear.stiffness
@@ -266,7 +276,7 @@ class CaseCuts:
     @property
     def joints(self) -> tuple[int, ...]:
         """Number of the joint of each of the robot's elastic coordinates, from 1."""
-        return self._held.joints
+        return self._locked.joints
 
 
 def milling_of(case: Case) -> Milling:

@@ -28,7 +28,7 @@ class SpeedChart:
     """Limits over the speed of the spindle, at one place.
 
     Attributes:
-        rpm: Speeds [1/min], rising, (n,).
+        rpm: Speeds [1/min], rising, without those that are too slow for the fastest mode, (n,).
         limit: Limiting depths [m], infinite where there is none, (n,).
         frequency: Frequency of the vibration there [Hz], NaN where there is none, (n,).
         zero_order: The same depths by zero order [m], (n,).
@@ -66,14 +66,21 @@ def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
     zero_order, robot_alone = np.full(_SPEEDS, np.inf), np.full(_SPEEDS, np.inf)
     for k, speed in enumerate(rpm.tolist()):
         report("limits over the speed", k, _SPEEDS)
-        turned = cut.at_speed(speed)
-        limit[k] = first_border(there.whole, turned, cuts.deepest, quick)
-        zero_order[k] = quick.limit(turned.cutter.tooth_period)
+        cut_there = cut.at_speed(speed)
+        try:
+            limit[k] = first_border(there.whole, cut_there, cuts.deepest, quick)
+        except StabilityError:  # too slow for the fastest mode
+            limit[k] = np.nan
+            continue
+        zero_order[k] = quick.limit(cut_there.cutter.tooth_period)
         if alone is not None:
-            robot_alone[k] = alone.limit(turned.cutter.tooth_period)
+            robot_alone[k] = alone.limit(cut_there.cutter.tooth_period)
         if 0.0 < limit[k] < np.inf:
-            frequency[k] = vibration_of(there.whole, turned.at_depth(float(limit[k]))).frequency
-    return SpeedChart(rpm, limit, frequency, zero_order, robot_alone)
+            frequency[k] = vibration_of(there.whole, cut_there.at_depth(float(limit[k]))).frequency
+    is_known = ~np.isnan(limit)
+    return SpeedChart(
+        *(values[is_known] for values in (rpm, limit, frequency, zero_order, robot_alone))
+    )
 
 
 def limits_over_feed(judgement: Judgement, report: Report) -> tuple[np.ndarray, np.ndarray]:
@@ -150,9 +157,9 @@ def sensitivities(judgement: Judgement) -> list[Sensitivity]:
     differences = [("as in the robot file", 1.0, 1.0)]
     differences += [(f"damping x {factor:g}", factor, 1.0) for factor in _DAMPING]
     differences += [(f"stiffness x {factor:g}", 1.0, factor) for factor in _STIFFNESS]
-    moved = []
+    limits = []
     for name, damping, stiffness in differences:
         there = cuts.structure(placed, damping, stiffness)
         other = Judgement(cuts, placed, there)
-        moved.append(Sensitivity(name, other.limit, other.least))
-    return moved
+        limits.append(Sensitivity(name, other.limit, other.least))
+    return limits

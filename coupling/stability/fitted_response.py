@@ -21,7 +21,7 @@ _MOST, _ROUNDS = 6, 30
 # A fit is good whose error is this part of the response, rms, and no fit may be worse than the last.
 _GOOD, _WORST = 0.02, 0.3
 # Modes that move the tip by less than this part of the softest one are noise.
-_SEEN = 1e-3
+_SIGNIFICANT = 1e-3
 
 
 def fitted_modes(responses: Sequence[MeasuredResponse], where: str) -> list[ToolMode]:
@@ -67,11 +67,11 @@ def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list
     omega = np.geomspace(s.imag[0], s.imag[-1], count + 2)[1:-1]
     poles = omega * (-0.02 + 1j)
     for _ in range(_ROUNDS):
-        moved = _moved(s, compliance, weight, poles)
-        if len(moved) != count:
+        poles_next = _relocated(s, compliance, weight, poles)
+        if len(poles_next) != count:
             return None
-        is_at_rest = np.allclose(moved, poles, rtol=1e-8)
-        poles = moved
+        is_at_rest = np.allclose(poles_next, poles, rtol=1e-8)
+        poles = poles_next
         if is_at_rest:
             break
     # Modes without a part that is in phase with the velocity: r / (s^2 + 2 zeta omega s + omega^2).
@@ -83,22 +83,24 @@ def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list
     share, *_ = np.linalg.lstsq(rows, values, rcond=None)
     error = float(np.linalg.norm(rows @ share - values) / np.linalg.norm(values))
     soft = share / size**2
-    seen = soft > _SEEN * soft.max(initial=0.0)
-    if not seen.any():
+    is_significant = soft > _SIGNIFICANT * soft.max(initial=0.0)
+    if not is_significant.any():
         return None
     modes = [
         ToolMode(float(w / (2.0 * np.pi)), float(np.clip(zeta, 1e-4, 0.99)), float(1.0 / each))
-        for w, zeta, each in zip(size[seen], ratio[seen], soft[seen], strict=True)
+        for w, zeta, each in zip(
+            size[is_significant], ratio[is_significant], soft[is_significant], strict=True
+        )
     ]
     return error, modes
 
 
-def _moved(
+def _relocated(
     s: np.ndarray, compliance: np.ndarray, weight: np.ndarray, poles: np.ndarray
 ) -> np.ndarray:
     """Return poles in the upper half plane, moved once, as zeros of the fitted scaling function."""
-    one, two = 1.0 / (s[:, None] - poles), 1.0 / (s[:, None] - poles.conj())
-    basis = np.hstack([one + two, 1j * (one - two)])
+    direct, mirrored = 1.0 / (s[:, None] - poles), 1.0 / (s[:, None] - poles.conj())
+    basis = np.hstack([direct + mirrored, 1j * (direct - mirrored)])
     system = weight[:, None] * np.hstack(
         [basis, np.ones((len(s), 1)), -compliance[:, None] * basis]
     )

@@ -25,12 +25,12 @@ _POINTS, _PER_RADIAN = 6, 0.6
 _MOST_POINTS = 28
 # Decay within an element from which on its integrals are graded towards their end, and how.
 _SLOW_DECAY, _GRADES = 15.0, 5.0 ** np.arange(-6, 1)
-# A multiplier so near to the negative real axis is a flip's (period doubling) [rad].
-_FLIP = 1e-4
+# A multiplier is real up to rounding; one below zero is a flip's (period doubling).
+_REAL = 1e-12
 # Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
 NEUTRAL = 1e-6
 # Points at most: more are a cut that is too slow for its fastest mode.
-_MOST_IN_ALL = 1500
+_MOST_IN_ALL = 600
 # Harmonics of the cut that may be the strongest part of a vibration, to each side.
 _HARMONICS = 60
 
@@ -169,8 +169,8 @@ class Vibration:
 
     Attributes:
         growth: Exponent of its growth [1/s]; negative where it decays.
-        border: "flip" where it changes sign from period to period, "Hopf" where its frequency is not the
-            cut's, "none" where neither is so.
+        border: "flip" where it changes sign from period to period, "none" where it keeps it, and else
+            "Hopf".
         frequency: Frequency of its strongest part [Hz].
         force: Wrench of the cut in that part [N, N m], axes of the cut, complex, (6,); its size means
             nothing.
@@ -248,11 +248,11 @@ class PeriodOperator:
                     elements.append(_Element(channel, begin + part * length, length, rule, first))
                     first += len(rule.points)
         if first > _MOST_IN_ALL:
+            waves = structure.fastest / (2.0 * np.pi)
             raise StabilityError(
-                f"stability at {cut.rpm:.4g} 1/min: expected a tooth period of a few hundred waves of"
-                f" the fastest mode at most, {structure.fastest / (2.0 * np.pi):.4g} Hz, got"
-                f" {cut.period * structure.fastest / (2.0 * np.pi):.0f}: raise the speed, or leave out"
-                " the tool's fastest modes"
+                f"stability at {cut.rpm:.4g} 1/min: expected at most some 150 waves of the fastest mode,"
+                f" {waves:.4g} Hz, between two teeth, got {waves * cut.period:.0f}: raise the speed, or"
+                " leave out the tool's fastest modes"
             )
         return cls(structure, cut, elements)
 
@@ -287,8 +287,8 @@ class PeriodOperator:
             # Points, times and axes, modes; times points, modes, axes.
             shown = within.transpose(1, 0, 2)[:, :, None] * output
             product = shown.reshape(len(shown), -1, len(rate)) @ gain.transpose(0, 2, 1)
-            moved = product.real.reshape(len(shown), len(time), 2, 2)
-            by_motion[:, :, points] = moved.transpose(1, 2, 0, 3)
+            motion = product.real.reshape(len(shown), len(time), 2, 2)
+            by_motion[:, :, points] = motion.transpose(1, 2, 0, 3)
         return (
             self._real(by_state).reshape(2 * len(time), -1),
             by_motion.reshape(2 * len(time), -1),
@@ -331,9 +331,9 @@ class PeriodOperator:
         ends = by_point.reshape(len(rate), -1)
         by_end = np.vstack([ends.real, ends.imag[pair]])
         states = len(rate) + int(pair.sum())
-        carried = np.zeros((states, states))
-        carried[: len(rate)] = self._real(np.diag(turn))
-        carried[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
+        advance = np.zeros((states, states))
+        advance[: len(rate)] = self._real(np.diag(turn))
+        advance[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
         # The tool's motion now, less what it was a delay ago.
         now = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
         before = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
@@ -341,10 +341,10 @@ class PeriodOperator:
             parts = self._of_element(element)
             now = [np.vstack(joined) for joined in zip(now, parts[:2], strict=True)]
             before = [np.vstack(joined) for joined in zip(before, parts[2:], strict=True)]
-        # v is now_z z + now_v v + before_z z' + before_v v', and z is carried z' + by_end v'.
-        left = np.eye(2 * self._count) - now[1]
-        right = np.hstack([now[0] @ carried + before[0], now[0] @ by_end + before[1]])
-        return np.vstack([np.hstack([carried, by_end]), np.linalg.solve(left, right)])
+        # v is now_z z + now_v v + before_z z' + before_v v', and z is advance z' + by_end v'.
+        implicit = np.eye(2 * self._count) - now[1]
+        explicit = np.hstack([now[0] @ advance + before[0], now[0] @ by_end + before[1]])
+        return np.vstack([np.hstack([advance, by_end]), np.linalg.solve(implicit, explicit)])
 
     def _of_element(
         self, element: _Element
@@ -396,10 +396,10 @@ class PeriodOperator:
             wave = np.exp(-harmonic[:, None] * element.time) * element.rule.weights
             force += element.length * np.einsum("hp,pwc,pc->hw", wave, gain, points)
         answer = self._structure.answer(harmonic, np.eye(WRENCH))
-        moved = np.einsum("hcw,hw->hc", answer, force)
-        strongest = int(np.argmax(np.linalg.norm(moved, axis=1)))
-        angle = abs(np.angle(multiplier))
-        border: Border = "flip" if np.pi - angle < _FLIP else "Hopf" if angle > _FLIP else "none"
+        displacement = np.einsum("hcw,hw->hc", answer, force)
+        strongest = int(np.argmax(np.linalg.norm(displacement, axis=1)))
+        is_real = abs(multiplier.imag) <= _REAL * abs(multiplier)
+        border: Border = "Hopf" if not is_real else "flip" if multiplier.real < 0.0 else "none"
         return Vibration(
             self.growth(values),
             border,

@@ -90,9 +90,10 @@ class Judgement:
         exponent = np.array([vibration.growth + 2j * np.pi * vibration.frequency])
         linear, joints = self.there.linear, len(self.placed.q)
         force = vibration.force
-        by_robot = self._moved(self.there.robot, exponent, force)
+        by_robot = self._size_of_motion(self.there.robot, exponent, force)
         both = by_robot + sum(
-            self._moved(Structure.of_modes([mode]), exponent, force) for mode in self.cuts.tool
+            self._size_of_motion(Structure.of_modes([mode]), exponent, force)
+            for mode in self.cuts.tool
         )
         share = float(np.clip(1.0 - by_robot / both, 0.0, 1.0)) if both > 0.0 else 0.0
         if len(linear.mass) == 0:
@@ -108,7 +109,7 @@ class Judgement:
         return (by_joint / total if total > 0.0 else by_joint), share
 
     @staticmethod
-    def _moved(structure: Structure, exponent: np.ndarray, force: np.ndarray) -> float:
+    def _size_of_motion(structure: Structure, exponent: np.ndarray, force: np.ndarray) -> float:
         """Return how far a force moves the tip of a structure [m]."""
         return float(np.linalg.norm(structure.answer(exponent, force[:, None])))
 

@@ -12,12 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.errors import StabilityError
 from coupling.process.cutting_force import wrench_of_edge
 from coupling.stability.cut import SteadyCut
 from coupling.stability.structure import Structure
 
 # Steps in a tooth period at least, and in a period of the fastest mode.
 _STEPS, _PER_WAVE = 60, 24
+# Teeth at least, and steps at most: some ten minutes.
+_FEWEST, _MOST = 48, 20_000_000
 # Below this an exponent's functions are their series.
 _SMALL = 1e-4
 # A change as large as this part of the feed per tooth is no longer a small one; what it is at first.
@@ -84,10 +87,13 @@ def march(
         refined: Factor of the number of steps.
 
     Raises:
-        ValueError: If its pitch varies, or its flanks damp.
+        StabilityError: If its pitch varies, its flanks damp, or it takes too many steps.
     """
     if cut.pitch is not None or cut.damping is not None:
-        raise ValueError("expected even pitch and no process damping")
+        raise StabilityError(
+            "marching in time: expected even pitch and no process damping: leave out pitch_deg and"
+            " process_damping in [stability]"
+        )
     cutter, period = cut.cutter, cut.period
     waves = structure.fastest * period / (2.0 * np.pi)
     steps = int(np.ceil(refined * max(_STEPS, _PER_WAVE * waves)))
@@ -97,7 +103,13 @@ def march(
     advance = np.exp(z)
     by_force = step * _phi1(z)[:, None] * structure.driving
     by_change = step * _phi2(z)[:, None] * structure.driving
-    output, teeth = structure.displacement, int(np.ceil(seconds / period))
+    output = structure.displacement
+    teeth = max(int(np.ceil(seconds / period)), _FEWEST)
+    if teeth * steps > _MOST:
+        raise StabilityError(
+            f"marching in time: expected at most {_MOST} steps, got {teeth * steps}: march for"
+            f" {seconds * _MOST / (teeth * steps):.2g} s"
+        )
     tooth_steps = np.arange(cutter.teeth)[:, None] * steps - table.behind[None]
     bins, speed = cutter.teeth * steps, feed_per_tooth / period
     slices = np.broadcast_to(np.arange(len(table.behind)), tooth_steps.shape)
@@ -125,8 +137,8 @@ def march(
         before[k] = (output @ state).real
         state = advance * state + drive
     surface = table.surface(before, feed_per_tooth)
-    still = np.max(np.abs(before)) + feed_per_tooth
-    state = state * (1.0 + _FIRST * feed_per_tooth / still)
+    size = np.max(np.abs(before)) + feed_per_tooth
+    state = state * (1.0 + _FIRST * feed_per_tooth / size)
     last = forced[-1]
     shown, change, out = np.zeros((teeth, 2)), np.zeros(teeth), np.zeros(teeth)
     for tooth in range(teeth):
@@ -134,9 +146,9 @@ def march(
         for k in range(steps):
             number = tooth * steps + k
             place = (number + tooth_steps) % bins
-            moved = (output @ state).real
-            across = moved[0] + speed * number * step
-            reach = across * table.sin[place] + moved[1] * table.cos[place]
+            tip = (output @ state).real
+            across = tip[0] + speed * number * step
+            reach = across * table.sin[place] + tip[1] * table.cos[place]
             chip = reach - surface[place, slices]
             cuts = chip > 0.0
             surface[place, slices] += np.where(cuts, chip, 0.0)
@@ -146,12 +158,11 @@ def march(
             missed += int((is_in_arc & ~cuts).sum())
             state = advance * state + by_force @ force + by_change @ (force - last)
             last = force
-            difference = moved - before[k]
-            size = float(np.hypot(difference[0], difference[1]))
-            change[tooth] = max(change[tooth], size)
-            before[k] = moved
+            difference = tip - before[k]
+            change[tooth] = max(change[tooth], float(np.hypot(difference[0], difference[1])))
+            before[k] = tip
             if k == 0:
-                shown[tooth] = moved
+                shown[tooth] = tip
         out[tooth] = missed / max(engaged, 1)
     time = period * np.arange(teeth)
     return Marched(time[1:], shown[1:], change[1:], out[1:], feed_per_tooth)

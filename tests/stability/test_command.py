@@ -13,6 +13,7 @@ from coupling.case.file import load_case
 from coupling.cli.main import main
 from coupling.errors import CaseError, StabilityError
 from coupling.stability.case_cut import CaseCuts
+from coupling.stability.chart import speed_chart
 from coupling.stability.judgement import Judgement
 from coupling.stability.path_stability import stability_in_brief
 
@@ -158,6 +159,25 @@ def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, monkeypatch):
     said = capsys.readouterr().out
     assert "Stable speeds at 2 mm" in said
     assert "tool decides" in said
+
+
+def test_a_posture_beyond_the_joints_limits_is_judged_and_remarked(tmp_path, capsys):
+    judged(tmp_path, "--posture-deg", "0,10,-20,0,-60,900", "--depth-mm", "1")
+    assert re.search(r"Remark: joint 6: expected .* its limits, got 900", capsys.readouterr().out)
+
+
+def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path, monkeypatch):
+    monkeypatch.setattr("coupling.stability.chart._SPEEDS", 6)
+    more = "\n[stability]\nspindle_rpm = [20.0, 6000.0]\n\n[[stability.tool_mode]]\n"
+    more += "frequency_Hz = 3e3\ndamping_ratio = 0.03\nstiffness_N_m = 5e7\n"
+    cuts = CaseCuts(load_case(slot(tmp_path, more=more)))
+    posture = np.deg2rad([0.0, 10.0, -20.0, 0.0, -60.0, 0.0])
+    judgement = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 3000.0, 1e-3))
+    chart = speed_chart(judgement, lambda what, done, total: None)
+    assert 20.0 < chart.rpm[0] < 6000.0
+    assert not np.isnan(chart.limit).any()
+    with pytest.raises(StabilityError, match="raise the speed"):
+        _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 20.0, 1e-5)).vibration
 
 
 def test_a_cut_is_marched_in_time_where_asked(tmp_path):
