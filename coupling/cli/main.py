@@ -34,6 +34,7 @@ from coupling.cli import (
     place,
     robots,
     runs,
+    stability,
     store,
     study,
 )
@@ -107,6 +108,7 @@ _COMMANDS = (
     study.study,
     place.place,
     runs.report,
+    stability.stability,
     compare.compare,
     store.store,
     identify.identify,

@@ -15,6 +15,7 @@ from coupling.modes.held_robot import HeldRobot
 from coupling.modes.measured_response import MeasuredResponse, within
 from coupling.modes.part_grid import PartGrid
 from coupling.modes.posture_modes import PostureModes
+from coupling.results.base import finite
 from coupling.results.modes_result import (
     Matrix,
     ModeResult,
@@ -28,6 +29,8 @@ from elastic_robot.description import Robot
 
 # Places along a path that are looked at.
 _PLACES = 40
+# Places along each side of the part's map.
+_GRID = 9
 _AXES = "xyz"
 
 
@@ -107,7 +110,7 @@ def modes_of_case(case: Case, measured: Sequence[MeasuredResponse] = ()) -> Mode
         measured,
     )
     in_base = placed.world_from_base.inverse() @ case.task.part
-    grid = PartGrid.around(placed.description, in_base, places.path, places.q)
+    grid = PartGrid.around(placed.description, in_base, places.path, places.q, _GRID)
     over_part = _over_part(HeldRobot(placed.description, placed.torque_curve), grid, modes[softest])
     return ModesAnalysis(modes[softest], result.model_copy(update={"part": over_part}))
 
@@ -197,7 +200,7 @@ def _place(modes: PostureModes, time: float | None) -> PlaceModesResult:
         softest_m_N=None if softest is None else softest[0],
         softest_direction=None if softest is None else tuple(softest[1].tolist()),
         in_contact_m_N=None if in_contact is None else modes.softest(in_contact)[0],
-        dynamic_m_N=size,
+        dynamic_m_N=finite(size),
         dynamic_Hz=frequency,
         modes=tuple(
             ModeResult(

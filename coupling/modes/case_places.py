@@ -16,7 +16,7 @@ from coupling.process.milling_force import FORCES, MillingForce
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Rows of a path at most that postures are planned for.
-_MOST_ROWS = 4000
+MOST_ROWS = 4000
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def places_of(case: Case) -> CasePlaces:
         PlanningError: If the robot cannot follow the path.
     """
     placed, desired = case.robots[0], case.desired
-    rows = np.unique(np.linspace(0, len(desired.time) - 1, _MOST_ROWS).astype(int))
+    rows = np.unique(np.linspace(0, len(desired.time) - 1, MOST_ROWS).astype(int))
     path = desired.tools[0].at_rows(rows).transformed(placed.world_from_base.inverse())
     q = InverseKinematics(placed.description, placed.home).plan(path).q[0]
     wrench, contact = np.zeros((len(rows), 6)), np.zeros((len(rows), 3, 3))
