@@ -7,6 +7,7 @@ next run in the same place, which finds it by a mark in the environment that it 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import signal
 import subprocess
@@ -28,6 +29,11 @@ _GRACE = 2.0
 _LAST_LINES = 12
 # These are within as much of the output, which may be more than memory holds [bytes].
 _LAST_BYTES = 100_000
+
+_REMEDIES = {
+    errno.ENOEXEC: ": begin a script with #! and its interpreter, or name that first in command",
+    errno.EACCES: ": make it executable (chmod +x), or name its interpreter first in command",
+}
 
 
 def run_program(
@@ -69,7 +75,10 @@ def run_program(
                 env=marked_environment(_mark_of(folder.parent)),
             )
         except OSError as cause:
-            raise ProcessError(f"{command[0]!r} cannot be started: {reason_of(cause)}") from cause
+            remedy = _REMEDIES.get(cause.errno or 0, "")
+            raise ProcessError(
+                f"{command[0]!r} cannot be started: {reason_of(cause)}{remedy}"
+            ) from cause
     try:
         _watch_until_end(program, folder / OUTPUT, time_limit, watch)
     finally:

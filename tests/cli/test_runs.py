@@ -14,11 +14,11 @@ import pytest
 from command_line import BY_MODE, FILES, command
 from places import LINE_CASE as LINE
 
-from coupling.errors import BuildError, ResultError
+from coupling.errors import ResultError
 from coupling.files.atomic_folder import whole_folder
 from coupling.files.written_files import claimed
 from coupling.fmu_export.build import KINDS
-from coupling.native.compiler import PLATFORMS, host_platform
+from coupling.native.compiler import host_platform
 from coupling.report import write_report
 from coupling.run.new_folder import RUN_FOLDER
 from coupling.run.stored_run import read_run
@@ -385,18 +385,6 @@ def test_build_and_report_commands(finished, tmp_path):
     lost = command("report", tmp_path / "nowhere")
     assert lost.returncode == 2
     assert "name a run folder" in " ".join(lost.stderr.split())
-
-
-def test_without_platforms_an_fmu_is_for_all(tmp_path, monkeypatch):
-    asked: list[tuple[str, ...]] = []
-
-    def build(robot, file, options):
-        asked.append(options.platforms)
-        raise BuildError("no further")
-
-    monkeypatch.setattr("coupling.fmu_export.build.build_fmu", build)
-    assert command("build", "-o", tmp_path / "R.fmu").returncode == 2
-    assert asked == [tuple(PLATFORMS)]
 
 
 def test_a_damaged_run_folder_is_named(finished, tmp_path):

@@ -89,6 +89,18 @@ def test_a_program_that_fails_is_quoted(tmp_path, name):
     assert (tmp_path / "evaluations/0001/path.csv").is_file()
 
 
+@pytest.mark.parametrize(
+    ("mode", "words"), [(0o755, "begin a script with #!"), (0o644, "make it executable (chmod +x)")]
+)
+def test_a_script_that_cannot_be_started_says_how_it_can(tmp_path, mode, words):
+    script = tmp_path / "run.sh"
+    script.write_text("echo formed\n")
+    script.chmod(mode)
+    with pytest.raises(ProcessError) as failure:
+        external(tmp_path, "", command=[str(script)]).evaluate(task().desired)
+    assert words in str(failure.value)
+
+
 def test_times_may_be_printed_with_six_digits(tmp_path):
     program = SPRINGS.replace('path["time"]', 'np.round(path["time"] * 1.000001, 6)')
     assert np.array_equal(
