@@ -13,7 +13,6 @@ from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
 from coupling.report.terminal import print_sections
 from coupling.results.identified_result import IdentifiedResult
-from coupling.results.learned_result import LearnedResult
 from coupling.results.motion_result import MotionResult
 from coupling.results.section import Section
 
@@ -38,7 +37,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
 
 def write_findings(
     target: Path,
-    result: IdentifiedResult | LearnedResult | MotionResult,
+    result: IdentifiedResult | MotionResult,
     summary: Sequence[Section],
     page: str,
     error: type[CouplingError],

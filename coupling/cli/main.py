@@ -29,7 +29,6 @@ from coupling.cli import (
     export,
     identify,
     init,
-    learn,
     modes,
     place,
     robots,
@@ -112,7 +111,7 @@ _COMMANDS = (
     compare.compare,
     store.store,
     identify.identify,
-    learn.learn,
+    next_.learn,
     next_.mirror,
     robots.robots,
 )

@@ -1,13 +1,15 @@
-"""elastic-robot next | mirror: from what was measured under a command to the next one."""
+"""elastic-robot next | learn | mirror: from what was measured under a command to the next one."""
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
-from collections.abc import Sequence
+import shlex
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,19 +28,20 @@ from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.atomic_file import write_atomically
-from coupling.files.written_files import claimed
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
+    from coupling.results.forecast import RunForecast
     from coupling.run.execute import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
+# Exit status where no parameter is identifiable.
+REFUSED = 1
 # A frame that is known to a length is known to that over an arm of a metre.
 _ARM = 1.0
-REPORT = "next.html"
 
 NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]
 Cutoff = Annotated[
@@ -73,6 +76,20 @@ Repeatability = Annotated[
         help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm unless given.",
     ),
 ]
+Draws = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        max=1000,
+        help="Number of simulated robots for the intervals of parameters; 0: those of the fit.",
+    ),
+]
+InputsOnly = Annotated[
+    bool,
+    typer.Option(
+        "--inputs-only", help="Write robot file, case and report, and compute no command."
+    ),
+]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the sampled robots.")]
 
 
@@ -82,7 +99,8 @@ def next_command(
     move: Annotated[
         str,
         typer.Option(
-            help="What is learned: auto, parameters, path, both; auto: what predicts best."
+            help="What is learned: auto, parameters, path, both; auto: parameters from the first run,"
+            " then the path."
         ),
     ] = "auto",
     frame_known: Known = None,
@@ -90,6 +108,8 @@ def next_command(
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
     repeatability: Repeatability = None,
+    draws: Draws = 0,
+    inputs_only: InputsOnly = False,
     seed: Seed = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
@@ -97,38 +117,31 @@ def next_command(
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
     frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
-    options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed)
-    _advance(runs, output, options, overwrite, store, no_store)
+    options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed, draws)
+    _advance(runs, output, options, inputs_only, overwrite, store, no_store)
 
 
-def mirror(
-    runs: MeasuredRuns,
-    output: NextRun,
-    frame_known: Known = None,
-    own_frame: OwnFrame = False,
-    tip_known: Tip = None,
-    cutoff_hz: Cutoff = None,
-    repeatability: Repeatability = None,
-    seed: Seed = 1,
-    overwrite: Overwrite = False,
-    store: StoreFolder = None,
-    no_store: NoStore = False,
-) -> None:
-    """Learn along the path alone: next with --move path, no parameters are fitted."""
-    next_command(
-        runs,
-        output,
-        move="path",
-        frame_known=frame_known,
-        own_frame=own_frame,
-        tip_known=tip_known,
-        cutoff_hz=cutoff_hz,
-        repeatability=repeatability,
-        seed=seed,
-        overwrite=overwrite,
-        store=store,
-        no_store=no_store,
-    )
+def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
+    """Return the command with one move, as a command without that option."""
+    signature = inspect.signature(next_command, eval_str=True)
+    parameters = [value for name, value in signature.parameters.items() if name != "move"]
+
+    def short_form(**arguments: Any) -> None:
+        next_command(**arguments, move=move)
+
+    short_form.__name__, short_form.__doc__ = name, text
+    short_form.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return short_form
+
+
+learn = _with_move(
+    "learn",
+    "parameters",
+    "Learn backlash, stiffness and damping, and compute the next command: next --move parameters.",
+)
+mirror = _with_move(
+    "mirror", "path", "Learn along the path alone: next --move path, no parameters are fitted."
+)
 
 
 def _options(
@@ -137,6 +150,7 @@ def _options(
     cutoff: float | None,
     repeatability: str | None,
     seed: int,
+    draws: int,
 ) -> NextOptions:
     from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
@@ -147,7 +161,9 @@ def _options(
     repeatability_m = REPEATABILITY
     if repeatability is not None:
         repeatability_m = _length("--repeatability", repeatability, "0.05mm")
-    return NextOptions(frame_accuracy, move, cutoff, seed, repeatability_m)
+    if draws == 1:
+        raise LearnError("--draws: expected 0, or 2 or more, got 1")
+    return NextOptions(frame_accuracy, move, cutoff, seed, repeatability_m, draws)
 
 
 def _frame_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
@@ -210,6 +226,7 @@ def _advance(
     runs: Sequence[Path],
     output: Path,
     options: NextOptions,
+    inputs_only: bool,
     overwrite: bool,
     store: Path | None,
     no_store: bool,
@@ -218,18 +235,18 @@ def _advance(
     from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
-    from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import (
         CASE,
-        PLAN,
+        begin_inputs,
         inputs_folder,
+        learned_figures,
         require_inputs_folder,
         write_inputs,
     )
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
-    from coupling.report.next_report import next_page, next_summary
+    from coupling.report.next_report import next_summary
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.models import Models
@@ -239,21 +256,30 @@ def _advance(
     pairs = pairs_of(runs)
     place = inputs_folder(output)
     goes_on = is_to_go_on(output, "compensate", place / CASE)
-    require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
+    if not inputs_only:
+        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
+    title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
     with (
         exclusively(place, LearnError),
         RunView(console) as view,
         Models("native", view.watch) as models,
     ):
         command_plan = plan(sources, options, models, view.watch)
-        command_plan = selected(command_plan, models, view.watch)
         plan_figures = figures(command_plan)
-        print_sections(console, next_summary(plan_figures))
-        case = write_inputs(place, command_plan, plan_figures)
+        print_sections(console, next_summary(plan_figures, learned_figures(command_plan)))
+        begin_inputs(place)
+        report = _write_report(place, title, command_plan)
+        if command_plan.is_refused:
+            console.print(f"Report: {report}")
+            raise typer.Exit(REFUSED)
+        case = write_inputs(place, command_plan)
+        if inputs_only:
+            console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
+            return
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
 
@@ -261,14 +287,28 @@ def _advance(
             return expected(case_of_run, command_plan, watch, store)
 
         finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
-        title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
-        result = figures(command_plan, finished.run.forecast)
-        write_atomically(claimed(place / PLAN), result.text() + "\n", LearnError)
-        write_atomically(claimed(place / REPORT), next_page(title, result), LearnError)
+        _write_report(place, title, command_plan, finished.run.forecast)
     print_run(finished, output)
-    console.print(f"Report on the learning: {place / REPORT}")
+    console.print(f"Report on the learning: {report}")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _write_report(
+    place: Path, title: str, command_plan: CommandPlan, forecast: RunForecast | None = None
+) -> Path:
+    """Write how a command was computed, page and figures; return the page."""
+    from coupling.identification.next.figures import figures
+    from coupling.identification.next.inputs import LEARNED, PLAN, REPORT, learned_figures
+    from coupling.report.next_report import next_page
+
+    result, learned = figures(command_plan, forecast), learned_figures(command_plan)
+    write_atomically(place / PLAN, result.text() + "\n", LearnError)
+    if learned is not None:
+        write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
+    page = place / REPORT
+    write_atomically(page, next_page(title, result, learned), LearnError)
+    return page
 
 
 def expected(case: Case, command_plan: CommandPlan, watch: Watch, store: Path | None = None) -> Run:
@@ -279,4 +319,4 @@ def expected(case: Case, command_plan: CommandPlan, watch: Watch, store: Path | 
     run = run_compensation(case, watch, store)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
-    return replace(run, forecast=forecast(command_plan, correction.joints, wrench, watch))
+    return replace(run, forecast=forecast(command_plan, correction.joints, wrench))

@@ -21,7 +21,7 @@ def numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray
 
     Args:
         name: Name of the array, for the message.
-        values: Array, any unit, (...).
+        values: Array of that shape, any unit.
         shape: The shape that it must have.
 
     Raises:
@@ -38,7 +38,7 @@ def finite_numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.
 
     Args:
         name: Name of the array, for the message.
-        values: Array, any unit, (...).
+        values: Array of that shape, any unit.
         shape: The shape that it must have.
 
     Raises:

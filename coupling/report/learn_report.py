@@ -1,4 +1,4 @@
-"""The report of what was learned: what is left of the measurement, parameters, gears."""
+"""Sections on what was learned: what is left of the measurement, parameters, gears."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import plotly.graph_objects as go
 
 from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
@@ -15,12 +14,11 @@ from coupling.results.section import UM, Note, Section, Table, warned
 from coupling.run.gear_check import gear_sections
 
 
-def learn_page(title: str, result: LearnedResult) -> str:
-    """Return the page of what was learned as one self-contained HTML text.
+def learned_figures(result: LearnedResult) -> list[Section]:
+    """Return the figures of what was learned.
 
     Args:
-        title: Title of the page.
-        result: Its figures, the content of learned.json.
+        result: The content of learned.json.
     """
     residual_figures = [
         Section(
@@ -31,11 +29,13 @@ def learn_page(title: str, result: LearnedResult) -> str:
         )
         for number, run in enumerate(result.runs)
     ]
-    intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(result)])
-    return document(title, [*learn_summary(result), *residual_figures, intervals])
+    return [
+        *residual_figures,
+        Section("Intervals", [_INTERVALS], "intervals", [_intervals(result)]),
+    ]
 
 
-def learn_summary(result: LearnedResult) -> list[Section]:
+def learned_summary(result: LearnedResult) -> list[Section]:
     """Return what was learned."""
     count = sum(parameter.identifiable for parameter in result.parameters)
     words = (

@@ -1,4 +1,4 @@
-"""The page of how a next command was found: measured runs, moves, convergence, causes, forecast."""
+"""The page of how a next command was found: measured runs, convergence, forecast."""
 
 from __future__ import annotations
 
@@ -7,40 +7,44 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
+from coupling.report.learn_report import learned_figures, learned_summary
 from coupling.report.style import DrawnLine, over_time
+from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
 from coupling.results.section import UM, Note, Section, Table
 
 _TIME = "time of the run [s]"
 
 
-def next_page(title: str, result: NextResult) -> str:
+def next_page(title: str, result: NextResult, learned: LearnedResult | None) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Its figures, the content of next.json.
+        learned: Parameters that were learned for it, the content of learned.json.
     """
     sections = [
-        *next_summary(result),
+        *next_summary(result, learned),
         Section("What was measured", [_MEASURED], "measured-runs", [_distances(result)]),
     ]
     if result.correction is not None:
-        title = "Correction along the path"
-        sections.append(Section(title, [], "correction", [_correction(result.correction)]))
+        heading = "Correction along the path"
+        sections.append(Section(heading, [], "correction", [_correction(result.correction)]))
+    if learned is not None:
+        sections += learned_figures(learned)
     return document(title, sections)
 
 
-def next_summary(result: NextResult) -> list[Section]:
-    """Return how a next command is found, and what to expect of it once that is known."""
+def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:
+    """Return how a next command is computed, and what to expect of it once that is known."""
     first, *further_sentences = result.sentences
     forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
     return [
-        Section("", [*forecast, first], good=not result.judgement.worse),
+        Section("", [*forecast, first], good=not result.step.worse),
         Section("", further_sentences),
         Section("Measured runs", _runs(result)),
-        Section("Moves", [_moves(result)]),
-        *_causes(result),
+        *([] if learned is None else learned_summary(learned)),
     ]
 
 
@@ -79,37 +83,6 @@ def _runs(result: NextResult) -> list[Table]:
         *("offset of clock [ms]", "samples left out"),
     )
     return [Table(columns, sizes), Table(off, devices)]
-
-
-def _moves(result: NextResult) -> Table:
-    key = "rms" if result.absolute else "rms_less_constant"
-    words = {
-        "path": "learning along the path",
-        "parameters": "parameters",
-        "both": "parameters, and learning along the path",
-    }
-    rows = [
-        (
-            words[move.kind],
-            move.robot,
-            _um(getattr(move.left_m, key)),
-            "yes" if move.predicted else "no, it was fitted to it",
-        )
-        for move in result.moves
-    ]
-    columns = (
-        "move",
-        "robot",
-        "residual of the last measured run, rms [um]",
-        "forecast before it was measured",
-    )
-    return Table(columns, rows, "words")
-
-
-def _causes(result: NextResult) -> list[Section]:
-    rows = [(_um(cause.rms_m), cause.text.partition(": ")[2]) for cause in result.causes]
-    table = Table(("rms [um]", "correlated with"), rows, "words")
-    return [Section("Beyond the model", [table])] if rows else []
 
 
 def _distances(result: NextResult) -> go.Figure:

@@ -6,31 +6,25 @@ from pydantic import computed_field
 
 from coupling.results.base import ResultPart
 
-# Quartile of a normal variable by what it exceeds in one of twenty cases.
-_QUARTILE = 0.6745 / 1.6449
-
 
 class RunForecast(ResultPart):
     """Expected deviation of the next measured run [m], noise of the measurement taken off.
 
     Attributes:
         rms: Rms distance from the desired path.
-        low, high: Interval that holds it in 90 of 100 runs.
-        maximum: Largest distance, its median over robots that are possible: no bound.
+        low, high: Range in which it is expected.
+        maximum: Largest distance expected: no bound.
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
         before: Rms that was measured under the last command.
-        robots: Factors of the robot file's parameters by name, of robots that are possible.
-        scales: Shares of the way towards each of them of those that the forecast follows from.
-        left_over: Variance of what was left by the fit of the robot's parameters, by that of noise; 1 of
-            parameters that were not fitted.
+        robots: Factors of the robot file's parameters by name, of robots within its model's uncertainty.
 
     Example:
         >>> forecast = RunForecast(
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
         >>> print(forecast.sentence.partition(";")[0])
-        Expected deviation on your robot: 90 um rms (90 % interval 70 um to 120 um), maximum about 400 um
+        Expected deviation on your robot: 90 um rms (range 70 um to 120 um), maximum about 400 um
     """
 
     rms: float
@@ -40,13 +34,6 @@ class RunForecast(ResultPart):
     absolute: bool
     before: float
     robots: tuple[dict[str, float], ...] = ()
-    scales: tuple[float, ...] = ()
-    left_over: float = 1.0
-
-    @property
-    def upper_quartile(self) -> float:
-        """Deviation that one run of four is expected to exceed [m]: the rms has a normal logarithm."""
-        return self.rms * (self.high / max(self.rms, 1e-12)) ** _QUARTILE
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -54,7 +41,7 @@ class RunForecast(ResultPart):
         """What to expect, in a sentence."""
         constant = "" if self.absolute else " less a constant"
         return (
-            f"Expected deviation on your robot: {_um(self.rms)} rms{constant} (90 % interval"
+            f"Expected deviation on your robot: {_um(self.rms)} rms{constant} (range"
             f" {_um(self.low)} to {_um(self.high)}), maximum about {_um(self.maximum)}; measured"
             f" under the last command: {_um(self.before)} rms"
         )

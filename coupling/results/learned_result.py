@@ -56,7 +56,7 @@ class LearnedRunResult(MeasuredRunResult):
 
 
 class LearnedResult(ResultFile):
-    """Figures of what was learned; docs/learn.md says what they are."""
+    """Figures of what was learned; docs/next.md says what they are."""
 
     what = "the figures of what was learned"
 

@@ -12,7 +12,7 @@ from coupling.results.run_result import Three
 
 @dataclass(frozen=True)
 class DeviationSize:
-    """Size of a deviation [m], without noise, of which is all faster than 15 Hz that could be noise.
+    """Size of a deviation [m] without noise; what is faster than 15 Hz counts where it exceeds noise.
 
     Attributes:
         maximum, rms: Largest and rms distance.
@@ -30,20 +30,22 @@ class DeviationSize:
 
 
 @dataclass(frozen=True)
-class RunComparison:
-    """The last run beside the best one.
+class LearningStep:
+    """From which run the next command goes on, and how far.
 
     Attributes:
-        best: Number of the run that left least, from 0.
-        last: Number of the last one.
-        worse: Whether the last one left more than the best one, beyond what is chance.
-        again: Whether the best one's command is given again, as nothing is expected to leave less.
+        base: Number of the run that it goes on from, from 0.
+        best: Number of the run that left least.
+        worse: Whether the last run left more than the best one, beyond chance.
+        gain: Part of the deviation that is corrected.
+        cutoff: Cutoff, at most that which contracts [Hz].
     """
 
+    base: int
     best: int
-    last: int
     worse: bool
-    again: bool = False
+    gain: float
+    cutoff: float
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Contraction:
 
     Attributes:
         gain: g.
-        cutoff: Frequency of which the filter leaves half [Hz].
+        cutoff: Frequency of which the filter leaves 1 / sqrt(2) [Hz].
         learned: Largest part left up to the cutoff.
         everywhere: Largest part left at any frequency.
         worst_frequency: Frequency at which that is left [Hz].
@@ -93,34 +95,13 @@ class NextRunResult(MeasuredRunResult):
     distance_m: list[float]
 
 
-class MoveResult(ResultPart):
-    """A way to the next command, and what it would have left of the last measured run."""
-
-    kind: str
-    robot: str
-    predicted: bool
-    left_m: DeviationSize
-
-
 class PathCorrectionResult(ResultPart):
     """Correction along the path."""
 
     cutoff_Hz: float
-    weights: tuple[float, ...]
-    new_m: float
-    left_m: float
+    gain: float
     time: list[float]
     deviation_m: list[list[float]]
-
-
-class CauseResult(ResultPart):
-    """What it may be that the model has not."""
-
-    kind: str
-    joint: int
-    waves: float
-    rms_m: float
-    text: str
 
 
 class NextResult(ResultFile):
@@ -131,12 +112,11 @@ class NextResult(ResultFile):
     absolute: bool
     sentences: tuple[str, ...]
     runs: tuple[NextRunResult, ...]
-    judgement: RunComparison
+    step: LearningStep
     move: str
     robot: str
-    moves: tuple[MoveResult, ...]
+    repeated: bool
     parameters_refused: str
     contraction: Contraction
     correction: PathCorrectionResult | None
-    causes: tuple[CauseResult, ...]
     forecast: RunForecast | None

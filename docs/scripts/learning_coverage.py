@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,9 +12,8 @@ import numpy as np
 from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned
 from docs.scripts.learning_beyond import Beyond
-from docs.scripts.learning_others import HOME, cone_of, rolled
 from docs.scripts.learning_shop import Shop
-from docs.scripts.learning_studies import Trial, Truth, drawn, hidden
+from docs.scripts.learning_studies import DEPTH, Trial, Truth, case_text, drawn, hidden
 from docs.scripts.page import table
 from docs.scripts.robots_with_backlash import (
     EVEN,
@@ -25,6 +24,8 @@ from docs.scripts.robots_with_backlash import (
     with_backlash,
 )
 
+# Where inverse kinematics starts [deg].
+HOME = [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]
 # How much of a run is measured [s].
 SECONDS = 12.0
 # Hidden robots of each case, by how many times what is known before, and noise of a coordinate [m].
@@ -61,6 +62,23 @@ class CoveredParameter:
                 yield cls(times, own.parameter.kind, float(off) / half, half)
 
 
+def cone_of(home: Sequence[float], file: str, at: Sequence[float], **path: Any) -> dict[str, Any]:
+    """Return the case of the cone's first contours elsewhere, by another robot."""
+    return case_text(
+        "cone",
+        robot={"description": file, "home_deg": list(home)},
+        part={"position_m": list(at)},
+        tool_path={"depth_m": DEPTH} | path,
+    )
+
+
+def rolled() -> dict[str, Any]:
+    """Return the case of ISO 9283 on a base that is rolled, so that every gear is loaded."""
+    return case_text(
+        "iso9283", robot={"base_rpy_deg": [6.0, 0.0, 0.0]}, tool_path={"feed_m_s": 0.25}
+    )
+
+
 def cases() -> dict[str, dict[str, Any]]:
     """Return robots on paths."""
     kuka = with_backlash(KUKA, EVEN)
@@ -94,7 +112,7 @@ def coverage() -> str:
                 own = list(CoveredParameter.of(found, truth, times))
                 learned += own
                 outside = sum(one.error > 1.0 for one in own)
-                over = found.left[1] / found.noise_left
+                over = found.residual_rms[1] / found.noise_left
                 print(
                     name,
                     truth.name,
@@ -125,7 +143,7 @@ def _row(name: str, learned: list[CoveredParameter]) -> tuple[str, ...]:
     )
 
 
-def beyond() -> str:
+def unmodelled() -> str:
     """Return what one run tells where the robot does what its model does not know."""
     kinds = {
         "gear errors": replace(ALL, hysteresis=0.0, drift=0.0),
@@ -143,7 +161,7 @@ def beyond() -> str:
             for kind, own in kinds.items():
                 trial = Trial(noise=2e-5, seconds=SECONDS, runs=1, beyond=replace(own, seed=seed))
                 found = shop.found(truth, trial, seed)
-                rows.append((f"{name}: {kind}", *_beyond_row(shop, truth, found)))
+                rows.append((f"{name}: {kind}", *_unmodelled_row(shop, truth, found)))
                 print(*rows[-1], found.refusal, flush=True)
     head = (
         "",
@@ -156,10 +174,10 @@ def beyond() -> str:
     return table(head, rows)
 
 
-def _beyond_row(shop: Shop, truth: Truth, found: Learned) -> tuple[str, ...]:
+def _unmodelled_row(shop: Shop, truth: Truth, found: Learned) -> tuple[str, ...]:
     learned = list(CoveredParameter.of(found, truth, 1.0))
     off = shop.less_off(truth, found)
-    left = " → ".join(f"{1e6 * own:.1f}" for own in found.left)
+    left = " → ".join(f"{1e6 * own:.1f}" for own in found.residual_rms)
     return (
         f"{left}, {1e6 * found.noise_left:.1f}",
         f"{found.widened:.1f}",

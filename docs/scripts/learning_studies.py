@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -139,24 +139,3 @@ def case_text(name: str, **changes: Mapping[str, Any]) -> dict[str, Any]:
     for section, keys in changes.items():
         data.setdefault(section, {}).update(keys)
     return data
-
-
-def of_kinds(found: Learned, truth: Truth) -> dict[str, list[tuple[float, float, float]]]:
-    """Return error and interval of what is told, in per cent, and whether it covers, by kind."""
-    rows: dict[str, list[tuple[float, float, float]]] = {kind: [] for kind in SPREAD}
-    for own in found.parameters:
-        if own.identifiable:
-            true = truth.factors.get(own.name, 1.0)
-            error, half = abs(np.log(own.factor / true)), np.log(own.high / own.value)
-            rows[own.parameter.kind].append((100 * error, 100 * half, float(error <= half)))
-    return rows
-
-
-def changed(truth: Truth, **other: Any) -> Truth:
-    """Return a truth with something changed."""
-    return replace(truth, **other)
-
-
-def sequence(values: Sequence[object]) -> str:
-    """Return values one after the other, in words."""
-    return " → ".join(map(str, values))

@@ -21,9 +21,7 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next.command import plan
-from coupling.identification.next.cutoff_choice import selected
-from coupling.identification.next.figures import figures
-from coupling.identification.next.inputs import inputs_folder, write_inputs
+from coupling.identification.next.inputs import begin_inputs, inputs_folder, write_inputs
 from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import MeasuredFile, read_source
@@ -69,9 +67,9 @@ class Path3:
     roll: float = 0.0
 
 
-CONE = Path3("cone", "cone", {"depth_m": 0.0015})
-PYRAMID = Path3("pyramid", "cone", {"kind": "pyramid", "radius_m": 0.05, "depth_m": 0.001})
-ISO = Path3("ISO 9283, 0.1 m/s, base rolled", "iso9283", {"size_m": 0.2}, 6.0)
+CONE = Path3("cone", "cone", {"depth_m": 0.0005})
+PYRAMID = Path3("pyramid", "cone", {"kind": "pyramid", "radius_m": 0.05, "depth_m": 0.0005})
+ISO = Path3("ISO 9283, 0.1 m/s, base rolled", "iso9283", {"size_m": 0.1}, 6.0)
 
 
 @dataclass(frozen=True)
@@ -241,12 +239,13 @@ def trial_result(trial: Trial) -> TrialResult:
 def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | None, str]:
     """Compute the next command into a run folder; return what it is to leave, and how it was found."""
     with Models("native") as models:
-        found = selected(plan(sources, NextOptions(KNOWN), models), models)
-        case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
+        found = plan(sources, NextOptions(KNOWN), models)
+        begin_inputs(inputs_folder(run))
+        case = load_case(write_inputs(inputs_folder(run), found))
         done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)
-    return done.forecast, "again" if found.judgement.again else found.move.kind
+    return done.forecast, "back" if found.step.worse else found.move
 
 
 def trial_results(trials: list[Trial]) -> list[TrialResult]:

@@ -216,7 +216,7 @@ class Past:
         return self.hysteresis.torque(self.elongation_at(x)) if self.acts else np.zeros(len(x))
 
     def energy(self, x: np.ndarray) -> float:
-        """Return what elements hold and their slip takes on the way to x [rad], (m,): [J], of any zero."""
+        """Return what elements hold and slip takes up to x [rad], (m,): an energy [J] of any zero."""
         if not self.acts:
             return 0.0
         of = self.hysteresis.elements

@@ -352,7 +352,7 @@ class EnergyAtRest:
         return self.curve.slope(x) + self.past.slope(x) - np.diag(self._stiffness(x))
 
     def preference(self, x: np.ndarray, gear: int) -> float:
-        """Return what is less where a gear should rest at x [rad], (m,): a distance [m], or its torque [N m]."""
+        """Return what is less where a gear should rest: distance [m] or torque [N m]; x [rad], (m,)."""
         gap = self.acting.anchor - self._tool(x)
         if self.acting.has_spring:
             return float(np.linalg.norm(gap))

@@ -173,14 +173,14 @@ def commands(folder: Path) -> dict[str, tuple[str, ...]]:
     )
     assert first.status() == 0, output.read_text()
     runs = (str(folder / "first"), str(_measured(folder / "first", folder / "measured.csv")))
-    path = ("--move", "path", "--cutoff-Hz", "5")
+    path = ("--move", "path", "--cutoff-Hz", "1")
     return {
         "identify": (
             "identify", str(deflections(folder)), "-o", "{out}/robot.toml", "--torque-curve", "linear",
         ),
         "place": ("place", str(placing(folder)), "-o", "{out}/placed", "--no-store"),
         "next": ("next", *runs, "-o", "{out}/second", *path, "--no-store"),
-        "learn": ("learn", *runs, "-o", "{out}/robot.toml", "--no-store"),
+        "learn": ("learn", *runs, "-o", "{out}/learned", "--no-store"),
     }  # fmt: skip
 
 

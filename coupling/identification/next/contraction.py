@@ -71,34 +71,34 @@ class Responses:
         model, nominal = LinkModel(robot), Parameters.of(robot)
         chain = model.chain
         theta = np.array([chain.theta(angles) for angles in postures])
-        rest = np.zeros_like(theta)
-        _, by = model.linearised(theta, rest, rest, np.zeros((len(theta), 6)))
+        at_rest = np.zeros_like(theta)
+        _, by = model.linearised(theta, at_rest, at_rest, np.zeros((len(theta), 6)))
         ratios, lowest = [], np.inf
         for mass, jacobian in zip(by.load[:, 2, chain.elastic], by.jacobian, strict=True):
-            own = _Posture(
+            system = _Posture(
                 mass[:, chain.elastic],
                 mass[:, chain.drive],
                 jacobian[:, chain.elastic],
                 jacobian[:, chain.drive],
             )
-            lowest = min(lowest, own.lowest_mode(nominal.stiffness))
-            nominally = own.response(nominal.stiffness, nominal.damping, frequency)
+            lowest = min(lowest, system.lowest_mode(nominal.stiffness))
+            nominally = system.response(nominal.stiffness, nominal.damping, frequency)
             inverse = np.linalg.pinv(nominally)[..., :3]
             for k, d in zip(stiffness, damping, strict=True):
-                true = own.response(k * nominal.stiffness, d * nominal.damping, frequency)
+                true = system.response(k * nominal.stiffness, d * nominal.damping, frequency)
                 ratios.append(true[:, :3] @ inverse)
         return cls(frequency, np.array(ratios), lowest)
 
-    def left(self, gain: float, kept: np.ndarray) -> np.ndarray:
+    def remaining(self, gain: float, passed: np.ndarray) -> np.ndarray:
         """Return what is left of a deviation at worst, |I - g Q R| over all robots [1], (f,).
 
         Args:
             gain: g.
-            kept: Q at the frequencies [1], (f,).
+            passed: Q at the frequencies [1], (f,).
         """
         eye = np.eye(3)
-        left = eye - (gain * kept)[:, None, None] * self.ratio
-        worst: np.ndarray = np.linalg.norm(left, ord=2, axis=(2, 3)).max(axis=0)
+        remaining = eye - (gain * passed)[:, None, None] * self.ratio
+        worst: np.ndarray = np.linalg.norm(remaining, ord=2, axis=(2, 3)).max(axis=0)
         return worst
 
 
@@ -131,18 +131,18 @@ class _Posture:
 def contraction(responses: Responses, gain: float, cutoff: float) -> Contraction:
     """Return what a gain and a cutoff [Hz] leave at worst.
 
-    The filter is that of `smoother.Smoother`, (f / cutoff)^8 as for nodes without end.
+    The filter is the Gaussian of `SlowPart`.
     """
     frequency = responses.frequency
-    left = responses.left(gain, 1.0 / (1.0 + (frequency / cutoff) ** 8))
+    remaining = responses.remaining(gain, 0.5 ** (0.5 * (frequency / cutoff) ** 2))
     low = frequency <= cutoff
-    learned, everywhere = float(left[low].max()), float(left.max())
+    learned, everywhere = float(remaining[low].max()), float(remaining.max())
     return Contraction(
         gain,
         cutoff,
         learned,
         everywhere,
-        float(frequency[left.argmax()]),
+        float(frequency[remaining.argmax()]),
         responses.lowest_mode,
         len(responses.ratio),
         holds=learned <= LEARNED and everywhere <= EVERYWHERE,
@@ -161,19 +161,19 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
         LearnError: If the cutoff that is asked for, or every one, lets a deviation grow.
     """
     offered = CUTOFFS if cutoff is None else (cutoff,)
-    found = []
-    for own in offered:
-        found.append(contraction(responses, gain, own))
-        if found[-1].holds:
-            return found[-1]
+    contractions = []
+    for offered_cutoff in offered:
+        contractions.append(contraction(responses, gain, offered_cutoff))
+        if contractions[-1].holds:
+            return contractions[-1]
     if cutoff is None:
         raise LearnError(
             "expected a robot on which a correction along the path converges, got one whose stiffness is"
             f" so uncertain that at every cutoff down to {CUTOFFS[-1]:g} Hz a deviation may grow:"
-            f" {found[-1].sentence}"
+            f" {contractions[-1].sentence}"
         )
     best = chosen(responses, gain)
     raise LearnError(
         f"--cutoff-Hz: expected at most {best.cutoff:g} Hz on this robot and path, got {cutoff:g} Hz:"
-        f" {found[0].sentence}"
+        f" {contractions[0].sentence}"
     )

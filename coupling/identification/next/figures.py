@@ -1,4 +1,4 @@
-"""How the next command was found: next.json, and in words for terminal and page."""
+"""How the next command was computed: next.json, and in words for terminal and page."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
 from coupling.results.forecast import RunForecast
 from coupling.results.next_result import (
-    CauseResult,
-    MoveResult,
     NextResult,
     NextRunResult,
     PathCorrectionResult,
@@ -19,55 +17,38 @@ from coupling.results.next_result import (
 from coupling.results.run_result import three
 
 
-def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
+def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
     """Return the figures of a plan; SI.
 
     Args:
-        found: Plan of the next command.
+        plan: Plan of the next command.
         forecast: Deviation that it is expected to leave; None before it is computed.
     """
     return NextResult(
-        absolute=found.options.absolute,
-        sentences=tuple(sentences(found)),
-        runs=tuple(map(_run, found.history.runs)),
-        judgement=found.judgement,
-        move=found.move.kind,
-        robot=found.move.model.name,
-        moves=tuple(
-            MoveResult(
-                kind=step.kind, robot=step.model.name, predicted=step.predicted, left_m=step.size
-            )
-            for step in found.moves
-        ),
-        parameters_refused="" if found.learned is None else found.learned.refusal,
-        contraction=found.contraction,
-        correction=_correction(found),
-        causes=tuple(
-            CauseResult(
-                kind=cause.kind,
-                joint=cause.joint,
-                waves=cause.waves,
-                rms_m=cause.size,
-                text=str(cause),
-            )
-            for cause in found.causes
-        ),
+        absolute=plan.options.absolute,
+        sentences=tuple(sentences(plan)),
+        runs=tuple(map(_run, plan.history.runs)),
+        step=plan.step,
+        move=plan.move,
+        robot=plan.model.name,
+        repeated=plan.repeated,
+        parameters_refused="" if plan.learned is None else plan.learned.refusal,
+        contraction=plan.contraction,
+        correction=_correction(plan),
         forecast=forecast,
     )
 
 
-def _correction(found: CommandPlan) -> PathCorrectionResult | None:
+def _correction(plan: CommandPlan) -> PathCorrectionResult | None:
     """Return the correction along the path; None where there is none."""
-    part = found.repeating
-    if part is None:
+    correction = plan.correction
+    if correction is None:
         return None
     return PathCorrectionResult(
-        cutoff_Hz=part.cutoff,
-        weights=part.weights,
-        new_m=found.hypotheses.rms,
-        left_m=part.left,
-        time=part.time.tolist(),
-        deviation_m=part.deviation[:, :3].tolist(),
+        cutoff_Hz=correction.cutoff,
+        gain=correction.gain,
+        time=correction.time.tolist(),
+        deviation_m=correction.deviation[:, :3].tolist(),
     )
 
 
@@ -94,17 +75,19 @@ def _run(run: MeasuredRun) -> NextRunResult:
     )
 
 
-def sentences(found: CommandPlan) -> list[str]:
+def sentences(plan: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
-    lines = [_verdict(found)]
-    lines.append(f"Next: {_move(found)}.")
-    for run in found.history.runs:
-        lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
-    if found.learned is not None and found.learned.refusal:
-        lines.append(sentence(f"No parameters are learned: {found.learned.refusal}"))
-    if found.move.learns_path:
-        lines.append(f"Converges: {found.contraction.sentence}.")
-    if not found.options.absolute:
+    lines = [_verdict(plan)]
+    lines.append(f"Next: {_move(plan)}.")
+    for run in plan.history.runs:
+        lines += filter(
+            None, (frame_sentence(run, plan.options.frame_accuracy), clock_sentence(run))
+        )
+    if plan.learned is not None and plan.learned.refusal:
+        lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
+    if plan.correction is not None:
+        lines.append(f"Converges: {plan.contraction.sentence}.")
+    if not plan.options.absolute:
         lines.append(
             "The constant part of the deviation is not corrected, as the measuring frame is not known:"
             " give its uncertainty by --frame-known to correct the absolute position too."
@@ -112,16 +95,16 @@ def sentences(found: CommandPlan) -> list[str]:
     return lines
 
 
-def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
+def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:
     """Return that a frame is doubted which is said to be known; "" where it is not."""
-    if known.explains(run.offset):
+    if frame_accuracy.explains(run.offset):
         return ""
     off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
     return (
         f"CHECK THE FRAME: {run.measured.name} deviates from the robot's model by a constant of {off} mm"
         f" (x, y, z of the base), more than an industrial robot and a frame known to"
-        f" {1e3 * known.shift:.2g} mm explain. It is corrected as an error of the robot: if it is one of"
-        " the frame, it becomes an error of the next run that no measurement in this frame shows."
+        f" {1e3 * frame_accuracy.shift:.2g} mm explain. It is corrected as an error of the robot: if it"
+        " is one of the frame, it becomes one of the next run that no measurement in this frame shows."
     )
 
 
@@ -141,52 +124,47 @@ def clock_sentence(run: MeasuredRun) -> str:
     )
 
 
-def _verdict(found: CommandPlan) -> str:
-    """Return how the last run was, beside the best one and its forecast."""
-    runs, judgement = found.history.runs, found.judgement
-    last, best = runs[judgement.last], runs[judgement.best]
-    if judgement.worse:
+def _verdict(plan: CommandPlan) -> str:
+    """Return how the last run compares with the best one and its forecast."""
+    runs, step = plan.history.runs, plan.step
+    last, base = runs[-1], runs[step.base]
+    if step.worse:
+        name = base.source.folder.name
         return (
-            f"WORSE: the deviation under {last.source.folder.name} was {_rms(found, last)} rms, under"
-            f" {best.source.folder.name} only {_rms(found, best)}: the next command is that of"
-            f" {best.source.folder.name}, corrected by half of the deviation measured under it"
+            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} rms, under"
+            f" {name} only {_rms(plan, base)}: the next command is that of {name} with a smaller"
+            " correction"
         )
     forecast = last.source.forecast
     if forecast is None:
-        return f"Deviation under the last command: {_rms(found, last)} rms."
-    left = last.size.rms if forecast.absolute else last.size.rms_less_constant
-    state = "as forecast" if forecast.low <= left <= forecast.high else "not as forecast"
-    better = "better" if left < forecast.low else "worse"
-    word = state if state == "as forecast" else f"{better} than forecast"
-    ends = f"{_um(forecast.low)} to {_um(forecast.high)}"
-    return f"Deviation under the last command: {_um(left)} rms, {word} ({ends})."
+        return f"Deviation under the last command: {_rms(plan, last)} rms."
+    rms = last.size.rms if forecast.absolute else last.size.rms_less_constant
+    state = "as forecast" if forecast.low <= rms <= forecast.high else "worse than forecast"
+    if rms < forecast.low:
+        state = "better than forecast"
+    interval = f"{_um(forecast.low)} to {_um(forecast.high)}"
+    return f"Deviation under the last command: {_um(rms)} rms, {state} ({interval})."
 
 
-def _move(found: CommandPlan) -> str:
-    """Return which move is taken, and why."""
-    move = found.move
-    if found.judgement.again:
-        best = found.history.runs[found.judgement.best]
-        return (
-            f"the command of {best.source.folder.name} again, as no other is expected to be better: the"
-            " rest is due to gears in their backlash, to noise, or does not repeat"
+def _move(plan: CommandPlan) -> str:
+    """Return what is learned, and what to expect of further runs."""
+    words = f"the parameters {plan.model.name}"
+    correction = plan.correction
+    if correction is not None:
+        words = (
+            f"learning along the path up to {correction.cutoff:.2g} Hz with gain"
+            f" {correction.gain:.2g}, with {words}"
         )
-    if found.judgement.worse:
-        return f"{move.words}, with half the correction, from the best run"
-    others = [own for own in found.moves if own is not move]
-    left = found.left(move.size)
-    if len(found.history.runs) > 1 and move.predicted:
-        why = (
-            f"fitted to the earlier runs it predicts the last one with an error of {_um(left)} rms"
-        )
-    else:
-        why = f"of the last run it would leave {_um(left)} rms"
-    compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
-    return f"{move.words}; {why}" + (f" ({compared})" if compared else "")
+    if plan.repeated:
+        return words
+    return (
+        f"{words}; the last two runs differ by as much as remains, which no command corrects: runs are"
+        " averaged"
+    )
 
 
-def _rms(found: CommandPlan, run: MeasuredRun) -> str:
-    return _um(found.left(run.size))
+def _rms(plan: CommandPlan, run: MeasuredRun) -> str:
+    return _um(plan.options.rms_of(run.size))
 
 
 def _um(length: float) -> str:

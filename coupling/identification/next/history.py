@@ -1,4 +1,4 @@
-"""What was measured under the commands of one path, run after run, beside what a model says of it."""
+"""Measured runs along one path, and what a model says of each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
-from coupling.identification.runs.measurement import Measurement, SimulatedPath
+from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
@@ -20,8 +20,8 @@ from elastic_robot.description import Robot
 
 # Paths are the same to this [m], and begin and end at the same time to this [s].
 _SAME, _SAME_TIME = 1e-6, 1e-9
-# Simulated paths that are kept: possible robots in a few runs, some 2 GB of a path of ten minutes.
-_KEPT = 80
+# Simulated paths in memory, at most.
+_CACHED = 80
 
 
 @dataclass
@@ -30,26 +30,28 @@ class History:
 
     Attributes:
         sources: The runs, and what was measured under their commands as it came.
-        known: Standard deviations of the measuring device's frame and tip.
+        frame_accuracy: Standard deviations of the measuring device's frame and tip.
         parameters: Parameters that are learned, of the robot of the first one's file.
         fmu: FMU of that robot.
         runs: Measured runs, on their commands' clocks and in the robot's frame.
     """
 
     sources: tuple[MeasuredFile, ...]
-    known: FrameAccuracy
+    frame_accuracy: FrameAccuracy
     parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
     runs: tuple[MeasuredRun, ...] = ()
     _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sources: Sequence[MeasuredFile], known: FrameAccuracy, models: Models) -> History:
+    def of(
+        cls, sources: Sequence[MeasuredFile], frame_accuracy: FrameAccuracy, models: Models
+    ) -> History:
         """Return the history of runs and what was measured under their commands.
 
         Args:
             sources: Runs in their order; the robot of the first one is the file's.
-            known: Standard deviations of the measuring device's frame and tip.
+            frame_accuracy: Standard deviations of the measuring device's frame and tip.
             models: Simulation models of the robots.
 
         Raises:
@@ -60,19 +62,19 @@ class History:
         first = sources[0]
         fmu = models.of(first.robot, first.torque_curve, first.drive).fmu
         parameters = learnable(first.robot, first.torque_curve, first.drive)
-        own = cls(tuple(sources), known, parameters, fmu)
-        return own.beside(own.start)
+        history = cls(tuple(sources), frame_accuracy, parameters, fmu)
+        return history.aligned_with(history.start)
 
-    def beside(self, x: np.ndarray) -> History:
-        """Return the history with the device's frame, clock and tip as they are found beside a robot.
+    def aligned_with(self, x: np.ndarray) -> History:
+        """Return the history with the device's frame, clock and tip fitted to a robot's model.
 
-        Of what the robot's parameters explain the device has no share.
+        What the robot's parameters explain is not attributed to the device.
 
         Args:
             x: Log factors of the robot [1], (P,).
         """
         runs = tuple(
-            MeasuredRun.of(source, self.simulated(number, x), self.known)
+            MeasuredRun.of(source, self.simulated(number, x), self.frame_accuracy)
             for number, source in enumerate(self.sources)
         )
         return replace(self, runs=runs)
@@ -102,21 +104,23 @@ class History:
             stored = self.sources[number].stored
             path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", self.robot_at(x))
             self._paths[key] = SimulatedPath(path)
-            if len(self._paths) > _KEPT:
+            if len(self._paths) > _CACHED:
                 self._paths.pop(next(iter(self._paths)))
         return self._paths[key]
 
-    def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
-        """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0."""
+    def unmodelled(self, number: int, x: np.ndarray) -> np.ndarray:
+        """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0.
+
+        Args:
+            number: Number of the run, from 0.
+            x: Log factors of the robot [1], (P,).
+        """
         measured, path = self.runs[number].measured, self.simulated(number, x)
-        return _beyond(measured, path)
-
-
-def _beyond(measured: Measurement, path: SimulatedPath) -> np.ndarray:
-    moved = measured.position - path.position(measured.time)
-    if measured.rotation is None:
-        return np.hstack([moved, np.zeros_like(moved)])
-    return np.hstack([moved, (measured.rotation * path.rotation(measured.time).inv()).as_rotvec()])
+        shift = measured.position - path.position(measured.time)
+        turn = np.zeros_like(shift)
+        if measured.rotation is not None:
+            turn = (measured.rotation * path.rotation(measured.time).inv()).as_rotvec()
+        return np.hstack([shift, turn])
 
 
 def _require_one_path(sources: Sequence[MeasuredFile]) -> None:
@@ -128,11 +132,11 @@ def _require_one_path(sources: Sequence[MeasuredFile]) -> None:
     first = sources[0]
     path = first.stored.desired
     for other in sources[1:]:
-        own = other.stored.desired
-        same = len(own.time) == len(path.time) and np.allclose(
-            own.time, path.time, rtol=0.0, atol=_SAME_TIME
+        other_path = other.stored.desired
+        same = len(other_path.time) == len(path.time) and np.allclose(
+            other_path.time, path.time, rtol=0.0, atol=_SAME_TIME
         )
-        if not same or np.abs(own.position - path.position).max() > _SAME:
+        if not same or np.abs(other_path.position - path.position).max() > _SAME:
             raise LearnError(
                 f"{other.folder}: expected the desired path of {first.folder}, got another one: give"
                 " measured runs of one path"

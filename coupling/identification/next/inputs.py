@@ -1,4 +1,4 @@
-"""The inputs of the next command's run: robot file, discrepancy and case, in a folder of their own."""
+"""The inputs of the next command's run: robot file, discrepancy and case, in a folder."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
-from coupling.identification.next.measured_run import MeasuredRun
-from coupling.identification.runs.results import figures, learned_text
-from coupling.path.discrepancy import Discrepancy
-from coupling.results.next_result import NextResult
+from coupling.identification.runs import results
+from coupling.identification.runs.results import learned_text
+from coupling.results.learned_result import LearnedResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
-LEARNED = "learned.json"
+LEARNED, REPORT = "learned.json", "next.html"
 _KIND = "inputs"
 
 
@@ -48,50 +47,53 @@ def require_inputs_folder(folder: Path) -> None:
         )
 
 
-def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
-    """Write the inputs of the next run, and return the file of its case.
-
-    Args:
-        folder: Folder of the inputs, which is made.
-        found: Plan of the next command.
-        result: The plan's figures.
+def begin_inputs(folder: Path) -> None:
+    """Make the folder of the inputs, in which files of an earlier command are replaced.
 
     Raises:
         LearnError: If something cannot be written.
     """
     with writing(folder, LearnError):
         begin_folder(folder, _KIND)
-        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN))
-    robot = _robot_file(folder, found)
-    beyond = found.repeating
+        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN, REPORT))
+
+
+def learned_figures(plan: CommandPlan) -> LearnedResult | None:
+    """Return the figures of the parameters that were learned for a plan; None if none were."""
+    return None if plan.learned is None else results.figures(plan.learned)
+
+
+def write_inputs(folder: Path, plan: CommandPlan) -> Path:
+    """Write the inputs of the next run, and return the file of its case.
+
+    Args:
+        folder: Folder of the inputs.
+        plan: Plan of the next command.
+
+    Raises:
+        LearnError: If something cannot be written.
+    """
+    robot = _robot_file(folder, plan)
     discrepancy = None
-    if beyond is not None:
+    if plan.correction is not None:
         discrepancy = folder / DISCREPANCY
-        run = found.history.runs[0]
-        write_atomically(
-            discrepancy, _seen_from_world(run, beyond.discrepancy(found.history)), LearnError
-        )
-    last = found.history.runs[-1].source.folder
+        base_table = plan.correction.discrepancy(plan.history)
+        world_from_base = plan.history.runs[0].source.world_from_base
+        write_atomically(discrepancy, base_table.transformed(world_from_base).text(), LearnError)
+    last = plan.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
     write_atomically(folder / CASE, text, LearnError)
     return folder / CASE
 
 
-def _robot_file(folder: Path, found: CommandPlan) -> Path:
+def _robot_file(folder: Path, plan: CommandPlan) -> Path:
     """Return the file of the robot that the command is computed for, written if it is a new one."""
-    model, runs = found.move.model, found.history.runs
-    if found.learned is not None and model.since == len(runs):
+    model, runs = plan.model, plan.history.runs
+    if plan.learned is not None and model.run_count == len(runs):
         target = folder / ROBOT
-        write_atomically(target, learned_text(found.learned, target), LearnError)
-        write_atomically(folder / LEARNED, figures(found.learned).text() + "\n", LearnError)
+        write_atomically(target, learned_text(plan.learned, target), LearnError)
         return target
-    return runs[model.since].source.file
-
-
-def _seen_from_world(run: MeasuredRun, beyond: Discrepancy) -> str:
-    """Return a discrepancy in axes of the robot's base in those of the run folder's files."""
-    return beyond.transformed(run.source.world_from_base).text()
+    return runs[model.run_count].source.file
 
 
 def next_case_text(data: Mapping[str, Any], robot: Path, discrepancy: Path | None = None) -> str:

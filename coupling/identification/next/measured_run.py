@@ -77,23 +77,25 @@ class MeasuredRun:
         return deviation_size(self.measured.time, self.deviation, self.noise)
 
     @classmethod
-    def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameAccuracy) -> MeasuredRun:
+    def of(
+        cls, source: MeasuredFile, model: SimulatedPath, frame_accuracy: FrameAccuracy
+    ) -> MeasuredRun:
         """Return a run on its command's clock and in the robot's frame.
 
         Args:
             source: The run, and what was measured.
             model: Simulated path of the robot's tool under the run's command.
-            known: Standard deviations of the measuring device's frame and tip.
+            frame_accuracy: Standard deviations of the measuring device's frame and tip.
 
         Raises:
             LearnError: If what was measured does not fit the run.
         """
         coarse = clock_offset(source.measured, model.path)
-        measured = aligned(source.measured, model.path, np.isinf(known.turn), coarse)
-        beyond = measured.position - model.position(measured.time)
-        far = max(_FAR * noise_of([beyond]), _FAR_OFF)
-        kept = near_those_around(measured.name, beyond, far)
-        measured = measured.at_rows(np.flatnonzero(kept))
+        measured = aligned(source.measured, model.path, np.isinf(frame_accuracy.turn), coarse)
+        unmodelled = measured.position - model.position(measured.time)
+        far = max(_FAR * noise_of([unmodelled]), _FAR_OFF)
+        near = near_those_around(measured.name, unmodelled, far)
+        measured = measured.at_rows(np.flatnonzero(near))
         recorded = source.measured.time
         start, end = measured.time[[0, -1]] - coarse
         lost = (recorded > start) & (recorded < end)
@@ -103,36 +105,40 @@ class MeasuredRun:
         clock, tip = 0.0, np.zeros(3)
         for _ in range(_ROUNDS):
             there = model.position(measured.time + clock)
-            held = model.rotation(measured.time + clock).as_matrix()
-            off = measured.position - there - held @ tip
-            columns = _columns(there, model.position(measured.time + clock, 1), held, known)
+            base_from_tool = model.rotation(measured.time + clock).as_matrix()
+            off = measured.position - there - base_from_tool @ tip
+            columns = _columns(
+                there, model.position(measured.time + clock, 1), base_from_tool, frame_accuracy
+            )
             centred = (off - off.mean(axis=0)).reshape(-1)
-            found = np.linalg.lstsq(columns, centred, rcond=_IDENTIFIABLE)[0]
-            shift, turn = off.mean(axis=0), found[:3]
-            clock += float(found[3])
-            tip = tip + (found[4:] if known.tip else 0.0)
-        tip = tip * known.of_tip()
+            fitted = np.linalg.lstsq(columns, centred, rcond=_IDENTIFIABLE)[0]
+            shift, turn = off.mean(axis=0), fitted[:3]
+            clock += float(fitted[3])
+            tip = tip + (fitted[4:] if frame_accuracy.tip else 0.0)
+        tip = tip * frame_accuracy.of_tip()
         # A device on the command's clock is not known from one that is a few milliseconds late; what the
         # robot is late by is the robot's.
         if abs(coarse + clock) <= cycle:
             clock = -coarse
         there = model.position(measured.time + clock)
-        moved = measured.position - model.rotation(measured.time + clock).apply(tip)
-        offset = (moved - there).mean(axis=0)
-        shift, turn = known.of_device(offset, turn)
-        position = moved - shift - np.cross(turn, there - there.mean(axis=0))
+        tip_free = measured.position - model.rotation(measured.time + clock).apply(tip)
+        offset = (tip_free - there).mean(axis=0)
+        shift, turn = frame_accuracy.of_device(offset, turn)
+        position = tip_free - shift - np.cross(turn, there - there.mean(axis=0))
         rotation = measured.rotation
         if rotation is not None:
             rotation = Rotation.from_rotvec(-turn) * rotation
-        own = replace(measured, time=measured.time + clock, position=position, rotation=rotation)
-        inside = (own.time >= source.stored.desired.time[0]) & (
-            own.time <= source.stored.desired.time[-1]
+        measured_on_clock = replace(
+            measured, time=measured.time + clock, position=position, rotation=rotation
         )
-        own = own.at_rows(np.flatnonzero(inside))
-        noise = noise_of([own.position - model.position(own.time)])
+        inside = (measured_on_clock.time >= source.stored.desired.time[0]) & (
+            measured_on_clock.time <= source.stored.desired.time[-1]
+        )
+        measured_on_clock = measured_on_clock.at_rows(np.flatnonzero(inside))
+        noise = noise_of([measured_on_clock.position - model.position(measured_on_clock.time)])
         return cls(
             source,
-            own,
+            measured_on_clock,
             coarse + clock,
             shift,
             turn,
@@ -144,22 +150,22 @@ class MeasuredRun:
 
 
 def _columns(
-    place: np.ndarray, rate: np.ndarray, held: np.ndarray, known: FrameAccuracy
+    place: np.ndarray, rate: np.ndarray, base_from_tool: np.ndarray, frame_accuracy: FrameAccuracy
 ) -> np.ndarray:
     """Return what turn, clock and, where it is looked for, the tip do to positions, less their mean.
 
     Args:
         place: Positions [m], (n, 3).
         rate: Their rates [m/s], (n, 3).
-        held: Rotations base_from_tool, (n, 3, 3).
-        known: Standard deviations of the measuring device's frame and tip.
+        base_from_tool: Rotations base_from_tool, (n, 3, 3).
+        frame_accuracy: Standard deviations of the measuring device's frame and tip.
 
     Returns:
         (3 n, 4), or (3 n, 7).
     """
     arm = place - place.mean(axis=0)
-    turned = np.cross(np.eye(3)[:, None], arm[None]).transpose(1, 2, 0)
-    parts = [turned, rate[:, :, None]] + ([held] if known.tip else [])
+    turn_columns = np.cross(np.eye(3)[:, None], arm[None]).transpose(1, 2, 0)
+    parts = [turn_columns, rate[:, :, None]] + ([base_from_tool] if frame_accuracy.tip else [])
     full = np.concatenate(parts, axis=2)
     columns: np.ndarray = (full - full.mean(axis=0)).reshape(-1, full.shape[2])
     return columns

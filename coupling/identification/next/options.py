@@ -6,8 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from coupling.results.next_result import DeviationSize
+
 # Runs one after the other on a warm robot repeat better than data sheets of large robots say, 0.05 mm.
 REPEATABILITY = 2e-5
+# Three standard deviations and the mean of a distance are 3.6 standard deviations of a coordinate.
+_OF_RP = float(np.sqrt(3.0) / 3.6)
 KINDS = ("auto", "parameters", "path", "both")
 # What an industrial robot's tool may be off before it is measured: pose accuracy of robots that are not
 # calibrated, some tenths of a millimetre [m], and that over an arm of a metre [rad].
@@ -61,8 +65,8 @@ class FrameAccuracy:
         return _share(self.tip, _ROBOT_OFF)
 
 
-def _share(known: float, robot: float) -> float:
-    return 1.0 if np.isinf(known) else known**2 / (known**2 + robot**2)
+def _share(deviation: float, robot: float) -> float:
+    return 1.0 if np.isinf(deviation) else deviation**2 / (deviation**2 + robot**2)
 
 
 ANYWHERE = FrameAccuracy(np.inf, np.inf)
@@ -73,21 +77,32 @@ class NextOptions:
     """How the next command is found.
 
     Attributes:
-        known: Standard deviations of the measuring device's frame and tip.
+        frame_accuracy: Standard deviations of the measuring device's frame and tip.
         move: One of `KINDS`.
         cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
             contracts.
         seed: Seed of the sampled robots.
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
+        draws: Simulated robots for the intervals of parameters; 0 for those of the fit.
     """
 
-    known: FrameAccuracy = field(default_factory=FrameAccuracy)
+    frame_accuracy: FrameAccuracy = field(default_factory=FrameAccuracy)
     move: str = "auto"
     cutoff: float | None = None
     seed: int = 1
     repeatability: float = REPEATABILITY
+    draws: int = 0
+
+    @property
+    def random(self) -> float:
+        """Rms distance from run to run [m]: RP is the mean of distances and three deviations of them."""
+        return _OF_RP * self.repeatability
 
     @property
     def absolute(self) -> bool:
         """Whether the deviation's constant counts: the frame is said to be known."""
-        return bool(np.isfinite(self.known.shift))
+        return bool(np.isfinite(self.frame_accuracy.shift))
+
+    def rms_of(self, size: DeviationSize) -> float:
+        """Return the rms of a deviation [m]: less a constant where the frame is not known."""
+        return size.rms if self.absolute else size.rms_less_constant

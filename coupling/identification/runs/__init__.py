@@ -1,1 +1,1 @@
-"""Parameters of the robot one has, from measured runs of a command: docs/learn.md."""
+"""Parameters of the robot one has, from measured runs of a command: docs/next.md."""

@@ -57,14 +57,14 @@ def aligned(
     measured = measured.at_rows(np.flatnonzero(inside))
     covered = float(np.ptp(measured.time)) if len(measured.time) else 0.0
     if covered < _SHORTEST:
-        moved = (
+        shifted = (
             f", as its positions fit the run best with the clock shifted by {offset:.3g} s: was it"
             " measured under another command, or with the tool at rest?"
         )
         raise LearnError(
             f"{measured.name}: expected at least {_SHORTEST:g} s of the run, which lasts from"
             f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
-            f"{moved if abs(offset) > _CLOCK_TOLD else ''}"
+            f"{shifted if abs(offset) > _CLOCK_TOLD else ''}"
         )
     measured = measured.at_rows(
         rows_of_target(measured.name, measured.position, path.position(measured.time))
@@ -81,17 +81,17 @@ def aligned(
             f"{measured.name}: expected a moving tool, got a part of the run in which it is at rest"
         )
     if own_frame:
-        measured = _turned(measured, there)
+        measured = _turned_back(measured, there)
         _require_same_pace(measured, path)
     else:
         _require_same_pace(measured, path)
         _require_base_frame(measured, there)
-    left = _spread(measured.position - there)
+    residual = _spread(measured.position - there)
     most = min(_LEFT, max(_SMALLEST, _LEFT_OF_PATH * _spread(there)))
-    if left > most:
+    if residual > most:
         raise LearnError(
             f"{measured.name}: expected a path within about {1e3 * most:.2g} mm of the run's, got"
-            f" {1e3 * left:.3g} mm rms: was it measured under another command, on a clock that"
+            f" {1e3 * residual:.3g} mm rms: was it measured under another command, on a clock that"
             " differs by seconds, or in other axes (--own-frame)?"
         )
     require_steady(measured.name, measured.time, measured.position - there)
@@ -113,23 +113,24 @@ def _mounted(measured: Measurement, path: SimulatedPath) -> Measurement:
         return measured
     there = path.rotation(measured.time)
     on_tool = there.inv() * measured.rotation
-    held = measured.rotation * on_tool.mean().inv()
-    left = float(np.sqrt(np.mean((held * there.inv()).magnitude() ** 2)))
-    if left > _TURNED:
+    turn_from_tool = measured.rotation * on_tool.mean().inv()
+    residual = float(np.sqrt(np.mean((turn_from_tool * there.inv()).magnitude() ** 2)))
+    if residual > _TURNED:
         raise LearnError(
             f"{measured.name}: expected the tool's orientations to {1e3 * _TURNED:g} mrad, but for a"
-            f" constant rotation of the probe on the tool, got a difference of {1e3 * left:.3g} mrad"
+            f" constant rotation of the probe on the tool, got a difference of {1e3 * residual:.3g} mrad"
             " rms: omit qx, qy, qz, qw, or give them in the frame of x, y, z"
         )
-    return replace(measured, rotation=held)
+    return replace(measured, rotation=turn_from_tool)
 
 
 def _require_length_unit(measured: Measurement, model: ToolPath) -> None:
     """Refuse a path that has the size of the run's in another unit."""
     sizes = [
-        float(np.linalg.norm(np.ptp(one, axis=0))) for one in (measured.position, model.position[0])
+        float(np.linalg.norm(np.ptp(points, axis=0)))
+        for points in (measured.position, model.position[0])
     ]
-    far = [float(np.abs(one).max()) for one in (measured.position, model.position[0])]
+    far = [float(np.abs(points).max()) for points in (measured.position, model.position[0])]
     for ratio in (sizes[0] / max(sizes[1], 1e-12), far[0] / max(far[1], 1e-12)):
         if 300.0 < ratio < 3000.0:
             raise LearnError(
@@ -157,21 +158,21 @@ def clock_offset(measured: Measurement, model: ToolPath) -> float:
         if np.count_nonzero(inside) < 0.5 * len(rows):
             continue
         there = path.position(time[inside] + offset)
-        left = _shape_difference(position[inside], there)
-        if left < 0.98 * least:
-            best, least = offset, left
+        residual = _shape_difference(position[inside], there)
+        if residual < 0.98 * least:
+            best, least = offset, residual
     return best
 
 
 def _shape_difference(position: np.ndarray, there: np.ndarray) -> float:
     """Return the rms distance of two paths, one moved and turned onto the other [m]."""
-    own, other = position - position.mean(axis=0), there - there.mean(axis=0)
-    singular = np.linalg.svd(own.T @ other, compute_uv=False)
-    squares = np.sum(own**2) + np.sum(other**2) - 2.0 * np.sum(singular)
-    return float(np.sqrt(max(squares, 0.0) / len(own)))
+    centred, other = position - position.mean(axis=0), there - there.mean(axis=0)
+    singular = np.linalg.svd(centred.T @ other, compute_uv=False)
+    squares = np.sum(centred**2) + np.sum(other**2) - 2.0 * np.sum(singular)
+    return float(np.sqrt(max(squares, 0.0) / len(centred)))
 
 
-def _turned(measured: Measurement, there: np.ndarray) -> Measurement:
+def _turned_back(measured: Measurement, there: np.ndarray) -> Measurement:
     """Return a path of any frame, moved and turned onto the model's."""
     extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
     if extents[1] < _PLANE * extents[0]:
@@ -190,16 +191,16 @@ def _require_same_pace(measured: Measurement, path: SimulatedPath) -> None:
     time = measured.time - measured.time.mean()
     rate = path.position(measured.time, 1)
     off, late, slow = (
-        (own - own.mean(axis=0)).ravel()
-        for own in (measured.position - path.position(measured.time), rate, rate * time[:, None])
+        (column - column.mean(axis=0)).ravel()
+        for column in (measured.position - path.position(measured.time), rate, rate * time[:, None])
     )
     columns = np.stack([late, slow], axis=1)
-    left = []
+    residuals = []
     for fitted in (columns[:, :1], columns):
-        found = np.linalg.lstsq(fitted, off, rcond=None)[0]
-        left.append(float(np.linalg.norm(off - fitted @ found)))
-    pace = float(found[1])
-    if abs(pace) * np.ptp(time) > _GAINED and left[1] < _EXPLAINED * left[0]:
+        solution = np.linalg.lstsq(fitted, off, rcond=None)[0]
+        residuals.append(float(np.linalg.norm(off - fitted @ solution)))
+    pace = float(solution[1])
+    if abs(pace) * np.ptp(time) > _GAINED and residuals[1] < _EXPLAINED * residuals[0]:
         raise LearnError(
             f"{measured.name}: expected the speed of the command, got a run that is"
             f" {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, by"

@@ -1,7 +1,7 @@
-"""The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
+"""Gauss-Newton steps with Levenberg-Marquardt damping on the low-pass filtered residual.
 
-Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
-equation or of simulations (`effect`).
+Weights are Cauchy's, with a prior; derivatives are those of the gears' equation or differences of
+simulations (`effect`).
 """
 
 from __future__ import annotations
@@ -24,12 +24,11 @@ from coupling.robot.robot_fmu import RobotFmu
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
 MOST_ITERATIONS, _FRAME_ITERATIONS, _FITTED = 12, 3, 1
-# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better
-# and after one that did not, of which there are so many before the way ends.  The valley is narrow, long
-# and bent: along it a stiff and a soft gear make up for each other, and no step may be longer than it is
-# straight.
+# Damping of the first step, as part of the diagonal; its factors after a step that reduced the cost and
+# after one that did not, and how many of these end the search.  Where one stiffness compensates another
+# the minimum is a long, curved valley.
 _DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
-# A step that explains less ends the way; noise explains 1 for every unknown.
+# A step that reduces the cost by less ends the search; noise explains 1 for every unknown.
 SETTLED = 0.3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
@@ -71,13 +70,13 @@ def size_of(parts: Sequence[np.ndarray]) -> float:
 
 
 class Descent:
-    """The way down from some unknowns of a problem.
+    """Damped Gauss-Newton method for a problem.
 
     Args:
         problem: The problem.
         slow: Slow parts of the samples of every measured run.
         variance: Variance of a coordinate of the slow part [m^2]; None: by Cauchy's scale, under which
-            what was known before counts more than it should, and the way down is even.
+            the prior has more weight, and the cost is smoother.
 
     Attributes:
         problem: The same.
@@ -96,7 +95,7 @@ class Descent:
 
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
         """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
-        noise = noise_of([rest[:, :3] for rest in residuals])
+        noise = noise_of([rows[:, :3] for rows in residuals])
         return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
 
     def descended(
@@ -127,12 +126,12 @@ class Descent:
         problem = self.problem
         robot = problem.robot_at(z[: len(problem.parameters)])
         simulated, residuals, slow = [], [], []
-        for number, one in enumerate(problem.runs):
-            path = one.simulated(fmu or problem.fmu, robot)
-            rest = self._residuals[number].rows(path, problem.own(z, number))
+        for number, run in enumerate(problem.runs):
+            path = run.simulated(fmu or problem.fmu, robot)
+            rows = self._residuals[number].rows(path, problem.frame_values(z, number))
             simulated.append(path)
-            residuals.append(rest)
-            slow.append(self.slow[number](rest))
+            residuals.append(rows)
+            slow.append(self.slow[number](rows))
         cost = self.costed(z, tuple(slow), scale)
         return DescentPoint(z, tuple(simulated), tuple(residuals), tuple(slow), *cost)
 
@@ -146,12 +145,12 @@ class Descent:
             slow: Slow parts of the residuals [m], (k, 3) or (k, 6), + c of motors.
             scale: Cauchy's scale [m]; None: by the residual.
         """
-        sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
+        sizes = [np.linalg.norm(rows, axis=1) for rows in slow]
         if scale is None:
             # Rows of more coordinates are longer for the same noise.
             alike = [
-                size * _length(3) / _length(rest.shape[1])
-                for size, rest in zip(sizes, slow, strict=True)
+                size * _length(3) / _length(rows.shape[1])
+                for size, rows in zip(sizes, slow, strict=True)
             ]
             scale = max(FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
         cost = self._counted(scale) * sum(
@@ -167,29 +166,29 @@ class Descent:
         problem, count = self.problem, len(self.problem.parameters)
         matrix = np.diag(problem.prior**-2.0)
         right = -now.z / problem.prior**2
-        for number, one in enumerate(problem.runs):
-            mean, own = self.slow[number], problem.own(now.z, number)
+        for number, run in enumerate(problem.runs):
+            mean, frame_values = self.slow[number], problem.frame_values(now.z, number)
             # Columns are slow: taken at the means' own times they are their own means.
-            time = mean.time + own[6]
-            columns = effects[number](now.z[:count], one.measured.time + own[6])
+            time = mean.time + frame_values[6]
+            columns = effects[number](now.z[:count], run.measured.time + frame_values[6])
             path = now.simulated[number]
             residual = self._residuals[number]
             frame = residual.by_frame(path, time, problem.frame_size)
             full = np.concatenate([mean(residual.columns(columns)), frame], axis=2)
             where = np.r_[:count, problem.rows_of(number)]
-            rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
+            slow_rows, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
             weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
             weight *= self._counted(now.scale)
             matrix[np.ix_(where, where)] += np.einsum(
                 "k,kap,kaq->pq", weight, full, full, optimize=True
             )
-            right[where] += np.einsum("k,kap,ka->p", weight, full, rest, optimize=True)
+            right[where] += np.einsum("k,kap,ka->p", weight, full, slow_rows, optimize=True)
         return matrix, right
 
     def fitted_beside(
         self,
         now: DescentPoint,
-        held: Sequence[PoseDerivatives],
+        derivatives: Sequence[PoseDerivatives],
         step: np.ndarray,
         fmu: RobotFmu,
     ) -> DescentPoint:
@@ -197,7 +196,7 @@ class Descent:
 
         Args:
             now: The point it begins at.
-            held: Derivatives of the pose in every measured run.
+            derivatives: Derivatives of the pose in every measured run.
             step: Step of the log factors [1], (P,); 0 of those that are fitted to it.
             fmu: FMU that simulates.
         """
@@ -206,7 +205,7 @@ class Descent:
         after = self.at(z, now.scale, fmu)
         free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
         for _ in range(_FITTED):
-            matrix, right = self.equations(after, held)
+            matrix, right = self.equations(after, derivatives)
             z = after.z.copy()
             z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
             further = self._tried(z, now.scale, fmu)
@@ -248,11 +247,11 @@ class Descent:
             dampings[:1],
             *np.split(dampings[1:], range(len(fmus), _TRIED - 1, len(fmus))),
         ):
-            points = [now.z + np.linalg.solve(matrix + own * diagonal, right) for own in some]
-            found = in_parallel(fmus, points, lambda fmu, z: self._tried(z, now.scale, fmu))
-            for own, after in zip(some.tolist(), found, strict=True):
+            points = [now.z + np.linalg.solve(matrix + factor * diagonal, right) for factor in some]
+            results = in_parallel(fmus, points, lambda fmu, z: self._tried(z, now.scale, fmu))
+            for factor, after in zip(some.tolist(), results, strict=True):
                 if after is not None and after.cost < now.cost:
-                    return after, _AFTER_BETTER * own
+                    return after, _AFTER_BETTER * factor
         return None, _AFTER_WORSE * float(dampings[-1])
 
     def _tried(self, z: np.ndarray, scale: float, fmu: RobotFmu) -> DescentPoint | None:

@@ -49,7 +49,7 @@ class ParameterEffect:
         robot: The robot.
         torque_curve: Name of its gears' torque curve.
         parameters: Parameters that are learned.
-        one: The measured run.
+        run: The measured run.
 
     Attributes:
         parameters: The same.
@@ -60,18 +60,18 @@ class ParameterEffect:
         robot: Robot,
         torque_curve: str,
         parameters: tuple[RobotParameter, ...],
-        one: MeasuredPath,
+        run: MeasuredPath,
     ) -> None:
         self._robot, self._torque_curve, self.parameters = robot, torque_curve, parameters
-        self._run = one
+        self._run = run
         moving = MovingRobot(robot, torque_curve)
-        task = moving.task(one.wanted)
+        task = moving.task(run.desired_motion)
         self.theta: UniformSpline = solve_links(moving.model, task).theta
         self._time = self.theta.nodes
         self._torque = moving.torque(self.theta, self._time, task.wrench)
         at = self.theta.at(self.theta.nodes[::_SELDOM])
-        rest = np.zeros_like(at)
-        _, by = moving.model.linearised(at, rest, rest, np.zeros((len(at), 6)))
+        at_rest = np.zeros_like(at)
+        _, by = moving.model.linearised(at, at_rest, at_rest, np.zeros((len(at), 6)))
         self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian)
         self._model = moving.model
         none = np.zeros(len(parameters))
@@ -80,14 +80,6 @@ class ParameterEffect:
     def robot(self, x: np.ndarray) -> Robot:
         """Return the robot with log factors x [1], (P,)."""
         return apply_values(self._robot, scaled_values(self.parameters, x))
-
-    def along(self, one: MeasuredPath) -> bool:
-        """Return whether it holds along a run of the same command, measured otherwise."""
-        (own, its), (other, others) = (
-            (run.wanted.path.time, run.measured.motors and run.measured.motors.columns)
-            for run in (self._run, one)
-        )
-        return np.array_equal(own, other) and its == others
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
@@ -119,12 +111,12 @@ class ParameterEffect:
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])
                 behind = settling[parameter.coordinate] * rate if parameter.vibrates else theta
-                moved = -behind[:, angle]
+                motion = -behind[:, angle]
             elif parameter.row.of_motor:
                 angle = int(model.gears[parameter.gear])
                 joint = int(model.chain.elastic_joint[parameter.coordinate])
                 moving = self._by_motor(parameter, joint, x[k])
-                moved = np.interp(inside, self._time, moving["motor"])
+                motion = np.interp(inside, self._time, moving["motor"])
                 for c, (kind, of) in enumerate(motors):
                     if of == joint:
                         columns[:, 6 + c, k] = np.interp(inside, self._time, moving[kind])
@@ -132,8 +124,8 @@ class ParameterEffect:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
                 own_time = self._time[: len(change)]
-                moved = np.interp(inside, own_time, change[:, parameter.gear]) / np.log1p(_CHANGE)
-            columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
+                motion = np.interp(inside, own_time, change[:, parameter.gear]) / np.log1p(_CHANGE)
+            columns[:, :6, k] = jacobian[:, :, angle] * motion[:, None]
         return columns
 
     def _by_motor(self, parameter: RobotParameter, joint: int, log: float) -> dict[str, np.ndarray]:
@@ -157,7 +149,10 @@ class ParameterEffect:
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
             moving = MovingRobot(self.robot(x + np.array(change)), self._torque_curve)
             wind_ups[kind] = moving.wind_up(
-                self.theta, self._time[:count], self._torque[:count], self._run.wanted.wrench
+                self.theta,
+                self._time[:count],
+                self._torque[:count],
+                self._run.desired_motion.wrench,
             ).angle
         return wind_ups
 
@@ -167,7 +162,7 @@ class SecantEffect:
 
     Args:
         fmus: FMUs of the robot of the file, to run side by side.
-        one: The measured run.
+        run: The measured run.
         effect: The gears' equation, for parameters without significant effect.
         change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
             past, small in the valley.
@@ -177,26 +172,28 @@ class SecantEffect:
     """
 
     def __init__(
-        self, fmus: Sequence[RobotFmu], one: MeasuredPath, effect: ParameterEffect, change: float
+        self, fmus: Sequence[RobotFmu], run: MeasuredPath, effect: ParameterEffect, change: float
     ) -> None:
-        self._fmus, self._effect, self._run = fmus, effect, one
+        self._fmus, self._effect, self._run = fmus, effect, run
         self._change, prior = change, prior_of(effect.parameters)
         # What is left to the equation is left as it is for the parameters of the file.
-        self._plain = effect(np.zeros(len(prior)), one.measured.time)
+        self._plain = effect(np.zeros(len(prior)), run.measured.time)
         self._last: tuple[object, np.ndarray] = None, self._plain
-        moved = self._plain - self._plain.mean(axis=0)
+        motion = self._plain - self._plain.mean(axis=0)
         shifts, turns = (
-            prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
-            for own in (moved[:, :3], moved[:, 3:6])
+            prior * np.sqrt(np.mean(np.sum(part**2, axis=1), axis=0))
+            for part in (motion[:, :3], motion[:, 3:6])
         )
-        turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
-        vibrates = np.array([own.vibrates for own in effect.parameters])
+        turns_significantly = turns > _NEGLIGIBLE_TURN if run.tool_rotation is not None else False
+        vibrates = np.array([parameter.vibrates for parameter in effect.parameters])
         in_motors = np.zeros(len(prior), dtype=bool)
-        if one.measured.motors is not None:
-            by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
-            least = _NEGLIGIBLE_PART * one.measured.motors.deviation[:, None]
+        if run.measured.motors is not None:
+            by_motors = prior * np.sqrt(np.mean(motion[:, 6:] ** 2, axis=0))
+            least = _NEGLIGIBLE_PART * run.measured.motors.deviation[:, None]
             in_motors = (by_motors > least).any(axis=0)
-        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | in_motors)
+        self.shown = np.flatnonzero(
+            (shifts > _NEGLIGIBLE) | turns_significantly | vibrates | in_motors
+        )
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
@@ -275,8 +272,8 @@ def moved_by_load(drive: Drive, time: np.ndarray, torque: np.ndarray) -> np.ndar
     # Without an integral both sides have a factor p.
     by = ([-1.0], loop[:3]) if ki == 0.0 else ([-1.0, 0.0], loop)
     numerator, denominator, _ = cont2discrete(by, float(time[1] - time[0]), "foh")
-    moved: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
-    return moved
+    response: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
+    return response
 
 
 def _friction(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:

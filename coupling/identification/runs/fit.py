@@ -1,14 +1,12 @@
-"""The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
+"""Gauss-Newton fit of parameters, frame and clock to measured runs, in a growing fitting window.
 
-All of a run at once has local minima beside the valley: where a gear crosses its backlash too late or
-not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
-What a crossing does wrong is past a second later.  So the fit goes along the runs: it looks a little
-further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
-is tried again from beside it (`backlash_trials`) before it looks any further.
+A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
+or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
+crossing has decayed a second later, so the window is extended along the run as far as the residual is
+explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
 
-So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
-fit goes on with rows that count as their noise says, and as what is left over noise says
-(`UnexplainedPart`): that is the most likely robot, and its covariance.
+Until then rows have a fifth of the weight of their noise, which smooths the cost.  The last fit has rows
+weighted by noise and variance inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
 _COUNTED = 2
 # Iterations of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
 # whole, and of so many gears' best sides.
-_LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
+_LED, _PART_TRIES, _TRIES, _RESTART_GEARS = 6, 1, 2, 2
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
 # Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
@@ -92,16 +90,16 @@ class Fitter:
             start: Log factors to begin at [1], (P,).
         """
         whole, now = self._whole, self._whole.framed(start)
-        before, seconds = 0.0, self._look(now, 0.0)
+        before, seconds = 0.0, self._window(now, 0.0)
         while seconds < np.inf:
             part = self._descent(self.problem.until(seconds))
             here = part.at(now.z)
             if before == 0.0:
                 here, _ = part.descended(here, part.problem.effects)
-            here, _ = self._found(part, here, _LED, _PART_TRIES)
+            here, _ = self._refined(part, here, _LED, _PART_TRIES)
             now, before = whole.at(here.z), seconds
-            seconds = self._look(now, before, _is_noise(part, here))
-        now, _ = self._found(whole, now, MOST_ITERATIONS, _TRIES)
+            seconds = self._window(now, before, _is_noise(part, here))
+        now, _ = self._refined(whole, now, MOST_ITERATIONS, _TRIES)
         return self._settled(now)
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -137,7 +135,7 @@ class Fitter:
         )
 
     def _counted(self, now: DescentPoint, over: float) -> Descent:
-        """Return the way down with rows that count as their noise says, times its variance."""
+        """Return the method with rows weighted by their noise, its variance times a factor."""
         variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
         return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
 
@@ -145,8 +143,10 @@ class Fitter:
         """Return what is left over noise."""
         variance = max(self._whole.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
         parts = list(zip(self._whole.slow, now.slow, strict=True))
-        squares = sum(mean.independent * float(np.sum(rest**2)) for mean, rest in parts)
-        rows = sum(mean.independent * rest.size for mean, rest in parts)
+        squares = sum(
+            mean.independent * float(np.sum(rows_of_run**2)) for mean, rows_of_run in parts
+        )
+        rows = sum(mean.independent * rows_of_run.size for mean, rows_of_run in parts)
         data = self._counted(now, 1.0).equations(now, self.problem.effects)[0]
         data = data - np.diag(self.problem.prior**-2.0)
         return UnexplainedPart.of(squares / variance, rows, data, self.problem.prior)
@@ -159,24 +159,25 @@ class Fitter:
         but not what other gears do meanwhile.
         """
         secants = self.problem.secants(_CHANGES[0])
-        found, held = (
-            np.linalg.inv(counted.equations(now, own)[0]) for own in (secants, self.problem.effects)
+        by_secants, by_equation = (
+            np.linalg.inv(counted.equations(now, derivatives)[0])
+            for derivatives in (secants, self.problem.effects)
         )
-        wider = np.sqrt(np.maximum(1.0, np.diag(held) / np.diag(found)))
+        wider = np.sqrt(np.maximum(1.0, np.diag(by_equation) / np.diag(by_secants)))
         wider[len(self.problem.parameters) :] = 1.0
-        covariance: np.ndarray = wider[:, None] * found * wider
+        covariance: np.ndarray = wider[:, None] * by_secants * wider
         return covariance
 
     def _descent(self, problem: FitProblem) -> Descent:
-        slow = [SlowPart.of(one.measured.time) for one in problem.runs]
+        slow = [SlowPart.of(run.measured.time) for run in problem.runs]
         return Descent(problem, slow)
 
-    def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
+    def _window(self, now: DescentPoint, before: float, explained: bool = True) -> float:
         """Return how far to look next [s]."""
         whole = self._whole
-        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
+        return fitting_window(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
 
-    def _found(
+    def _refined(
         self, part: Descent, start: DescentPoint, most: int, tries: int
     ) -> tuple[DescentPoint, bool]:
         """Return what is found of a part, from some unknowns and beside them, and whether for good."""
@@ -189,15 +190,15 @@ class Fitter:
             return now, settled
 
         now, converged = refined(start)
-        sides = _sides(part, now, secants[0])
+        restarts = _restart_points(part, now, secants[0])
         for _ in range(tries):
-            beside = None if _is_noise(part, now) else next(sides, None)
-            if beside is None:
+            neighbour = None if _is_noise(part, now) else next(restarts, None)
+            if neighbour is None:
                 break
-            other, settled = refined(beside)
+            other, settled = refined(neighbour)
             if part.costed(other.z, other.slow, now.scale)[1] < now.cost - SETTLED:
                 now, converged = other, settled
-                sides = _sides(part, now, secants[0])
+                restarts = _restart_points(part, now, secants[0])
         return now, converged
 
 
@@ -208,7 +209,7 @@ def _is_noise(part: Descent, now: DescentPoint) -> bool:
     return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
-def _sides(
+def _restart_points(
     part: Descent, now: DescentPoint, secants: Sequence[SecantEffect]
 ) -> Iterator[DescentPoint]:
     """Yield where to try again: beside what was found, in backlash and damping of one gear each.
@@ -216,20 +217,24 @@ def _sides(
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem, count = part.problem, len(part.problem.parameters)
-    times = [one.measured.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
+    times = [
+        run.measured.time + problem.frame_values(now.z, k)[6] for k, run in enumerate(problem.runs)
+    ]
     x = now.z[:count]
-    values = [own(x, time) for own, time in zip(secants, times, strict=True)]
-    held = [lambda x, time, own=own: own for own in values]
-    shown = {int(k) for own in secants for k in own.shown}
+    values = [derivatives(x, time) for derivatives, time in zip(secants, times, strict=True)]
+    constant = [lambda x, time, derivatives=derivatives: derivatives for derivatives in values]
+    shown = {int(k) for derivatives in secants for k in derivatives.shown}
     gears = backlash_trials(problem.parameters, shown)
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
-        return part.fitted_beside(now, held, step, fmu)
+        return part.fitted_beside(now, constant, step, fmu)
 
     all_steps = [step for steps in gears for step in steps]
     ordered = iter(in_parallel(problem.fmus, all_steps, tried))
-    found = [min((next(ordered) for _ in steps), key=lambda own: own.cost) for steps in gears]
-    yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
+    candidates = [
+        min((next(ordered) for _ in steps), key=lambda point: point.cost) for steps in gears
+    ]
+    yield from sorted(candidates, key=lambda point: point.cost)[:_RESTART_GEARS]
 
 
 def backlash_trials(
@@ -248,10 +253,12 @@ def backlash_trials(
     Returns:
         Steps of each gear whose backlash and damping have a significant effect [1], (P,).
     """
-    of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
+    of = {
+        (parameter.gear, parameter.kind): k for k, parameter in enumerate(parameters) if k in shown
+    }
     prior = prior_of(tuple(parameters))
-    found = []
-    for gear in sorted({own.gear for own in parameters if own.gear is not None}):
+    trials = []
+    for gear in sorted({parameter.gear for parameter in parameters if parameter.gear is not None}):
         pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
         if len(pair) < 2:
             continue
@@ -260,11 +267,11 @@ def backlash_trials(
             step = np.zeros(len(parameters))
             step[pair] = size * prior[pair] * signs
             steps.append(step)
-        found.append(steps)
-    return found
+        trials.append(steps)
+    return trials
 
 
-def next_horizon(
+def fitting_window(
     slow: Sequence[np.ndarray],
     means: Sequence[SlowPart],
     noise: float,
@@ -281,7 +288,7 @@ def next_horizon(
         explained: Whether that was explained.
     """
     least = _LEAST if explained else max(_LEAST, _STRIDE * before)
-    ends = [_explained(rest, mean, noise, before) for rest, mean in zip(slow, means, strict=True)]
+    ends = [_explained(rows, mean, noise, before) for rows, mean in zip(slow, means, strict=True)]
     if min(ends) == np.inf:
         return np.inf
     seconds = max(min(ends) + _BEHIND, before + least, _FIRST)
@@ -289,10 +296,10 @@ def next_horizon(
     return seconds if seconds < longest else np.inf
 
 
-def _explained(rest: np.ndarray, mean: SlowPart, noise: float, before: float) -> float:
+def _explained(rows: np.ndarray, mean: SlowPart, noise: float, before: float) -> float:
     """Return when more than noise is left of a run for the first time behind what was looked at [s]."""
     since = mean.time - mean.time[0]
-    squares = np.sum(rest[:, :3] ** 2, axis=1)
+    squares = np.sum(rows[:, :3] ** 2, axis=1)
     count = max(1, round(_OVER * len(since) / max(float(since[-1]), _OVER)))
     over = np.convolve(squares, np.ones(count) / count, mode="same") > (_FAR * noise) ** 2
     late = over & (since > before)

@@ -56,7 +56,7 @@ class LearnedParameter(ParameterVerdict[RobotParameter]):
         return self.value if self.identifiable or moves else self.start
 
 
-def judged(
+def judge_parameters(
     parameters: Sequence[RobotParameter],
     x: np.ndarray,
     deviation: np.ndarray,
@@ -108,8 +108,10 @@ def mostly_in_backlash(gears: Sequence[GearDiagnosis], seconds: float) -> str:
     if not names:
         return ""
     which = ", ".join(map(str, names))
-    own = f"the gear{'s' * (len(names) > 1)} of joint{'s' * (len(names) > 1)} {which}"
-    return f"{own} {'are' if len(names) > 1 else 'is'} unloaded at rest for most of the path"
+    gears_words = f"the gear{'s' * (len(names) > 1)} of joint{'s' * (len(names) > 1)} {which}"
+    return (
+        f"{gears_words} {'are' if len(names) > 1 else 'is'} unloaded at rest for most of the path"
+    )
 
 
 def discrepancy(before: float, after: float, noise: float) -> str:

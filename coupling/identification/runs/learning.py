@@ -16,7 +16,7 @@ from coupling.identification.runs.fit import Fitter, ParameterFit
 from coupling.identification.runs.judge import (
     LearnedParameter,
     discrepancy,
-    judged,
+    judge_parameters,
     measurement_lacks,
     mostly_in_backlash,
 )
@@ -24,7 +24,7 @@ from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
 from coupling.identification.runs.problem import FitProblem, FramePrior
-from coupling.identification.runs.residual import weighed
+from coupling.identification.runs.residual import weigh_motors
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
@@ -55,20 +55,18 @@ class LearnOptions:
         own_frame: Whether the measuring frame lies anywhere.
         draws: Simulated robots for the intervals; 0 for those of the fit.
         seed: Seed of their parameters and noise.
-        known: Prior of the measuring frame, from the robot's base frame, where it does not lie anywhere.
-        start: Log factors that the fit begins at [1], (P,); None: the robot of the last run.
+        frame_prior: Prior of the measuring frame in the robot's base frame, without `own_frame`.
     """
 
     own_frame: bool = False
     draws: int = 0
     seed: int = 1
-    known: FramePrior = field(default_factory=FramePrior)
-    start: np.ndarray | None = None
+    frame_prior: FramePrior = field(default_factory=FramePrior)
 
     @property
     def frame(self) -> FramePrior:
         """What is known of the measuring frame."""
-        return ANYWHERE if self.own_frame else self.known
+        return ANYWHERE if self.own_frame else self.frame_prior
 
 
 @dataclass(frozen=True)
@@ -100,24 +98,25 @@ class Learned:
     def robot(self) -> Robot:
         """The robot as written."""
         return apply_values(
-            self.sources[0].robot, {own.name: own.written for own in self.parameters}
+            self.sources[0].robot,
+            {parameter.name: parameter.written for parameter in self.parameters},
         )
 
     @property
-    def left(self) -> tuple[float, float]:
+    def residual_rms(self) -> tuple[float, float]:
         """Rms of the residuals' slow parts, with the robot file and with what was found [m]."""
         return size_of(self.before), size_of(self.fit.slow)
 
     @property
     def noise_left(self) -> float:
         """What the slow parts would be of noise alone [m], rms."""
-        parts = [SlowPart.of(one.measured.time).of_noise for one in self.runs]
+        parts = [SlowPart.of(run.measured.time).of_noise for run in self.runs]
         return self.spread.noise * float(np.sqrt(3.0 * np.mean(parts)))
 
     @property
     def unexplained(self) -> bool:
         """Whether far more is left than noise."""
-        return self.left[1] > _FAR * self.noise_left
+        return self.residual_rms[1] > _FAR * self.noise_left
 
     @property
     def widened(self) -> float:
@@ -127,10 +126,10 @@ class Learned:
     @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
-        before, after = self.left
-        last = float(np.ptp(self.runs[-1].wanted.path.time))
-        seconds = sum(float(np.ptp(one.measured.time)) for one in self.runs)
-        if not any(own.identifiable for own in self.parameters):
+        before, after = self.residual_rms
+        last = float(np.ptp(self.runs[-1].desired_motion.path.time))
+        seconds = sum(float(np.ptp(run.measured.time)) for run in self.runs)
+        if not any(parameter.identifiable for parameter in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
             lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
             return f"nothing is identifiable: {lacks}"
@@ -152,44 +151,27 @@ class Learned:
     def warnings(self) -> list[str]:
         """What the user should look at."""
         remarks = [
-            f"{own.measured.name}: its columns {own.measured.motors.names[0]} .. are not used, as drives"
-            f" are {IDEAL}, or their joints have no motor in the robot file"
-            for own, one in zip(self.sources, self.runs, strict=True)
-            if own.measured.motors is not None and one.measured.motors is None
+            f"{source.measured.name}: its columns {source.measured.motors.names[0]} .. are not used, as"
+            f" drives are {IDEAL}, or their joints have no motor in the robot file"
+            for source, run in zip(self.sources, self.runs, strict=True)
+            if source.measured.motors is not None and run.measured.motors is None
         ]
         remarks += [
             words
-            for one in self.runs
-            if one.measured.motors
-            for words in one.measured.motors.remarks
+            for run in self.runs
+            if run.measured.motors
+            for words in run.measured.motors.remarks
         ]
         if not self.unexplained or self.refusal:
             return remarks
         return [
             *remarks,
-            f"{1e6 * self.left[1]:.3g} um of the slow part of the deviation remain, noise alone would"
-            f" be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash with"
-            " rounded flanks, another load, heat), or a gear unloaded in its backlash; the intervals"
-            f" are therefore {self.widened:.2g} times as wide, and hardly identifiable parameters"
-            " stay near the file",
+            f"{1e6 * self.residual_rms[1]:.3g} um of the slow part of the deviation remain, noise alone"
+            f" would be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash"
+            " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
+            f" intervals are therefore {self.widened:.2g} times as wide, and hardly identifiable"
+            " parameters stay near the file",
         ]
-
-
-@dataclass(frozen=True)
-class FittedRuns:
-    """A fit to measured runs.
-
-    Attributes:
-        sources: Runs and measurements.
-        problem: The problem that was fitted.
-        start: Log factors at which the fit began [1], (P,).
-        fit: The fit.
-    """
-
-    sources: tuple[MeasuredFile, ...]
-    problem: FitProblem
-    start: np.ndarray
-    fit: ParameterFit
 
 
 def learn(
@@ -208,25 +190,6 @@ def learn(
         LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
             learned.
     """
-    return assessed(fitted(sources, options, models, watch), options, watch)
-
-
-def fitted(
-    sources: Sequence[MeasuredFile],
-    options: LearnOptions,
-    models: Models,
-    watch: Watch = unwatched,
-    before: FittedRuns | None = None,
-) -> FittedRuns:
-    """Return the fit to measured runs, without a verdict on any parameter.
-
-    Args:
-        sources, options, models, watch: As for `learn`.
-        before: Fit to the same runs with other measurements, of which what they share is taken.
-
-    Raises:
-        LearnError: As `learn`.
-    """
     require_comparable(sources)
     first, last = sources[0], sources[-1]
     fmus = models.side_by_side(models.of(first.robot, first.torque_curve, first.drive).fmu)
@@ -234,111 +197,97 @@ def fitted(
     runs, effects = [], []
     for number, source in enumerate(sources):
         watch(Progress("learning: what the parameters do", number, len(sources) + 1))
-        own = models.of(source.robot, source.torque_curve, source.drive).fmu
-        model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
-        one = _with_motors(source.whole(options.own_frame, model), first)
-        known = None if before is None else before.problem.effects[number]
-        if known is None or not known.along(one):
-            known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
-        effects.append(known)
-        runs.append(_weighed(one, known, fmus[0], first.robot))
+        model_fmu = models.of(source.robot, source.torque_curve, source.drive).fmu
+        model = model_fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic")
+        run = _with_motors(source.whole(options.own_frame, model), first)
+        by = ParameterEffect(first.robot, first.torque_curve, parameters, run)
+        effects.append(by)
+        runs.append(_with_weights(run, by, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
-    start = factors_between(parameters, last.robot) if options.start is None else options.start
+    start = factors_between(parameters, last.robot)
     watch(Progress("learning: fit", 0, 1))
-    return FittedRuns(tuple(sources), problem, start, Fitter(problem).fit(start))
+    fit = Fitter(problem).fit(start)
 
-
-def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched) -> Learned:
-    """Return the verdict on the parameters of a fit.
-
-    Args:
-        found: The fit.
-        options: Options of learning.
-        watch: Function called with the progress.
-    """
-    problem, fit, first, last = found.problem, found.fit, found.sources[0], found.sources[-1]
-    parameters = problem.parameters
-
-    def drawn(done: int, total: int) -> None:
-        watch(Progress("learning: simulated robots, for the intervals", done, total))
+    def drawn(count: int, total: int) -> None:
+        watch(Progress("learning: simulated robots, for the intervals", count, total))
 
     if options.draws:
-        spread = spread_of(problem, fit, found.start, options.draws, options.seed, drawn)
+        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
     else:
         spread = spread_of_fit(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(problem.robot_at(x), first.torque_curve)
-    gears = diagnose(moving, problem.runs[-1].wanted)
-    verdicts = judged(
+    gears = diagnose(moving, problem.runs[-1].desired_motion)
+    verdicts = judge_parameters(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
-    identifiable = any(own.identifiable for own in verdicts)
-    whole = gears if identifiable else diagnose(moving, last.wanted_whole)
+    identifiable = any(parameter.identifiable for parameter in verdicts)
+    whole = gears if identifiable else diagnose(moving, last.desired_motion)
     before = Fitter(problem).without(np.zeros(len(parameters)))
-    return Learned(found.sources, problem.runs, fit, before, verdicts, spread, gears, whole)
+    return Learned(tuple(sources), problem.runs, fit, before, verdicts, spread, gears, whole)
 
 
-def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
+def _with_motors(run: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
     """Return a measured run with what was recorded of motors that its robot has, and of no others."""
-    motors = one.measured.motors
+    motors = run.measured.motors
     if motors is not None:
-        motors = None if source.drive == IDEAL else motors.of(source.robot, one.measured.name)
-    return replace(one, measured=replace(one.measured, motors=motors))
+        motors = None if source.drive == IDEAL else motors.of(source.robot, run.measured.name)
+    return replace(run, measured=replace(run.measured, motors=motors))
 
 
-def _weighed(
-    one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu, robot: Robot
+def _with_weights(
+    run: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu, robot: Robot
 ) -> MeasuredPath:
     """Return a measured run whose motors count by what no parameter explains of them.
 
     Raises:
         LearnError: If the robot's motors cannot have their angles or torques.
     """
-    motors, time = one.measured.motors, one.measured.time
+    motors, time = run.measured.motors, run.measured.time
     if motors is None:
-        return one
-    path = one.simulated(fmu, robot)
+        return run
+    path = run.simulated(fmu, robot)
     predicted = path.motors(time)
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
-    _require_followed(one.measured.name, motors, predicted)
-    motors = weighed(motors, time, predicted, columns)
-    motors = replace(motors, remarks=_torque_remarks(one, motors, predicted, robot))
-    return replace(one, measured=replace(one.measured, motors=motors))
+    _require_followed(run.measured.name, motors, predicted)
+    motors = weigh_motors(motors, time, predicted, columns)
+    motors = replace(motors, remarks=_torque_remarks(run, motors, predicted, robot))
+    return replace(run, measured=replace(run.measured, motors=motors))
 
 
 def _require_followed(name: str, motors: MeasuredMotors, predicted: np.ndarray) -> None:
     """Refuse angles of motors that move otherwise than the model's, predicted columns, any zero."""
     off = np.std(motors.values - predicted, axis=0)
     most = np.maximum(_ANGLE_OFF, _PART_OFF * np.std(predicted, axis=0))
-    for own, (kind, _), far, bound in zip(motors.names, motors.columns, off, most, strict=True):
+    for name, (kind, _), far, bound in zip(motors.names, motors.columns, off, most, strict=True):
         if kind == "motor" and far > bound:
             raise LearnError(
-                f"{name}: {own}: expected the motor's angle over the gear ratio in rad, within"
+                f"{name}: {name}: expected the motor's angle over the gear ratio in rad, within"
                 f" {bound:.2g} rad of the model's, got a difference of {far:.2g} rad rms: is it in"
                 " degrees, not divided by the gear ratio, of another joint or of another time?"
             )
 
 
 def _torque_remarks(
-    one: MeasuredPath, motors: MeasuredMotors, predicted: np.ndarray, robot: Robot
+    run: MeasuredPath, motors: MeasuredMotors, predicted: np.ndarray, robot: Robot
 ) -> tuple[str, ...]:
     """Return a sentence on each joint whose torque a robot hardly explains, from predicted columns."""
     torques = [k for k, (kind, _) in enumerate(motors.columns) if kind == "motor_torque"]
-    joints, time = [motors.columns[k][1] for k in torques], one.measured.time
-    rate = one.command.trajectory.at(np.clip(time, *one.command.time[[0, -1]]))[1][:, joints]
+    joints, time = [motors.columns[k][1] for k in torques], run.measured.time
+    rate = run.command.trajectory.at(np.clip(time, *run.command.time[[0, -1]]))[1][:, joints]
     values, predicted = motors.values[:, torques], predicted[:, torques]
-    beside = MotorTorques(one.measured.name, joints, time, values, predicted, rate)
-    return torque_remarks(beside, robot, LearnError)
+    torques_of_run = MotorTorques(run.measured.name, joints, time, values, predicted, rate)
+    return torque_remarks(torques_of_run, robot, LearnError)
 
 
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
     squares = np.zeros(len(x))
-    for effect, one in zip(problem.effects, problem.runs, strict=True):
-        mean = SlowPart.of(one.measured.time)
-        columns = mean(effect(x, one.measured.time)[:, :3])
+    for effect, run in zip(problem.effects, problem.runs, strict=True):
+        mean = SlowPart.of(run.measured.time)
+        columns = mean(effect(x, run.measured.time)[:, :3])
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
         squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.runs)
     return np.sqrt(squares)

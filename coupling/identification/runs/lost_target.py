@@ -34,59 +34,59 @@ def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.nda
     Raises:
         LearnError: If too many of these are.
     """
-    held = _held(position, there)
-    near = near_those_around(name, (position - there)[~held], _BESIDE)
-    return np.flatnonzero(~held)[near]
+    repeats_position = _repeated(position, there)
+    near = near_those_around(name, (position - there)[~repeats_position], _BESIDE)
+    return np.flatnonzero(~repeats_position)[near]
 
 
-def near_those_around(name: str, beyond: np.ndarray, far: float) -> np.ndarray:
+def near_those_around(name: str, unmodelled: np.ndarray, far: float) -> np.ndarray:
     """Return which rows are not far beside those around them, (n,).
 
     Args:
         name: Name of the measurement.
-        beyond: Measured less simulated positions [m], (n, 3).
+        unmodelled: Measured less simulated positions [m], (n, 3).
         far: Distance from which on one is [m].
 
     Raises:
         LearnError: If too many are.
     """
-    median = median_filter(beyond, size=(_AROUND, 1), mode="nearest")
-    near: np.ndarray = np.linalg.norm(beyond - median, axis=1) <= far
-    beside = len(near) - np.count_nonzero(near)
-    if beside > _MOST_BESIDE * len(near):
+    median = median_filter(unmodelled, size=(_AROUND, 1), mode="nearest")
+    near: np.ndarray = np.linalg.norm(unmodelled - median, axis=1) <= far
+    outlier_count = len(near) - np.count_nonzero(near)
+    if outlier_count > _MOST_BESIDE * len(near):
         raise LearnError(
-            f"{name}: expected a continuous path, got {beside} of {len(near)} positions that are more"
-            f" than {1e3 * far:.3g} mm off their neighbours: has the device lost its target?"
+            f"{name}: expected a continuous path, got {outlier_count} of {len(near)} positions that are"
+            f" more than {1e3 * far:.3g} mm off their neighbours: has the device lost its target?"
         )
     return near
 
 
-def _held(position: np.ndarray, there: np.ndarray) -> np.ndarray:
+def _repeated(position: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Return which rows repeat the one before while the tool moves away from there, (n,)."""
     repeats = np.append(False, np.all(np.diff(position, axis=0) == 0.0, axis=1))
     first = np.maximum.accumulate(np.where(repeats, 0, np.arange(len(position))))
-    moved = np.zeros(len(position))
-    np.maximum.at(moved, first, np.linalg.norm(there - there[first], axis=1))
-    held: np.ndarray = repeats & (moved[first] > _MOVED)
-    return held
+    step = np.zeros(len(position))
+    np.maximum.at(step, first, np.linalg.norm(there - there[first], axis=1))
+    repeats_position: np.ndarray = repeats & (step[first] > _MOVED)
+    return repeats_position
 
 
-def require_steady(name: str, time: np.ndarray, beyond: np.ndarray) -> None:
+def require_steady(name: str, time: np.ndarray, unmodelled: np.ndarray) -> None:
     """Refuse positions that jump to the next row, however late, and stay there, as no tool does.
 
     Args:
         name: Name of the measurement.
         time: Times [s], (n,).
-        beyond: Measured less simulated positions [m], (n, 3).
+        unmodelled: Measured less simulated positions [m], (n, 3).
 
     Raises:
         LearnError: With the largest jump.
     """
-    change, steps = np.linalg.norm(np.diff(beyond, axis=0), axis=1), np.diff(time)
+    change, steps = np.linalg.norm(np.diff(unmodelled, axis=0), axis=1), np.diff(time)
     lags, most = np.rint(steps / np.median(steps)).astype(int), np.full(len(change), np.inf)
     for lag in np.unique(lags[2 * _JUMPS * lags < len(change)]).clip(1):
         # A jump is in as many changes as the rows that they reach over.
-        elsewhere = np.sort(np.linalg.norm(beyond[lag:] - beyond[:-lag], axis=1))
+        elsewhere = np.sort(np.linalg.norm(unmodelled[lag:] - unmodelled[:-lag], axis=1))
         most[lags.clip(1) == lag] = max(_JUMP, _EXCEEDS * elsewhere[-_JUMPS * lag - 1])
     if np.any(change > most):
         worst = int(np.argmax(change / most))

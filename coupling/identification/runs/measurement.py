@@ -85,21 +85,21 @@ class MeasuredPath:
         command: Motion of the drives.
         wrench: Wrench on the tool, until the end of what was measured.
         desired: Desired path, at the same times.
-        wanted: The same for the inverse, with the joint angles of the undeflected robot.
+        desired_motion: The same for the inverse, with the joint angles of the undeflected robot.
         measured: Measurement, in the robot's base frame as far as that is known, on the command's clock.
     """
 
     command: JointPath
     wrench: WrenchHistory
     desired: ToolPath
-    wanted: DesiredMotion
+    desired_motion: DesiredMotion
     measured: Measurement
-    _kept: deque[tuple[object, SimulatedPath]] = field(
+    _cache: deque[tuple[object, SimulatedPath]] = field(
         init=False, repr=False, compare=False, default_factory=lambda: deque(maxlen=_KEPT)
     )
 
     @cached_property
-    def held(self) -> RotationSpline | None:
+    def tool_rotation(self) -> RotationSpline | None:
         """Orientation that the path asks for at any time; None where orientations were not measured."""
         if self.measured.rotation is None:
             return None
@@ -119,15 +119,15 @@ class MeasuredPath:
     def simulated(self, fmu: RobotFmu, robot: Robot) -> SimulatedPath:
         """Return where the tool of a robot is, by the FMU of one with other numbers."""
         key = fmu.fingerprint, fmu.torque_curve, fmu.drive, robot
-        for known, path in list(self._kept):
-            if known == key:
+        for cached_robot, path in list(self._cache):
+            if cached_robot == key:
                 return path
         path = self._simulated(fmu, robot)
-        self._kept.append((key, path))
+        self._cache.append((key, path))
         return path
 
     def _simulated(self, fmu: RobotFmu, robot: Robot) -> SimulatedPath:
-        reference = None if self.held is None else self.desired
+        reference = None if self.tool_rotation is None else self.desired
         what, motors = "learned parameters", self.measured.motors
         if motors is None:
             path = fmu.simulate(self.command, self.wrench, "dynamic", robot, what)
@@ -204,7 +204,7 @@ class SimulatedPath:
 
 
 def read_measurement(path: Path) -> Measurement:
-    """Read where a tool was measured (columns: docs/learn.md).
+    """Read where a tool was measured (columns: docs/next.md).
 
     Args:
         path: CSV file; lines that begin with # are comments, other columns are ignored.

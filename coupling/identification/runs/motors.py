@@ -47,16 +47,16 @@ class MeasuredMotors:
 
         These are `motor[i]`, `motor_torque[i]` and, where there is no torque, `motor_current[i]`.
         """
-        named = [
-            own
+        matches = [
+            match
             for name in table.header
-            if (own := _NAMED.fullmatch(name))
-            and not (own[1] == "motor_current" and f"motor_torque[{own[2]}]" in table.header)
+            if (match := _NAMED.fullmatch(name))
+            and not (match[1] == "motor_current" and f"motor_torque[{match[2]}]" in table.header)
         ]
-        if not named:
+        if not matches:
             return None
-        columns = tuple((own[1], int(own[2]) - 1) for own in named)
-        return cls(columns, table.of([own[0] for own in named]), np.ones(len(columns)))
+        columns = tuple((match[1], int(match[2]) - 1) for match in matches)
+        return cls(columns, table.of([match[0] for match in matches]), np.ones(len(columns)))
 
     @property
     def least(self) -> np.ndarray:
@@ -87,26 +87,33 @@ class MeasuredMotors:
                 without a torque constant in its file.
         """
         joints = robot.joints
-        beyond = [
-            own
-            for own, (_, i) in zip(self.names, self.columns, strict=True)
+        unknown = [
+            name
+            for name, (_, i) in zip(self.names, self.columns, strict=True)
             if i not in range(len(joints))
         ]
-        if beyond:
+        if unknown:
             raise LearnError(
-                f"{name}: expected motors of a robot with {len(joints)} joints, got {beyond[0]}"
+                f"{name}: expected motors of a robot with {len(joints)} joints, got {unknown[0]}"
             )
-        kept = [k for k, (_, i) in enumerate(self.columns) if joints[i].drive is not None]
-        columns, values = [self.columns[k] for k in kept], self.values[:, kept].copy()
+        known_columns = [k for k, (_, i) in enumerate(self.columns) if joints[i].drive is not None]
+        columns, values = (
+            [self.columns[k] for k in known_columns],
+            self.values[:, known_columns].copy(),
+        )
         for k, (kind, joint) in enumerate(columns):
             if kind == "motor_current":
                 values[:, k] *= torque_per_current(robot, joint, name, LearnError)
                 columns[k] = ("motor_torque", joint)
-        return MeasuredMotors(tuple(columns), values, self.deviation[kept]) if columns else None
+        return (
+            MeasuredMotors(tuple(columns), values, self.deviation[known_columns])
+            if columns
+            else None
+        )
 
-    def of_history(self, moved: MotorHistory) -> np.ndarray:
+    def of_history(self, motion: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""
-        by_kind = {"motor": moved.angle, "motor_torque": moved.torque}
+        by_kind = {"motor": motion.angle, "motor_torque": motion.torque}
         return np.column_stack(
-            [by_kind[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
+            [by_kind[kind][:, motion.joints.index(joint)] for kind, joint in self.columns]
         )

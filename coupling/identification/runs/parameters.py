@@ -30,8 +30,11 @@ def factors_between(parameters: tuple[RobotParameter, ...], robot: Robot) -> np.
     Raises:
         ValueError: If it lacks an elasticity.
     """
-    names, known = build_chain(robot).elastic_names, robot_parameters(robot, "backlash", LEARNED)
-    values = {parameter.name: parameter.value for parameter in known}
+    names, parameters_of_robot = (
+        build_chain(robot).elastic_names,
+        robot_parameters(robot, "backlash", LEARNED),
+    )
+    values = {parameter.name: parameter.value for parameter in parameters_of_robot}
     x = np.zeros(len(parameters))
     for k, parameter in enumerate(parameters):
         if parameter.name.removesuffix(f".{parameter.kind}") not in names:

@@ -85,15 +85,15 @@ class FitProblem:
 
         7, or 10 where orientations were measured, or 11 where motors were recorded.
         """
-        if any(one.measured.motors is not None for one in self.runs):
+        if any(run.measured.motors is not None for run in self.runs):
             return _WITH_MOTORS
-        return _FRAME if all(one.held is None for one in self.runs) else _WITH_PROBE
+        return _FRAME if all(run.tool_rotation is None for run in self.runs) else _WITH_PROBE
 
     @property
     def prior(self) -> np.ndarray:
         """Standard deviations of all unknowns before anything is measured [1, m, rad, s], (U,)."""
-        own = self.frame.prior[: self.frame_size]
-        return np.concatenate([prior_of(self.parameters), *[own] * len(self.runs)])
+        frame_prior = self.frame.prior[: self.frame_size]
+        return np.concatenate([prior_of(self.parameters), *[frame_prior] * len(self.runs)])
 
     def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot with log factors x [1], (P,)."""
@@ -101,7 +101,7 @@ class FitProblem:
 
     def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every measured run."""
-        return replace(self, runs=tuple(one.until(seconds) for one in self.runs))
+        return replace(self, runs=tuple(run.until(seconds) for run in self.runs))
 
     def secants(self, change: float) -> tuple[SecantEffect, ...]:
         """What the parameters do in each measured run, by differences of simulations.
@@ -111,12 +111,12 @@ class FitProblem:
         """
         if change not in self._secants:
             self._secants[change] = tuple(
-                SecantEffect(self.fmus, one, effect, change)
-                for one, effect in zip(self.runs, self.effects, strict=True)
+                SecantEffect(self.fmus, run, effect, change)
+                for run, effect in zip(self.runs, self.effects, strict=True)
             )
         return self._secants[change]
 
-    def own(self, z: np.ndarray, number: int) -> np.ndarray:
+    def frame_values(self, z: np.ndarray, number: int) -> np.ndarray:
         """Return frame, clock, probe and the motors' clock of a measured run, as far as there are.
 
         Args:

@@ -23,7 +23,7 @@ _TURNS = 6
 def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
     """Return the standard deviation of noise: of what is fast in residuals, in their unit, (n, c)."""
     # Second differences of white noise have six times its variance; a motion hardly has any.
-    bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
+    bends = np.concatenate([np.diff(values, 2, axis=0).ravel() for values in residuals])
     return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
 
 
@@ -36,62 +36,66 @@ class Residual:
     less their means, in units of their deviations times that noise.
 
     Attributes:
-        one: The measured run.
+        run: The measured run.
     """
 
-    one: MeasuredPath
+    run: MeasuredPath
 
     @cached_property
     def noise(self) -> tuple[float, float]:
         """Standard deviations of a coordinate [m] and of an orientation [rad], 0 if not measured."""
-        measured, path = self.one.measured, SimulatedPath(self.one.desired)
-        moved = noise_of([measured.position - path.position(measured.time)])
-        if self.one.held is None:
-            return moved, 0.0
-        return moved, noise_of([self._turned(measured.time)])
+        measured, path = self.run.measured, SimulatedPath(self.run.desired)
+        position_noise = noise_of([measured.position - path.position(measured.time)])
+        if self.run.tool_rotation is None:
+            return position_noise, 0.0
+        return position_noise, noise_of([self._turn_from_path(measured.time)])
 
     @cached_property
     def lever(self) -> float:
         """What a radian counts as [m]."""
-        moved, turned = self.noise
-        return max(moved, _LEAST) / max(turned, _LEAST_TURN)
+        position_noise, turn_noise = self.noise
+        return max(position_noise, _LEAST) / max(turn_noise, _LEAST_TURN)
 
     @cached_property
     def _unit(self) -> np.ndarray:
         """What a unit of each column of motors counts as [m/rad], [m/N m], (c,)."""
-        assert self.one.measured.motors is not None
-        unit: np.ndarray = max(self.noise[0], _LEAST) / self.one.measured.motors.deviation
+        assert self.run.measured.motors is not None
+        unit: np.ndarray = max(self.noise[0], _LEAST) / self.run.measured.motors.deviation
         return unit
 
-    def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
+    def rows(self, path: SimulatedPath, frame_values: np.ndarray) -> np.ndarray:
         """Return the residual at the times of the measurement [m], (n, 3) or (n, 6), + c of motors.
 
         Args:
             path: Path of the simulated tool.
-            own: Frame, clock and, with orientations, probe [m, rad, s], (7,) or (10,); with motors'
-                clock (11,).
+            frame_values: Frame, clock and, with orientations, probe [m, rad, s], (7,) or (10,); with
+                motors' clock (11,).
         """
-        measured = self.one.measured
-        time = measured.time + own[6]
+        measured = self.run.measured
+        time = measured.time + frame_values[6]
         position = path.position(time)
         arm = position - measured.position.mean(axis=0)
-        rest = measured.position - position - own[:3] - np.cross(own[3:6], arm)
-        parts = [rest]
-        if self.one.held is not None:
-            turned = self._turned(time) - path.turn(time) - own[3:6]
-            turned = turned - self.one.held(self._inside(time)).apply(own[7:10])
-            parts.append(self.lever * turned)
+        position_rows = (
+            measured.position - position - frame_values[:3] - np.cross(frame_values[3:6], arm)
+        )
+        parts = [position_rows]
+        if self.run.tool_rotation is not None:
+            turn_rows = self._turn_from_path(time) - path.turn(time) - frame_values[3:6]
+            turn_rows = turn_rows - self.run.tool_rotation(self._inside(time)).apply(
+                frame_values[7:10]
+            )
+            parts.append(self.lever * turn_rows)
         if measured.motors is not None:
-            off = measured.motors.values - path.motors(time + own[10])
+            off = measured.motors.values - path.motors(time + frame_values[10])
             parts.append(self._unit * (off - off.mean(axis=0)))
         return np.hstack(parts)
 
     def columns(self, columns: np.ndarray) -> np.ndarray:
         """Return derivatives of poses and motors, (n, 6 + c, p), in the unit of rows."""
         parts = [columns[:, :3]]
-        if self.one.held is not None:
+        if self.run.tool_rotation is not None:
             parts.append(self.lever * columns[:, 3:6])
-        if self.one.measured.motors is not None:
+        if self.run.measured.motors is not None:
             of_motors = columns[:, 6:]
             parts.append(self._unit[:, None] * (of_motors - of_motors.mean(axis=0)))
         return np.concatenate(parts, axis=1)
@@ -104,7 +108,7 @@ class Residual:
             time: Times on the command's clock [s], (k,).
             size: Number of these unknowns, 7, 10 or 11.
         """
-        measured = self.one.measured
+        measured = self.run.measured
         of_motors = path.motors(time, 1)
         frame = np.zeros((len(time), 6 + of_motors.shape[1], size))
         arm = path.position(time) - measured.position.mean(axis=0)
@@ -112,24 +116,24 @@ class Residual:
             frame[:, axis, axis] = frame[:, 3 + axis, 3 + axis] = 1.0
             frame[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], arm)
         frame[:, :3, 6] = path.position(time, 1)
-        if self.one.held is not None:
-            held = self.one.held(self._inside(time))
-            frame[:, 3:6, 6] = held.apply(self.one.held(self._inside(time), 1))
-            frame[:, 3:6, 7:10] = held.as_matrix()
+        if self.run.tool_rotation is not None:
+            rotation = self.run.tool_rotation(self._inside(time))
+            frame[:, 3:6, 6] = rotation.apply(self.run.tool_rotation(self._inside(time), 1))
+            frame[:, 3:6, 7:10] = rotation.as_matrix()
         if measured.motors is not None:
             frame[:, 6:, 6] = frame[:, 6:, 10] = of_motors
         return self.columns(frame)
 
-    def _turned(self, time: np.ndarray) -> np.ndarray:
+    def _turn_from_path(self, time: np.ndarray) -> np.ndarray:
         """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
-        assert self.one.held is not None
-        assert self.one.measured.rotation is not None
-        held: Rotation = self.one.held(self._inside(time))
-        return (self.one.measured.rotation * held.inv()).as_rotvec()
+        assert self.run.tool_rotation is not None
+        assert self.run.measured.rotation is not None
+        rotation: Rotation = self.run.tool_rotation(self._inside(time))
+        return (self.run.measured.rotation * rotation.inv()).as_rotvec()
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
-        known = self.one.desired.time
-        return np.clip(time, known[0], known[-1])
+        times = self.run.desired.time
+        return np.clip(time, times[0], times[-1])
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,7 @@ class UnexplainedPart:
         return cls(float(over), effective)
 
 
-def weighed(
+def weigh_motors(
     motors: MeasuredMotors, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
 ) -> MeasuredMotors:
     """Return columns of motors with deviations by what no parameter explains, at least by their noise.
@@ -197,11 +201,11 @@ def weighed(
         predicted: Angles [rad] and torques [N m] of a model, (n, c).
         columns: Derivatives of these by log factors [rad, N m] and clock [rad/s, N m/s], (n, c, P + 1).
     """
-    slow, rest = SlowPart.of(time), motors.values - predicted
-    left, by = slow(rest - rest.mean(axis=0)), slow(columns - columns.mean(axis=0))
+    slow, residual = SlowPart.of(time), motors.values - predicted
+    slow_residual, by = slow(residual - residual.mean(axis=0)), slow(columns - columns.mean(axis=0))
     deviation = motors.least
     for k in range(len(deviation)):
-        explained = by[:, k] @ np.linalg.lstsq(by[:, k], left[:, k], rcond=1e-9)[0]
-        beyond = np.std(left[:, k] - explained) / np.sqrt(slow.of_noise)
-        deviation[k] = max(deviation[k], noise_of([rest[:, [k]]]), beyond)
+        explained = by[:, k] @ np.linalg.lstsq(by[:, k], slow_residual[:, k], rcond=1e-9)[0]
+        unmodelled = np.std(slow_residual[:, k] - explained) / np.sqrt(slow.of_noise)
+        deviation[k] = max(deviation[k], noise_of([residual[:, [k]]]), unmodelled)
     return replace(motors, deviation=deviation)

@@ -23,23 +23,23 @@ from coupling.results.learned_result import (
 from coupling.results.run_result import three
 
 
-def figures(found: Learned) -> LearnedResult:
+def figures(learned: Learned) -> LearnedResult:
     """Return the figures of what was learned; SI."""
-    before, after = found.left
+    before, after = learned.residual_rms
     return LearnedResult(
-        robot=str(found.sources[0].file),
-        refusal=found.refusal,
-        converged=found.fit.converged,
+        robot=str(learned.sources[0].file),
+        refusal=learned.refusal,
+        converged=learned.fit.converged,
         left_m=LeftResult(robot_file=before, learned=after),
-        noise_m=found.spread.noise,
-        noise_left_m=found.noise_left,
-        widened=found.widened,
-        warnings=found.warnings,
-        draws=found.spread.draws,
+        noise_m=learned.spread.noise,
+        noise_left_m=learned.noise_left,
+        widened=learned.widened,
+        warnings=learned.warnings,
+        draws=learned.spread.draws,
         slow_below_Hz=CUT_OFF,
-        parameters=tuple(map(_parameter, found.parameters)),
-        gears=found.gears,
-        runs=tuple(_run(found, number) for number in range(len(found.runs))),
+        parameters=tuple(map(_parameter, learned.parameters)),
+        gears=learned.gears,
+        runs=tuple(_run(learned, number) for number in range(len(learned.runs))),
     )
 
 
@@ -61,72 +61,75 @@ def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
     )
 
 
-def _of_motors(one: MeasuredPath) -> dict[str, float]:
+def _of_motors(run: MeasuredPath) -> dict[str, float]:
     """Return the deviations by which columns of motors count [rad], [N m], by name."""
-    motors = one.measured.motors
+    motors = run.measured.motors
     if motors is None:
         return {}
     return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
 
 
-def _run(found: Learned, number: int) -> LearnedRunResult:
-    one, source = found.runs[number], found.sources[number]
-    size = (len(found.fit.z) - len(found.parameters)) // len(found.runs)
-    own = found.fit.z[len(found.parameters) + size * number :][:size]
-    rest, slow = found.before[number], found.fit.slow[number]
-    shift, turn = one.measured.frame_offset(own[:3], own[3:6])
-    time = one.measured.time
+def _run(learned: Learned, number: int) -> LearnedRunResult:
+    run, source = learned.runs[number], learned.sources[number]
+    size = (len(learned.fit.z) - len(learned.parameters)) // len(learned.runs)
+    frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
+    slow_before, slow = learned.before[number], learned.fit.slow[number]
+    shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
+    time = run.measured.time
     return LearnedRunResult(
         run=str(source.folder),
-        measured=one.measured.name,
+        measured=run.measured.name,
         rows=len(time),
         from_s=float(time[0]),
         to_s=float(time[-1]),
         frame_shift_m=three(shift),
         frame_turn_rad=three(turn),
-        clock_s=float(one.measured.clock + own[6]),
-        orientation_noise_rad=float(Residual(one).noise[1]) if one.held is not None else None,
-        motors=_of_motors(one),
+        clock_s=float(run.measured.clock + frame_values[6]),
+        orientation_noise_rad=float(Residual(run).noise[1])
+        if run.tool_rotation is not None
+        else None,
+        motors=_of_motors(run),
         time=SlowPart.of(time).time.tolist(),
-        left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1).tolist(),
+        left_robot_file_m=np.linalg.norm(slow_before[:, :3], axis=1).tolist(),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1).tolist(),
     )
 
 
-def learned_text(found: Learned, target: Path) -> str:
+def learned_text(learned: Learned, target: Path) -> str:
     """Return the robot file of the first run with what was learned.
 
     Args:
-        found: Result of learning.
+        learned: Result of learning.
         target: Path of the new file.
 
     Raises:
         LearnError: If nothing should be written.
         RobotFileError: If the run's robot file cannot be read.
     """
-    if found.refusal:
-        raise LearnError(f"{target}: not written: {found.refusal}")
-    start = found.sources[0].file
-    measured = " and ".join(source.measured.name for source in found.sources)
+    if learned.refusal:
+        raise LearnError(f"{target}: not written: {learned.refusal}")
+    start = learned.sources[0].file
+    measured = " and ".join(source.measured.name for source in learned.sources)
     entries = [
         FileEntry(
-            own.name,
-            None if own.written == own.start else own.written,
-            remark(own),
-            interval=(own.low, own.high),
+            parameter.name,
+            None if parameter.written == parameter.start else parameter.written,
+            remark(parameter),
+            interval=(parameter.low, parameter.high),
         )
-        for own in found.parameters
+        for parameter in learned.parameters
     ]
-    before, after = found.left
-    left = (
+    before, after = learned.residual_rms
+    words = (
         f"Slow part of the residual, frame and clock fitted: {1e6 * before:.1f} um rms with"
         f" {start.name}, {1e6 * after:.1f} um with this file."
     )
-    return fitted_text(start, found.robot, entries, "learn", measured, left, target)
+    return fitted_text(start, learned.robot, entries, "learn", measured, words, target)
 
 
-def remark(own: LearnedParameter) -> str:
+def remark(parameter: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
-    if own.identifiable or own.written == own.start:
-        return own.remark
-    return f"best fit with the others, but {own.reason}; {interval_words(own.low, own.high)}"
+    if parameter.identifiable or parameter.written == parameter.start:
+        return parameter.remark
+    interval = interval_words(parameter.low, parameter.high)
+    return f"best fit with the others, but {parameter.reason}; {interval}"

@@ -47,8 +47,8 @@ class SlowPart:
         first = np.searchsorted(samples, time - _REACH * width)
         last = np.searchsorted(samples, time + _REACH * width)
         many = last - first
-        kept = many > _FEWEST * np.median(many)
-        time, first, many = time[kept], first[kept], many[kept]
+        filled = many > _FEWEST * np.median(many)
+        time, first, many = time[filled], first[filled], many[filled]
         row = np.repeat(np.arange(len(time)), many)
         within = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
         column = np.repeat(first, many) + within
@@ -66,6 +66,11 @@ class SlowPart:
     def of_noise(self) -> float:
         """Variance of a mean by that of white noise in the samples."""
         return float(np.mean(self.weights.power(2).sum(axis=1)))
+
+    @cached_property
+    def weight_of_sample(self) -> float:
+        """Weight of a sample in the mean about its own time."""
+        return float(np.mean(self.weights.max(axis=1).toarray()))
 
     @cached_property
     def independent(self) -> float:

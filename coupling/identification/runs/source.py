@@ -86,15 +86,15 @@ class MeasuredFile:
         last = min(int(np.searchsorted(time, measured.time[-1] + _BEHIND)), len(time) - 1)
         desired, wrench = _until(self.stored.desired, self.stored.wrench, last)
         return MeasuredPath(
-            self.stored.joints, wrench, desired, self._wanted(desired, wrench), measured
+            self.stored.joints, wrench, desired, self._desired_motion(desired, wrench), measured
         )
 
     @property
-    def wanted_whole(self) -> DesiredMotion:
+    def desired_motion(self) -> DesiredMotion:
         """The whole run, for the inverse."""
-        return self._wanted(self.stored.desired, self.stored.wrench)
+        return self._desired_motion(self.stored.desired, self.stored.wrench)
 
-    def _wanted(self, desired: ToolPath, wrench: WrenchHistory) -> DesiredMotion:
+    def _desired_motion(self, desired: ToolPath, wrench: WrenchHistory) -> DesiredMotion:
         every = max(1, round(_SAMPLES / float(np.median(np.diff(desired.time)))))
         rows = np.unique(np.append(np.arange(0, len(desired.time), every), len(desired.time) - 1))
         path = desired.at_rows(rows)

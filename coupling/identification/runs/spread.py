@@ -38,68 +38,68 @@ class Uncertainty:
     draws: int = 0
 
 
-def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
+def spread_of_fit(problem: FitProblem, fit: ParameterFit) -> Uncertainty:
     """Return what the fit says of itself.
 
     Args:
         problem: Problem that was fitted.
-        found: Result of the fit.
+        fit: Result of the fit.
     """
     count = len(problem.parameters)
-    deviation = np.sqrt(np.diag(found.covariance)[:count])
+    deviation = np.sqrt(np.diag(fit.covariance)[:count])
     deviation = np.minimum(deviation, prior_of(problem.parameters))
     return Uncertainty(
         deviation,
         # What is left has a scale of as many independent values as there are identifiable parameters.
-        quantile(max(found.left_over.effective, 1.0)) * deviation,
-        noise_of([rest[:, :3] for rest in found.residuals]),
+        quantile(max(fit.left_over.effective, 1.0)) * deviation,
+        noise_of([rows[:, :3] for rows in fit.residuals]),
     )
 
 
 def spread_of(
     problem: FitProblem,
-    found: ParameterFit,
+    fit: ParameterFit,
     start: np.ndarray,
     draws: int,
     seed: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda count, total: None,
 ) -> Uncertainty:
     """Return how far robots like the one found are missed by the same fit.
 
     Args:
         problem: Problem that was fitted.
-        found: Result of the fit.
+        fit: Result of the fit.
         start: Log factors at which it began [1], (P,).
         draws: Number of robots.
         seed: Seed of their parameters and noise.
         progress: Function called with the number of those done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
-    noise = noise_of([rest[:, :3] for rest in found.residuals])
-    covariance = found.covariance[:count, :count]
-    robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
+    noise = noise_of([rows[:, :3] for rows in fit.residuals])
+    covariance = fit.covariance[:count, :count]
+    robots = rng.multivariate_normal(fit.z[:count], 0.5 * (covariance + covariance.T), draws)
     errors = []
     for number, x in enumerate(robots):
         runs = []
-        for one in problem.runs:
-            path = one.simulated(problem.fmu, problem.robot_at(x))
-            position = path.position(one.measured.time)
+        for run in problem.runs:
+            path = run.simulated(problem.fmu, problem.robot_at(x))
+            position = path.position(run.measured.time)
             position = position + noise * rng.standard_normal(position.shape)
             rotation = None
-            if one.held is not None:
-                turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
-                rotation = Rotation.from_rotvec(turns) * path.rotation(one.measured.time)
-            motors = one.measured.motors
+            if run.tool_rotation is not None:
+                turns = Residual(run).noise[1] * rng.standard_normal(position.shape)
+                rotation = Rotation.from_rotvec(turns) * path.rotation(run.measured.time)
+            motors = run.measured.motors
             if motors is not None:
-                values = path.motors(one.measured.time)
+                values = path.motors(run.measured.time)
                 values = values + motors.deviation * rng.standard_normal(values.shape)
                 motors = replace(motors, values=values)
-            measured = replace(one.measured, position=position, rotation=rotation, motors=motors)
-            runs.append(replace(one, measured=measured))
-        again = Fitter(replace(problem, runs=tuple(runs))).fit(start)
-        errors.append(again.z[:count] - x)
+            measured = replace(run.measured, position=position, rotation=rotation, motors=motors)
+            runs.append(replace(run, measured=measured))
+        fit_of_sample = Fitter(replace(problem, runs=tuple(runs))).fit(start)
+        errors.append(fit_of_sample.z[:count] - x)
         progress(number + 1, draws)
     # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
-    own = np.sqrt(np.diag(covariance))
-    deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)
+    deviation = np.sqrt(np.diag(covariance))
+    deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), deviation)
     return Uncertainty(deviation, quantile(draws) * deviation, noise, draws)

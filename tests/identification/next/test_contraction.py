@@ -35,13 +35,13 @@ def responses(robot, stiffness: np.ndarray, damping: np.ndarray, **more) -> Resp
 
 
 def test_a_robot_as_its_model_leaves_what_gain_and_filter_leave(example):
-    """R is the unit matrix: |1 - g Q|, half at the cutoff for the gain 1."""
+    """R is the unit matrix: |1 - g Q|."""
     count = len(Parameters.of(example).stiffness)
     own = responses(example, np.ones((1, count)), np.ones((1, count)))
     np.testing.assert_allclose(own.ratio, np.broadcast_to(np.eye(3), own.ratio.shape), atol=1e-9)
     frequency = own.frequency
-    expected = np.abs(1.0 - 0.8 / (1.0 + (frequency / 3.0) ** 8))
-    found = own.left(0.8, 1.0 / (1.0 + (frequency / 3.0) ** 8))
+    expected = np.abs(1.0 - 0.8 * 0.5 ** (0.5 * (frequency / 3.0) ** 2))
+    found = own.remaining(0.8, 0.5 ** (0.5 * (frequency / 3.0) ** 2))
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
@@ -124,8 +124,8 @@ def test_what_is_chosen_shrinks_for_robots_that_had_no_part_in_it(name):
     others = responses(
         robot, *(possible_factors([s] * count, 40, 9 + k) for k, s in enumerate((0.1, 0.3)))
     )
-    kept = 1.0 / (1.0 + (others.frequency / own.cutoff) ** 8)
-    left = others.left(own.gain, kept)
+    kept = 0.5 ** (0.5 * (others.frequency / own.cutoff) ** 2)
+    left = others.remaining(own.gain, kept)
     assert left.max() < EVERYWHERE + 0.01
     assert left[others.frequency <= own.cutoff].max() < LEARNED
     one = np.eye(3) - (own.gain * kept)[:, None, None] * others.ratio

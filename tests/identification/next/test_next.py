@@ -24,12 +24,11 @@ from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
-from coupling.identification.next.causes import causes
+from coupling.identification.next.command_model import file_model
 from coupling.identification.next.figures import clock_sentence, frame_sentence
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
-from coupling.identification.next.possible_robot import file_model
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
 from coupling.run.models import Models
@@ -100,7 +99,7 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     assert "Expected deviation on your robot" in page
     assert "Expected deviation on a real robot" not in page
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
-    assert [own["kind"] for own in told["moves"]] == ["path"]
+    assert told["move"] == "path"
     assert len(told["runs"]) == 2
     assert told["forecast"]["rms"] > 0.0
     assert told["runs"][1]["forecast"]["rms"] > 0.0
@@ -137,45 +136,6 @@ def test_the_desired_path_stays_and_the_command_is_moved_against_the_deviation(s
     )
     # Gears that cross their backlash elsewhere jump; in the mean the undeflected tool moves against it.
     np.testing.assert_allclose(np.median(moved, axis=0), np.median(wanted, axis=0), atol=2e-5)
-
-
-@pytest.mark.parametrize(
-    ("extras", "kind", "joint"),
-    [
-        (Extras(hysteresis=6e-5), "direction", None),
-        (Extras(drift=1e-4), "time", 0),
-        (Extras(geometry=2e-4), "position", 0),
-        (Extras(gear_errors=9e-5, waves=(180.0, 240.0)), "turn", None),
-    ],
-)
-def test_what_the_model_has_not_is_named(shop, models, extras, kind, joint, tmp_path):
-    """Most of what a robot does that is its file but for one thing is told to follow that thing."""
-    folder, robot = shop
-    own = MeasuredRobot(robot.fmu, robot.chain, Settings(), extras)
-    moved = own.measure(folder / "first", tmp_path / "m.csv")
-    source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
-    history = History.of([source], FrameAccuracy(1e-5, 1e-5), models)
-    found = [c for c in causes(history, history.start, 0) if c.kind != "constant"]
-    assert found[0].kind == kind
-    if joint is not None:
-        assert found[0].joint == joint
-    if kind == "turn":
-        assert {c.kind for c in found[:2]} == {"turn"}
-        assert min(abs(found[0].waves - w) for w in (180.0, 240.0)) <= 4.0
-    explained = sum(c.size**2 for c in found if c.kind == kind)
-    assert explained > 0.7 * moved.rms(constant=False) ** 2
-
-
-def test_noise_alone_has_no_cause(shop, models, tmp_path):
-    folder, robot = shop
-    own = MeasuredRobot(robot.fmu, robot.chain, Settings(), Extras())
-    own.measure(folder / "first", tmp_path / "m.csv")
-    source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
-    history = History.of([source], FrameAccuracy(1e-5, 1e-5), models)
-    found = causes(history, history.start, 0)
-    assert {c.kind for c in found} == {"constant", "rest"}
-    assert max(c.size for c in found) < 5e-6
-    assert history.runs[0].size.rms < 5e-6
 
 
 def test_frame_and_clock_are_the_devices_or_the_robots(shop, models, tmp_path):
@@ -227,20 +187,21 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
 
     def known(history, learned, options):
         x = np.log([0.8 if own.kind == "stiffness" else 1.0 for own in history.parameters])
-        return replace(file_model(history, options), name="known", x=x, since=1)
+        return replace(file_model(history, options), name="known", x=x, run_count=1)
 
     folder, robot = shop
     soft = MeasuredRobot(robot.fmu, robot.chain, Settings(scale={"stiffness": 0.8}), Extras())
     moved = soft.measure(folder / "first", tmp_path / "m.csv")
-    monkeypatch.setattr(next_command, "_learned", lambda *_: SimpleNamespace(refusal=""))
+    monkeypatch.setattr(next_command, "_learn", lambda *_: SimpleNamespace(refusal=""))
     monkeypatch.setattr(next_command, "learned_model", known)
     source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
     found = next_command.plan([source], NextOptions(FrameAccuracy(5e-4, 5e-4)), models)
     sag = np.linalg.norm(moved.deviation.mean(axis=0))
     assert sag > 1e-4
-    assert found.move.model.name == "known"
-    parameters = next(own for own in found.moves if own.kind == "parameters")
-    assert parameters.size.rms < 0.02 * sag
+    assert found.model.name == "known"
+    assert (
+        np.linalg.norm(found.history.unmodelled(0, found.model.x)[:, :3].mean(axis=0)) < 0.02 * sag
+    )
     assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 

@@ -12,7 +12,7 @@ from circling_robots import Robots
 from coupling.errors import SimulationError
 from coupling.identification.runs.descent import Descent, size_of
 from coupling.identification.runs.fit import Fitter
-from coupling.identification.runs.judge import judged
+from coupling.identification.runs.judge import judge_parameters
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.results import remark
@@ -135,7 +135,7 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     x, effect = 0.3 * prior, np.full(len(prior), 1e-6)
     effect[:5] = 0.0
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
-    verdicts = judged(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
+    verdicts = judge_parameters(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
     assert not any(own.identifiable or own.significant for own in verdicts)
     assert all(own.written == own.start for own in verdicts[:5])
     factors = [own.written / own.start for own in verdicts[5:]]

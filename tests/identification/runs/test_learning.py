@@ -181,22 +181,23 @@ def run(tmp_path_factory):
 
 def test_the_command_learns_and_commands_again(command, run):
     """What was learned is a robot file, and its command leaves less on the plant that is not told."""
-    target = run / "out" / "learned.toml"
-    done = command("learn", run / "run", run / "m.csv", "-o", target)
+    inputs = run / "out_inputs"
+    target = inputs / "robot.toml"
+    done = command("learn", run / "run", run / "m.csv", "-o", run / "out")
     assert done.returncode == 0, done.stderr + done.stdout
     assert "Torques and reversals of the gears" in done.stdout
     assert "backlash reversals" in done.stdout
-    told = json.loads(target.with_suffix(".json").read_text())
+    told = json.loads((inputs / "learned.json").read_text())
     by_name = {entry["name"]: entry for entry in told["parameters"]}
     robot = load_robot(target)
     assert robot.joints[0].backlash == pytest.approx(by_name["joint[1].backlash"]["written"])
     text = target.read_text()
     assert "learned, m.csv" in text
     assert "95 %:" in text
-    page = target.with_suffix(".html").read_text()
+    page = (inputs / "next.html").read_text()
     for part in ("left0", "intervals", "Torques and reversals of the gears", "joint[1].backlash"):
         assert part in page
-    runs = [read_run(folder).first for folder in (run / "run", target.with_suffix(""))]
+    runs = [read_run(folder).first for folder in (run / "run", run / "out")]
     before, after = (less_mean(r.plant.position[0] - r.desired.position[0]) for r in runs)
     assert after < 0.5 * before
 
@@ -204,16 +205,14 @@ def test_the_command_learns_and_commands_again(command, run):
 def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
     few = tmp_path / "few.csv"
     few.write_text("\n".join((run / "m.csv").read_text().splitlines()[:300]))
-    none = tmp_path / "none.csv"
+    none, out = tmp_path / "none.csv", tmp_path / "out"
     for arguments, words in (
-        (["learn", run / "run"], "pairs of a run folder"),
-        (["learn", run, run / "m.csv"], "result.json"),
-        (["learn", run / "run", none], "none.csv: cannot be read"),
-        (["learn", run / "run", few], "at least 2 s"),
-        (["learn", run / "run", run / "m.csv", "-o", "robot.txt"], "ends in .toml"),
-        (["learn", run / "run", few, "-o", few / "own.toml"], "few.csv is no folder to write into"),
-        (["learn", run / "run", run / "m.csv", "--next", "a", "--no-next"], "got both"),
-        (["learn", run / "run", run / "m.csv", "--next", run / "run"], "add --overwrite"),
+        (["learn", run / "run", "-o", out], "pairs of a run folder"),
+        (["learn", run, run / "m.csv", "-o", out], "result.json"),
+        (["learn", run / "run", none, "-o", out], "none.csv: cannot be read"),
+        (["learn", run / "run", few, "-o", out], "at least 2 s"),
+        (["learn", run / "run", few, "-o", few / "out"], "few.csv"),
+        (["learn", run / "run", run / "m.csv", "-o", run / "run"], "add --overwrite"),
     ):
         done = command(*arguments)
         assert done.returncode == 2, arguments

@@ -14,7 +14,7 @@ from tuned_fmu import tuned
 from coupling.errors import LearnError
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
 from coupling.identification.runs.fit import Fitter
-from coupling.identification.runs.learning import _weighed, _with_motors
+from coupling.identification.runs.learning import _with_motors, _with_weights
 from coupling.identification.runs.measurement import MeasuredPath, read_measurement
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import prior_of
@@ -50,7 +50,7 @@ def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -
 
 def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    one = _weighed(one, effect, robots.fmu, robots.robot)
+    one = _with_weights(one, effect, robots.fmu, robots.robot)
     return Fitter(FitProblem((robots.fmu,), robots.parameters, (one,), (effect,)))
 
 
@@ -62,7 +62,7 @@ def test_what_friction_does_to_motors_is_what_simulations_do(robots):
     own = Robots(tight, robots.models, seconds=4.0, drive="servo")
     one = recorded(own, own.none, every=3)
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
-    one = _weighed(one, effect, own.fmu, tight)
+    one = _with_weights(one, effect, own.fmu, tight)
     secant = SecantEffect((own.fmu,), one, effect, 0.02)
     slow = SlowPart.of(one.measured.time, 1.0)
     told, found = (slow(by(own.none, one.measured.time)[:, 6:]) for by in (effect, secant))
@@ -143,7 +143,7 @@ def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
     """White noise as it is; a slow ripple of 30 N m as noise that leaves as much of itself."""
     one = recorded(robots, robots.none)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    quiet = _weighed(one, effect, robots.fmu, robots.robot).measured.motors.deviation
+    quiet = _with_weights(one, effect, robots.fmu, robots.robot).measured.motors.deviation
     np.testing.assert_allclose(quiet / NOISES, 1.0, atol=0.2)
     ripple = 30.0 * np.sin(2.0 * np.pi * 1.3 * one.measured.time)
     values = one.measured.motors.values.copy()
@@ -151,7 +151,7 @@ def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
     shaken = replace(
         one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
     )
-    loud = _weighed(shaken, effect, robots.fmu, robots.robot).measured.motors.deviation
+    loud = _with_weights(shaken, effect, robots.fmu, robots.robot).measured.motors.deviation
     slow = SlowPart.of(one.measured.time)
     expected = np.std(slow(ripple[:, None])) / np.sqrt(slow.of_noise)
     assert loud[7] == pytest.approx(expected, rel=0.2)
@@ -165,14 +165,14 @@ def test_torques_that_no_motor_has_are_refused(robots, factor, says):
     """Of another sign, in kN m, at a motor before a gear of 180; those of the model are not."""
     one = recorded(robots, robots.factors(friction=1.5), every=3)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    assert _weighed(one, effect, robots.fmu, robots.robot).measured.motors.remarks == ()
+    assert _with_weights(one, effect, robots.fmu, robots.robot).measured.motors.remarks == ()
     values = one.measured.motors.values.copy()
     values[:, COLUMNS.index(("motor_torque", 1))] *= factor
     other = replace(
         one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
     )
     with pytest.raises(LearnError, match=f"joint 2: .*got {factor:.2g}.* times .*{says}"):
-        _weighed(other, effect, robots.fmu, robots.robot)
+        _with_weights(other, effect, robots.fmu, robots.robot)
 
 
 def test_torques_of_another_joint_or_time_are_refused(robots):
@@ -203,7 +203,7 @@ def test_angles_that_are_not_those_of_their_motor_are_refused(robots):
         other[:, 1] = column
         motors = replace(one.measured.motors, values=other)
         seen = replace(one.measured, motors=motors)
-        return _weighed(replace(one, measured=seen), effect, robots.fmu, robots.robot)
+        return _with_weights(replace(one, measured=seen), effect, robots.fmu, robots.robot)
 
     assert weighed(values[:, 1] + 1.0).measured.motors.deviation[1] < 2.0 * ANGLE_NOISE
     for column in (np.degrees(values[:, 1]), values[:, 0]):

@@ -1,0 +1,177 @@
+"""Iterative learning control along the path: d_(k+1) = d_b + g Q (y_b - s_b - d_b) [Bristow2006].
+
+The inverse of the robot's model takes the desired path less a correction d.  y_b is the measured tool,
+s_b the model's under the command of run b, Q a Gaussian low-pass and g the gain.  Where the model is on
+its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured deviation; as s_b is simulated,
+a model whose parameters were learned later takes its part off, and nothing is corrected twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.next.command_model import CommandModel
+from coupling.identification.next.deviation_size import signal_filter
+from coupling.identification.next.history import History
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.next.options import NextOptions
+from coupling.identification.runs.measurement import SimulatedPath
+from coupling.identification.runs.slow_part import SlowPart
+from coupling.path.discrepancy import Discrepancy
+from coupling.path.linear import interpolated
+from coupling.results.next_result import DeviationSize, LearningStep
+
+# A run confirms its correction that leaves less than this part of the best one before.
+_CONFIRMED = 0.7
+# A run is worse than another by this factor of the rms, and by so many standard deviations of chance.
+_WORSE, _DEVIATIONS = 1.1, 2.0
+# Independent values of what differs from run to run: a shift and a drift in three directions.
+_VALUES = 6.0
+# Cutoff that learning begins with where the robot's parameters are learned, and where not [Hz]: there
+# gears cross their backlash at other times than the model's.
+_FIRST, _CAUTIOUS = 1.5, 0.4
+# Cutoff up to which it grows [Hz]: above it a correction has more noise than signal.
+_HIGHEST = 3.0
+# Steps of the table of a correction per time constant of the filter, and fewest of them.
+_STEPS, _FEWEST_STEPS = 2.0, 8
+
+
+@dataclass(frozen=True)
+class PathCorrection:
+    """Correction along the path beyond the model.
+
+    Attributes:
+        time: Even times over the whole path [s], (k,).
+        deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
+        cutoff: Cutoff of the low-pass Q [Hz].
+        gain: Gain g of the last step.
+        noise_share: Part of the noise variance of the run that it was computed from.
+    """
+
+    time: np.ndarray
+    deviation: np.ndarray
+    cutoff: float
+    gain: float
+    noise_share: float
+
+    def discrepancy(self, history: History) -> Discrepancy:
+        """Return it along the desired path, for a case; axes of the robot's base."""
+        position = SimulatedPath(history.runs[0].desired).position(self.time)
+        return Discrepancy(self.time, position, self.deviation)
+
+
+def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> bool:
+    """Return whether a run left more than the best one, beyond noise and repeatability.
+
+    Args:
+        size: Measured deviation of the run.
+        best: Measured deviation of the best one.
+        options: Repeatability, and whether the constant counts.
+    """
+    rms, best_rms, random = options.rms_of(size), options.rms_of(best), options.random
+    # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
+    chance = (2.0 * best_rms + random) * random / np.sqrt(_VALUES)
+    doubt = float(np.hypot(np.hypot(best.doubt, size.doubt), chance))
+    return rms**2 > (_WORSE * best_rms) ** 2 + _DEVIATIONS * doubt
+
+
+def learning_step(
+    sizes: Sequence[DeviationSize],
+    repeats: Sequence[bool],
+    has_parameters: bool,
+    options: NextOptions,
+) -> LearningStep:
+    """Return from which run the next command goes on, and how far.
+
+    A worse run is taken back: from the best one, with half the gain and half the cutoff.  The cutoff
+    doubles when a run confirms its correction, up to that at which the iteration contracts.  What
+    does not repeat from run to run is averaged, with the gains 1/2, 1/3, .. [Butcher2008].
+
+    Args:
+        sizes: Measured deviation of every run.
+        repeats: Whether each run left more than by what it differs from the run before.
+        has_parameters: Whether the robot's parameters were learned.
+        options: Repeatability, and whether the constant counts.
+
+    Example:
+        >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
+        >>> runs = [size(4e-4), size(4e-5)]
+        >>> step = learning_step(runs, [True] * 2, True, NextOptions())
+        >>> step.base, step.gain, step.cutoff
+        (1, 1.0, 3.0)
+        >>> step = learning_step([*runs, size(9e-5)], [True] * 3, True, NextOptions())
+        >>> step.base, step.gain, step.cutoff
+        (1, 0.5, 1.5)
+    """
+    best, base, scale, averaged = 0, 0, 1.0, 1
+    cutoff = options.cutoff or (_FIRST if has_parameters else _CAUTIOUS)
+    worse = False
+    for run in range(1, len(sizes)):
+        worse = is_worse(sizes[run], sizes[best], options)
+        improved = options.rms_of(sizes[run]) < options.rms_of(sizes[best])
+        confirmed = options.rms_of(sizes[run]) < _CONFIRMED * options.rms_of(sizes[best])
+        if improved:
+            best = run
+        base = best if worse else run
+        if worse:
+            scale, cutoff = 0.5 * scale, 0.5 * cutoff
+        elif confirmed:
+            scale, cutoff = min(2.0 * scale, 1.0), min(2.0 * cutoff, options.cutoff or _HIGHEST)
+        elif not repeats[run]:
+            averaged += 1
+    return LearningStep(base, best, worse, scale / averaged, cutoff)
+
+
+def learn_path(history: History, model: CommandModel, step: LearningStep) -> PathCorrection:
+    """Return the next correction along the path.
+
+    Args:
+        history: All measured runs.
+        model: The robot's model, with the highest cutoff that contracts.
+        step: Run to go on from, gain and cutoff.
+    """
+    run = history.runs[step.base]
+    cutoff = min(step.cutoff, model.contraction.cutoff)
+    low_pass = SlowPart.of(run.measured.time, cutoff)
+    desired = run.desired.time
+    count = max(int(np.ceil(_STEPS * len(low_pass.time))), _FEWEST_STEPS)
+    time = np.linspace(desired[0], desired[-1], count + 1)
+    unmodelled = history.unmodelled(step.base, model.x)
+    before = corrected(run, run.measured.time)
+    gain = step.gain * model.contraction.gain
+    change = gain * low_pass(unmodelled - before)
+    deviation = corrected(run, time) + interpolated(time, low_pass.time, change)
+    return PathCorrection(time, deviation, cutoff, gain, gain * low_pass.weight_of_sample)
+
+
+def corrected(run: MeasuredRun, time: np.ndarray) -> np.ndarray:
+    """Return what a run's command corrected along the path at times (n,) [m, rad], (n, 6)."""
+    discrepancy = run.source.discrepancy
+    return np.zeros((len(time), 6)) if discrepancy is None else discrepancy.at(time)
+
+
+def is_repeated(history: History, number: int, x: np.ndarray) -> bool:
+    """Return whether a run left more than by what it differs from the run before.
+
+    Args:
+        history: The runs.
+        number: Number of the run, from 0.
+        x: Log factors of the robot [1], (P,): what it does of the change of the command is taken off.
+    """
+    if number == 0:
+        return True
+    run, before = history.runs[number], history.runs[number - 1]
+    time, low_pass = run.measured.time, signal_filter(run.measured.time)
+    earlier = interpolated(time, before.measured.time, history.unmodelled(number - 1, x))
+    change = (history.unmodelled(number, x) - earlier)[:, :3]
+    noise = 3.0 * run.noise**2 * low_pass.of_noise
+    return (
+        _mean_square(low_pass(change)) - 2.0 * noise < _mean_square(low_pass(run.deviation)) - noise
+    )
+
+
+def _mean_square(values: np.ndarray) -> float:
+    return float(np.mean(np.sum(values**2, axis=1)))
