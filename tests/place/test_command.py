@@ -81,7 +81,7 @@ def test_a_placed_case_is_an_ordinary_case_in_the_setting_that_is_told(done):
     assert setting_keys(again.present) != setting_keys(placing(before, before.process).present)
     figures = again.screen(again.stations).figures(again.present[None])
     assert again.goal.deviation(figures)[0] == pytest.approx(best.moved_m, rel=1e-6)
-    margins = [gear.margin_Nm for gear in best.gears]
+    margins = [gear.margin for gear in best.gears]
     np.testing.assert_allclose(figures.margin[0], margins, atol=0.03 * figures.swing.max())
     moved = run_coupling(replace(placed, method=before.method))
     first = placed.robots[0].home - moved.correction.joints.q[0][0]
