@@ -161,6 +161,11 @@ class ExternalTable(ProcessTable):
             CaseError: If the program or a file is not there.
         """
         if shutil.which(self.command[0]) is None:
+            if Path(self.command[0]).is_file():
+                raise CaseError(
+                    f"process: command: {self.command[0]!r} is not executable: chmod +x, or name its"
+                    " interpreter first"
+                )
             raise CaseError(
                 f"process: command: there is no program {self.command[0]!r}: give a name on the"
                 " search path, or an absolute path ({case} is the folder of the case file)"

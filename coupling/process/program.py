@@ -30,10 +30,7 @@ _LAST_LINES = 12
 # These are within as much of the output, which may be more than memory holds [bytes].
 _LAST_BYTES = 100_000
 
-_REMEDIES = {
-    errno.ENOEXEC: ": begin a script with #! and its interpreter, or name that first in command",
-    errno.EACCES: ": make it executable (chmod +x), or name its interpreter first in command",
-}
+_NO_INTERPRETER = ": begin a script with #! and its interpreter, or name that first in command"
 
 
 def run_program(
@@ -75,7 +72,7 @@ def run_program(
                 env=marked_environment(_mark_of(folder.parent)),
             )
         except OSError as cause:
-            remedy = _REMEDIES.get(cause.errno or 0, "")
+            remedy = _NO_INTERPRETER if cause.errno == errno.ENOEXEC else ""
             raise ProcessError(
                 f"{command[0]!r} cannot be started: {reason_of(cause)}{remedy}"
             ) from cause
