@@ -10,6 +10,7 @@ import numpy as np
 from coupling.case.place import PlaceTable
 from coupling.case.plant import StudyTable
 from coupling.case.robots import CouplingTable, DiscrepancyTable, OneOfDrives
+from coupling.case.stability import StabilityTable
 from coupling.files.provenance import Provenance
 from coupling.files.ratings import Ratings
 from coupling.path.controller import Controller
@@ -91,6 +92,7 @@ class Case:
         plant: Robots and load of the simulated plant; None: the model.
         study: Table [study].
         place: Table [place].
+        stability: Table [stability].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -111,6 +113,7 @@ class Case:
     plant: Plant | None
     study: StudyTable
     place: PlaceTable
+    stability: StabilityTable
     resolved: dict[str, Any]
 
     @property

@@ -22,6 +22,7 @@ from coupling.case.robots import (
     SupportTable,
     drive_of,
 )
+from coupling.case.stability import StabilityTable
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, validate
@@ -58,6 +59,7 @@ class CaseFile(Schema):
     plant: PlantTable | None = None
     study: StudyTable = StudyTable()
     place: PlaceTable = PlaceTable()
+    stability: StabilityTable = StabilityTable()
 
 
 def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:
@@ -121,6 +123,8 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         resolved["study"] = file.study.model_dump(exclude_none=True, mode="json")
     if file.place != PlaceTable():
         resolved["place"] = file.place.model_dump(exclude_none=True, mode="json")
+    if file.stability != StabilityTable():
+        resolved["stability"] = file.stability.model_dump(exclude_none=True, mode="json")
     return Case(
         name=path.stem,
         robots=tuple(robots),
@@ -139,6 +143,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         plant=plant,
         study=file.study,
         place=file.place,
+        stability=file.stability,
         resolved=resolved,
     )
 

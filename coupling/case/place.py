@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from coupling.files.toml_file import Positive, Schema
 
-Objective = Literal["stiffness", "backlash", "both"]
+Objective = Literal["stiffness", "backlash", "both", "stability"]
 
 
 def _rises(ends: list[float]) -> list[float]:
@@ -43,7 +43,8 @@ class PlaceTable(Schema):
         elbow_deg: Way of the home posture of a robot of more than six joints along its self-motion, the
             largest angle of a joint on it; 90 deg to both sides.
         optimise: "stiffness", least displacement of the tool by the process; "backlash", least error of
-            the tool by backlashes 20 % off at gears that may reverse; "both", the sum.
+            the tool by backlashes 20 % off at gears that may reverse; "both", the sum; "stability",
+            of the stiffest settings that whose milling cut is farthest from chatter.
         joint_margin_deg: Smallest distance from the joints' limits.
         least_conditioning: Smallest conditioning of the Jacobian, 1 / |J^-1|.
         clear_share: A gear keeps its flank where its torque stays clear of zero by this part of the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -52,6 +53,7 @@ def check(
     from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robots import touch_off_of
+    from coupling.stability.path_stability import stability_in_brief
 
     # Of a folder's name, which is no case, as well.
     file = output or case.parent / f"{case.stem}_check.html"
@@ -80,13 +82,17 @@ def check(
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
+        stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
+    chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
+    if stability is not None and stability.stable:
+        modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
     sections = [
         *check_summary(robots, loads),
         modes,
-        *warned((), (*moving, *said)),
+        *warned(chatter, (*moving, *said)),
         Section("", others),
     ]
     write_check_page(file, f"{loaded.name}: check", robots, sections)

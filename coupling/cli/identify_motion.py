@@ -10,7 +10,7 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import read_recording
-from coupling.identification.motion.results import motion_figures, moved_text
+from coupling.identification.motion.results import motion_figures, motion_text
 from coupling.report.motion_report import motion_page, motion_summary
 
 
@@ -44,5 +44,5 @@ def identify_from_motion(
     names = ", ".join(recording.name for recording in recordings)
     page = motion_page(f"{names}: {described.name}", result)
     write_findings(target, result, motion_summary(result), page, IdentifyError)
-    text = moved_text(motion_result, result, start, target, f"motion of {names}")
+    text = motion_text(motion_result, result, start, target, f"motion of {names}")
     write_robot(target, text, IdentifyError)

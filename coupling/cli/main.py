@@ -33,6 +33,7 @@ from coupling.cli import (
     place,
     robots,
     runs,
+    stability,
     store,
     study,
 )
@@ -106,6 +107,7 @@ _COMMANDS = (
     study.study,
     place.place,
     runs.report,
+    stability.stability,
     compare.compare,
     store.store,
     identify.identify,

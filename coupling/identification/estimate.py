@@ -130,22 +130,26 @@ def estimate(
 
 
 def bounded_step(
-    matrix: np.ndarray, rest: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float = 0.0
+    matrix: np.ndarray,
+    residual: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    damping: float = 0.0,
 ) -> tuple[np.ndarray, float]:
     """Return the damped step between bounds, any units, (P,), and the predicted decrease of the cost.
 
     Args:
-        matrix, rest: Jacobian, (n, P), and residual, (n,), any unit.
+        matrix, residual: Jacobian, (n, P), and residual, (n,), any unit.
         low, high: Bounds of the step, its units, (P,) each, not above and not below zero.
         damping: Squares of the step, in parts of those of the columns.
     """
     length = np.linalg.norm(matrix, axis=0)
     scale = np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
     damped = np.vstack([matrix * scale, np.sqrt(damping) * np.diag(length > 0.0)])
-    target = np.append(-rest, np.zeros(len(low)))
+    target = np.append(-residual, np.zeros(len(low)))
     step = scale * np.linalg.lstsq(damped, target, rcond=None)[0]
     if np.any((step < low) | (step > high)):
         ends = low / scale, high / scale + 1e-12
         step = np.clip(scale * lsq_linear(damped, target, ends, method="bvls").x, low, high)
-    after = rest + matrix @ step
-    return step, float(0.5 * (rest @ rest - after @ after))
+    after = residual + matrix @ step
+    return step, float(0.5 * (residual @ residual - after @ after))

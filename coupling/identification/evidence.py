@@ -55,7 +55,7 @@ class Evidence:
         return self.within < self.without
 
     @property
-    def supported(self) -> bool:
+    def is_supported(self) -> bool:
         """Whether both do."""
         return not self.reason and self.significant and self.predicts
 
@@ -63,14 +63,15 @@ class Evidence:
         """Return the verdict."""
         if self.reason:
             return self.reason
-        rest = (
+        without_worst = (
             f" ({100.0 * self.trimmed:+.1f} % without the {_TRIMMED} worst rows)"
-            if self.supported and np.isfinite(self.trimmed)
+            if self.is_supported and np.isfinite(self.trimmed)
             else ""
         )
         return (
             f"F {self.statistic:.3g}, p {self.probability:.2g}, leave-one-out"
-            f" {100.0 * self.change:+.1f} %{rest}: {'supported' if self.supported else 'not supported'}"
+            f" {100.0 * self.change:+.1f} %{without_worst}:"
+            f" {'supported' if self.is_supported else 'not supported'}"
         )
 
 
@@ -100,21 +101,21 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     statistic = max(squares[0] - squares[1], 0.0) / more / error if error > 0.0 else 0.0
     statistic *= statistic > _ROUNDING
     errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
-    found = Evidence(
+    evidence = Evidence(
         statistic,
         float(fisher.sf(statistic, more, freedom)),
         float(errors[0].sum()),
         float(errors[1].sum()),
         tests,
     )
-    if not found.supported or len(errors[1]) < 4 * _TRIMMED:
-        return found
+    if not evidence.is_supported or len(errors[1]) < 4 * _TRIMMED:
+        return evidence
     problems = [without, with_it]
     for row in np.sort(np.argsort(-errors[0], kind="stable")[:_TRIMMED])[::-1]:
         problems = [p.without(int(row)) for p in problems]
         weight = np.delete(weight, row)
-    left = [float(np.sum(left_out(p, weight) ** 2)) for p in problems]
-    return replace(found, trimmed=_change(*left))
+    trimmed = [float(np.sum(left_out(p, weight) ** 2)) for p in problems]
+    return replace(evidence, trimmed=_change(*trimmed))
 
 
 def _change(without: float, within: float) -> float:

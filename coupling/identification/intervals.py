@@ -39,7 +39,7 @@ class ConfidenceIntervals:
 
 
 def intervals(
-    problem: LinearProblem, weight: np.ndarray, values: np.ndarray, known: bool
+    problem: LinearProblem, weight: np.ndarray, values: np.ndarray, is_noise_known: bool
 ) -> ConfidenceIntervals:
     """Return intervals around the unbounded least squares solution, as wide as the wider of two.
 
@@ -51,12 +51,12 @@ def intervals(
         problem: The problem without weights of the loss.
         weight: Those weights, (k,).
         values: The bounded solution in p's units, which the interval is made to contain, (P,).
-        known: Whether the standard deviations behind the whitening were given.
+        is_noise_known: Whether the standard deviations behind the whitening were given.
     """
     weighted = problem.weighted(weight)
     chosen = np.ones(len(values), dtype=bool)
     while True:
-        centre, half, freedom, scale, rests_on = _unbounded(weighted.only(chosen), known)
+        centre, half, freedom, scale, rests_on = _unbounded(weighted.only(chosen), is_noise_known)
         against = centre + half < 0.0
         if not against.any():
             break
@@ -72,26 +72,32 @@ def intervals(
 
 
 def _unbounded(
-    weighted: LinearProblem, known: bool
+    weighted: LinearProblem, is_noise_known: bool
 ) -> tuple[np.ndarray, np.ndarray, int, float, np.ndarray]:
     """Return centre and half width of the intervals, degrees of freedom, scale and rows rested on."""
     rows, freedom = len(weighted.target), weighted.target.size - weighted.rank
     centre = weighted.solve(-np.inf)
-    rest = weighted.residual(centre)
-    scale = float(np.sqrt(np.sum(rest**2) / freedom)) if freedom > 0 else np.nan
-    deviation = np.nanmax([scale, 1.0]) if known else scale
+    residual = weighted.residual(centre)
+    scale = float(np.sqrt(np.sum(residual**2) / freedom)) if freedom > 0 else np.nan
+    deviation = np.nanmax([scale, 1.0]) if is_noise_known else scale
     if freedom > 0:
         half = quantile(freedom) * deviation * weighted.spread
     else:
-        half = (quantile(np.inf) if known else np.inf) * weighted.spread
-    moved, rests_on = _jackknife(weighted, rest)
+        half = (quantile(np.inf) if is_noise_known else np.inf) * weighted.spread
+    shifts, rests_on = _jackknife(weighted, residual)
     if rows > 1 and freedom > 0:
-        of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
+        of_rows = np.sqrt((rows - 1) / rows * np.sum(shifts**2, axis=1))
         half = np.maximum(half, quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
-    return centre, np.where(weighted.held, np.inf, half * weighted.scale), freedom, scale, rests_on
+    return (
+        centre,
+        np.where(weighted.unobservable, np.inf, half * weighted.scale),
+        freedom,
+        scale,
+        rests_on,
+    )
 
 
-def _jackknife(weighted: LinearProblem, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _jackknife(weighted: LinearProblem, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return how scaled parameters move without each row, (P, k), and the rows that they rest on.
 
     p_(i) - p = -(A^T A)^-1 A_i^T (1 - H_ii)^-1 e_i with the residual e_i of row i and its block H_ii of
@@ -99,21 +105,21 @@ def _jackknife(weighted: LinearProblem, rest: np.ndarray) -> tuple[np.ndarray, n
 
     Args:
         weighted: The problem with k rows.
-        rest: Its residual, (k, r).
+        residual: Its residual, (k, r).
     """
-    rows, width = rest.shape
+    rows, width = residual.shape
     inverse, spread = weighted.inverse, weighted.spread
     columns = weighted.scaled.reshape(rows, width, len(inverse))
-    moved, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
+    shifts, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
     for i in range(rows):
         hat = columns[i] @ inverse[:, i]
         values, vectors = np.linalg.eigh(np.eye(width) - 0.5 * (hat + hat.T))
         alone = values < _ALONE
-        own = np.linalg.norm(inverse[:, i] @ vectors[:, alone], axis=1)
-        rests_on[own > _RESTS * np.maximum(spread, 1e-300)] = i
-        turned = vectors.T @ rest[i] / np.where(alone, np.inf, values)
-        moved[:, i] = -inverse[:, i] @ (vectors @ turned)
-    return moved, rests_on
+        part_alone = np.linalg.norm(inverse[:, i] @ vectors[:, alone], axis=1)
+        rests_on[part_alone > _RESTS * np.maximum(spread, 1e-300)] = i
+        rotated = vectors.T @ residual[i] / np.where(alone, np.inf, values)
+        shifts[:, i] = -inverse[:, i] @ (vectors @ rotated)
+    return shifts, rests_on
 
 
 def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
@@ -127,8 +133,8 @@ def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
     """
     weighted = problem.weighted(weight)
     p = weighted.solve(-np.inf)
-    moved, _ = _jackknife(weighted, weighted.residual(p))
-    others = p[:, None] + problem.scale[:, None] * moved
+    shifts, _ = _jackknife(weighted, weighted.residual(p))
+    others = p[:, None] + problem.scale[:, None] * shifts
     lowest = problem.lowest
     for i in np.flatnonzero(np.any(others < lowest[:, None], axis=0)):
         others[:, i] = weighted.without(int(i)).solve()

@@ -86,7 +86,7 @@ class LinearProblem:
         return _decomposed(self.scaled)
 
     @property
-    def held(self) -> np.ndarray:
+    def unobservable(self) -> np.ndarray:
         """Mask of parameters that take part in what is not observable, (P,)."""
         return (self.scale == 0.0) | (np.sum(self.unseen**2, axis=0) > _HELD)
 
@@ -104,7 +104,7 @@ class LinearProblem:
     def only(self, chosen: np.ndarray) -> LinearProblem:
         """Return the problem with some of the parameters, by a mask, (P,), the others zero."""
         # Of what is not observable, what the others take no part in.
-        left, values, _ = np.linalg.svd(self.unseen[:, ~chosen])
+        combinations, values, _ = np.linalg.svd(self.unseen[:, ~chosen])
         taking_part = int(np.count_nonzero(values > UNSEEN))
         return LinearProblem(
             self.columns[:, :, chosen],
@@ -112,7 +112,7 @@ class LinearProblem:
             self.start[chosen],
             self.size[chosen],
             self.scale[chosen],
-            left[:, taking_part:].T @ self.unseen[:, chosen],
+            combinations[:, taking_part:].T @ self.unseen[:, chosen],
             self.lowest[chosen],
         )
 
@@ -129,19 +129,19 @@ class LinearProblem:
             self.size, self.scale, out=np.zeros_like(self.size), where=self.scale > 0
         )
         observable = length * size > _NO_COLUMN * effect.max(initial=0.0)
-        held = np.pad(self.unseen, ((0, 0), (0, 1)))
+        directions_before = np.pad(self.unseen, ((0, 0), (0, 1)))
         wider = LinearProblem(
             np.concatenate([self.columns, column[:, :, None]], axis=2),
             self.target,
             np.append(self.start, 0.0),
             np.append(self.size, size),
             np.append(self.scale, 1.0 / length if observable else 0.0),
-            held,
+            directions_before,
             np.append(self.lowest, -np.inf if signed else 0.0),
         )
-        values, directions = _decomposed(np.vstack([wider.scaled, held]))
+        values, directions = _decomposed(np.vstack([wider.scaled, directions_before]))
         alike = directions[values <= UNSEEN * values.max(initial=0.0)]
-        return replace(wider, unseen=np.vstack([held, alike]))
+        return replace(wider, unseen=np.vstack([directions_before, alike]))
 
     def weighted(self, weight: np.ndarray) -> LinearProblem:
         """Return the problem with the equations of each measurement multiplied by a weight, (k,)."""
@@ -174,15 +174,17 @@ class LinearProblem:
         low = self.lowest if low is None else low
         # The last rows hold what is not observable; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
-        rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
-        found: np.ndarray = self.start + self.scale * np.linalg.lstsq(matrix, rest, rcond=None)[0]
-        if np.all((low <= found) & (found <= high)):
-            return found
+        residual = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        solution: np.ndarray = (
+            self.start + self.scale * np.linalg.lstsq(matrix, residual, rcond=None)[0]
+        )
+        if np.all((low <= solution) & (solution <= high)):
+            return solution
         scale = np.where(self.scale > 0.0, self.scale, 1.0)
         bounds = ((low - self.start) / scale, (high - self.start) / scale)
-        bounded = lsq_linear(matrix, rest, bounds, method="bvls")
-        found = np.where(bounded.active_mask < 0, low, self.start + self.scale * bounded.x)
-        return np.clip(found, low, high)
+        bounded = lsq_linear(matrix, residual, bounds, method="bvls")
+        solution = np.where(bounded.active_mask < 0, low, self.start + self.scale * bounded.x)
+        return np.clip(solution, low, high)
 
 
 def _decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -76,7 +76,7 @@ class MotorTorques:
 
     def every(self, step: int) -> MotorTorques:
         """Return each row of so many."""
-        rows = (own[::step] for own in (self.time, self.measured, self.predicted, self.rate))
+        rows = (column[::step] for column in (self.time, self.measured, self.predicted, self.rate))
         return MotorTorques(self.name, self.joints, *rows)
 
     def residual(self, column: int, motor: int, late: float = 0.0) -> float:
@@ -90,12 +90,14 @@ class MotorTorques:
         terms, time = np.column_stack([self.predicted[:, motor], friction, rate]), self.time
         inside = (time - late >= time[0]) & (time - late <= time[-1])
         if late:
-            terms = np.column_stack([np.interp(time[inside] - late, time, own) for own in terms.T])
+            terms = np.column_stack(
+                [np.interp(time[inside] - late, time, values) for values in terms.T]
+            )
         terms = terms - terms.mean(axis=0)
         terms /= np.maximum(np.sqrt(np.mean(terms**2, axis=0)), 1e-300)
-        wanted = self.measured[inside, column] - self.measured[inside, column].mean()
-        rest = wanted - terms @ np.linalg.lstsq(terms, wanted, rcond=1e-9)[0]
-        return max(float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300))), 1e-9)
+        torque = self.measured[inside, column] - self.measured[inside, column].mean()
+        unexplained = torque - terms @ np.linalg.lstsq(terms, torque, rcond=1e-9)[0]
+        return max(float(np.sqrt(np.sum(unexplained**2) / max(np.sum(torque**2), 1e-300))), 1e-9)
 
 
 def torque_remarks(torques: MotorTorques, robot: Robot, error: type[Exception]) -> tuple[str, ...]:
@@ -110,7 +112,7 @@ def torque_remarks(torques: MotorTorques, robot: Robot, error: type[Exception]) 
     step = float(np.ptp(time)) / max(len(time) - 1, 1)
     _require_own(torques.every(1 + len(time) // _ROWS), error)
     for k, joint in enumerate(torques.joints):
-        columns = (own[:, k] for own in (torques.measured, torques.predicted, torques.rate))
+        columns = (rows[:, k] for rows in (torques.measured, torques.predicted, torques.rate))
         fault, impossible = _fault(robot.joints[joint].drive, step, *columns)
         where = f"{torques.name}: joint {joint + 1}"
         words = f"{where}: expected torques at the gear's output [N m], {fault}"
@@ -180,16 +182,16 @@ def _fault(
     load = predicted - file
     factor, friction = _load_and_friction(measured, load, rate)
     usual = float(np.mean(np.abs(file)))
-    size, needed = (float(np.sqrt(np.mean(own**2))) for own in (measured, load))
+    size, needed = (float(np.sqrt(np.mean(values**2))) for values in (measured, load))
     lost = friction.sure and abs(friction.value) > _NO_FRICTION * size
     got = f"got {factor.value:.3g} times the torque of weight and acceleration of its links"
     if not factor.sure:
         got = f"got friction of {friction.value:.3g} N m, {usual:.3g} N m in the robot file"
-    turned = factor.sure and -_MASSES < factor.value < -1.0 / _MASSES
+    is_reversed = factor.sure and -_MASSES < factor.value < -1.0 / _MASSES
     if lost:
-        gained = friction.value < 0.0 and (turned or (friction.alone and not factor.sure))
+        gained = friction.value < 0.0 and (is_reversed or (friction.alone and not factor.sure))
     else:
-        gained = turned and factor.alone
+        gained = is_reversed and factor.alone
     if gained:
         return (
             f"positive in the positive direction of the joint, {got}: is the sign reversed?",

@@ -50,7 +50,7 @@ def fitted_text(
     entries: Sequence[FileEntry],
     command: str,
     measured: str,
-    left: str,
+    residuals: str,
     target: Path,
 ) -> str:
     """Return the start file with fitted values.
@@ -61,7 +61,7 @@ def fitted_text(
         entries: Its parameters.
         command: Command that has fitted them, a key of `_SAYS`.
         measured: Kind and source of the measurement.
-        left: Residuals of the fit, in words.
+        residuals: Residuals of the fit, in words.
         target: Place of the new file.
 
     Raises:
@@ -84,7 +84,9 @@ def fitted_text(
         if entry.value is not None:
             file.change(entry.name, entry.value, source, entry.bounds)
         file.remark(entry.name, entry.remark)
-    kept = [entry.name for entry in entries if entry.value is None]
-    rest = f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified."
-    head = f"Made from {start.name} by elastic-robot {command}: {measured}.\n{left}\n{rest}"
+    kept_names = [entry.name for entry in entries if entry.value is None]
+    outcome = "All identified."
+    if kept_names:
+        outcome = f"Not identified, as in {start.name}: {', '.join(kept_names)}."
+    head = f"Made from {start.name} by elastic-robot {command}: {measured}.\n{residuals}\n{outcome}"
     return file.text(head, target)

@@ -73,20 +73,20 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
     """
     without_effect = problem.scale == 0.0
     acting = problem.only(~without_effect)
-    own = [name for name, none in zip(names, without_effect, strict=True) if not none]
+    acting_names = [name for name, none in zip(names, without_effect, strict=True) if not none]
     values, directions = acting.decomposition
     observable = values[: acting.rank]
     index = observable[:1] / observable
     return Separability(
         float(index[-1]) if len(index) else np.nan,
         tuple(name for name, none in zip(names, without_effect, strict=True) if none),
-        tuple(_named(acting, own, d, np.inf) for d in _reduced(acting.unseen)),
+        tuple(_name_direction(acting, acting_names, d, np.inf) for d in _reduced(acting.unseen)),
         tuple(
-            _named(acting, own, direction, float(i))
+            _name_direction(acting, acting_names, direction, float(i))
             for i, direction in zip(index, directions, strict=False)
             if i > STRONG
         ),
-        tuple(_pairs(acting, own)),
+        tuple(_pairs(acting, acting_names)),
     )
 
 
@@ -96,7 +96,7 @@ def _reduced(directions: np.ndarray) -> np.ndarray:
     return np.linalg.solve(directions[:, order[: len(directions)]], directions)
 
 
-def _named(
+def _name_direction(
     problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
 ) -> WeakDirection:
     least = _NAMED if np.isfinite(index) else _NAMED_UNOBSERVABLE

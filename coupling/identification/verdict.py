@@ -3,17 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 from scipy.stats import t as student
 
-from coupling.robot.parameters import RobotParameter
+from coupling.results.base import finite
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
 
 # What a robot file says beside a value that is not identified.
 KEPT = "NOT IDENTIFIED, start value kept"
 
 
+class NamedParameter(Protocol):
+    """A parameter with its value in the start file."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def value(self) -> float:
+        """Value in the start file, in its unit."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+
+Named = TypeVar("Named", bound=NamedParameter)
+
+
 @dataclass(frozen=True)
-class ParameterVerdict:
+class ParameterVerdict(Generic[Named]):
     """A fitted parameter, and whether the measurements identify it.
 
     Attributes:
@@ -23,7 +44,7 @@ class ParameterVerdict:
         reason: Reason why it is not identifiable; "" where it is.
     """
 
-    parameter: RobotParameter
+    parameter: Named
     value: float
     low: float
     high: float
@@ -31,8 +52,13 @@ class ParameterVerdict:
 
     @property
     def name(self) -> str:
-        """Name in the FMU."""
+        """Name of the parameter."""
         return self.parameter.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of all its values."""
+        return self.parameter.unit
 
     @property
     def start(self) -> float:
@@ -51,10 +77,40 @@ class ParameterVerdict:
         """Whether the measurements identify it."""
         return not self.reason
 
+    def result(
+        self,
+        written: float | None,
+        is_added: bool = False,
+        term: str | None = None,
+        support: EvidenceResult | None = None,
+    ) -> ParameterResult:
+        """Return what is stored of it.
+
+        Args:
+            written: Value in the robot file that is made, in its unit; None where that has none.
+            is_added: Whether the start file does not have it.
+            term: Term of the equations of motion; None where that does not matter.
+            support: Tests of what a robot may be without; None for others.
+        """
+        return ParameterResult(
+            name=self.name,
+            unit=self.unit,
+            start=None if is_added else finite(self.start),
+            value=finite(self.value),
+            low=finite(self.low),
+            high=finite(self.high),
+            written=None if written is None else finite(written),
+            identified=self.identifiable,
+            reason=self.reason,
+            added=is_added,
+            term=term,
+            support=support,
+        )
+
 
 def interval_words(low: float | None, high: float | None) -> str:
     """Return a 95 % interval in words; None is no limit."""
-    ends = ("no limit" if own is None else f"{own:.4g}" for own in (low, high))
+    ends = ("no limit" if end is None else f"{end:.4g}" for end in (low, high))
     return f"95 %: {' to '.join(ends)}"
 
 

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import solveh_banded
 
 from coupling.inverse.gear_drive import GearDrive
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
+from coupling.native.desk_drive import DeskFit, FitWeights
 
 # Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
 # 10 rad/s^2 weigh like 0.1 microrad.  It keeps a command from ringing between its rows.
@@ -27,6 +27,7 @@ _COUNTED = 1e2
 # it need not, weighted by this square.
 _IDLE = 1e-7
 
+_WEIGHTS = FitWeights(SMOOTHING, _HEAVY, _COUNTED, _IDLE, 1e6 * _HEAVY**2)
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
 _ITERATIONS = 40
@@ -112,6 +113,12 @@ class SplineFit:
         return UniformSpline(0.0, self.drive.cycle, coefficients[:, None], self.drive.layout.degree)
 
     @cached_property
+    def _in_c(self) -> DeskFit:
+        ends = [(end.first, end.weights, end.value) for end in self.conditions]
+        drive = self.drive
+        return DeskFit(drive.in_c, drive.cycle, _WEIGHTS, drive.bend, self.free, ends)
+
+    @cached_property
     def _bend_weights(self) -> np.ndarray:
         return SMOOTHING / self.drive.cycle**2 * _BEND
 
@@ -120,10 +127,7 @@ class SplineFit:
 
     def value(self, coefficients: np.ndarray, misses: np.ndarray) -> float:
         """Return half the sum of squares, equations included [rad^2], at (n,) and (nodes,) unknowns."""
-        objective = np.sum(misses**2) + np.sum(self._bends(coefficients) ** 2)
-        equations = np.sum(self.drive.defects(coefficients, misses) ** 2)
-        equations += sum(c.error(coefficients) ** 2 for c in self.conditions)
-        return float(0.5 * (objective + _COUNTED**2 * equations))
+        return self._in_c.value(coefficients, misses)
 
     def objective(
         self, coefficients: np.ndarray, misses: np.ndarray, damping: float
@@ -147,22 +151,7 @@ class SplineFit:
             coefficients, misses: Start of the step [rad], (n,) and (nodes,).
             damping: Weight of the change of the command's bends.
         """
-        layout = self.drive.layout
-        band, gradient = self.objective(coefficients, misses, damping)
-        rows = _HEAVY * self.drive.gradient(coefficients, misses)
-        errors = _HEAVY * self.drive.defects(coefficients, misses)
-        _add_blocks(band, gradient, layout, rows, errors)
-        for condition in self.conditions:
-            place = layout.coefficient[condition.first : condition.first + layout.degree + 1]
-            gradient[place] += _HEAVY**2 * condition.error(coefficients) * condition.weights
-            for a, row in enumerate(condition.weights):
-                for b in range(a + 1):
-                    band[place[a] - place[b], place[b]] += _HEAVY**2 * row * condition.weights[b]
-        band[0, layout.coefficient] += _IDLE
-        band[0, ~self.free] += 1e6 * _HEAVY**2
-        gradient[~self.free] = 0.0
-        step: np.ndarray = solveh_banded(band, -gradient, lower=True, check_finite=False)
-        return step
+        return self._in_c.step(coefficients, misses, damping)
 
     def equations(
         self, coefficients: np.ndarray, misses: np.ndarray
@@ -237,16 +226,3 @@ def _add_bends(band: np.ndarray, layout: Layout, weights: np.ndarray) -> None:
         for b in range(a + 1):
             place = layout.coefficient[b : b + count]
             band[(a - b) * layout.stride, place] += weights[a] * weights[b]
-
-
-def _add_blocks(
-    band: np.ndarray, gradient: np.ndarray, layout: Layout, rows: np.ndarray, errors: np.ndarray
-) -> None:
-    """Add the normal equations of rows (n, parts, width) in blocks, and of their errors (n, parts)."""
-    count, stride, width = layout.count, layout.stride, layout.width
-    columns = np.ascontiguousarray(rows.transpose(2, 1, 0))  # (width, parts, n)
-    for b in range(width):
-        place = slice(b, b + count * stride, stride)
-        gradient[place] += np.einsum("pn,np->n", columns[b], errors)
-        for a in range(b, width):
-            band[a - b, place] += np.einsum("pn,pn->n", columns[a], columns[b])

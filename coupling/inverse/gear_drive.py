@@ -11,14 +11,13 @@ from scipy.interpolate import CubicSpline
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
+from coupling.native.desk_drive import CubicPieces, DeskDrive, DriveNumbers, HeldElements
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
+from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
-# The wind-up is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
-# and, where the slope of the torque curve changes, the polynomial through them at many points.
+# The wind-up is known at the quarters of a step; the polynomial through them at points of each half.
 _QUARTERS = 0.25 * np.arange(5)
-_SIMPSON = np.array([[1.0, 4.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 4.0, 1.0]]) / 6.0
-_RISE = np.array([[-1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0, 1.0]])
 _FINE = np.array(
     [
         np.linalg.solve(np.vander(_QUARTERS, 5).T, np.vander(places, 5).T).T
@@ -77,15 +76,6 @@ class Memory:
     impulse: np.ndarray
     by_wind_up: np.ndarray
     elongation: np.ndarray
-
-    def about(self, wind_up: np.ndarray) -> np.ndarray:
-        """Return the integrals over half steps near the motion [N m s], (n, parts, 2).
-
-        Args:
-            wind_up: At the quarters of the steps [rad], (n, parts, 5).
-        """
-        change: np.ndarray = (self.by_wind_up @ (wind_up - self.wind_up)[..., None])[..., 0]
-        return self.impulse + change
 
     def part(self, begin: int, end: int) -> Memory:
         """Return what they do along the intervals begin to end of the rows."""
@@ -186,7 +176,7 @@ class GearDrive:
         elements = self.task.elements
         if not elements.count:
             return self
-        wind_up = self._wind_ups(coefficients, misses)
+        wind_up = self.in_c.wind_ups(coefficients, misses)
         n, parts, _ = wind_up.shape
         fine = np.einsum("npq,hfq->nphf", wind_up, _FINE).reshape(n, parts, -1)
         path = np.concatenate([wind_up[..., :1], fine], axis=2)
@@ -216,15 +206,39 @@ class GearDrive:
         return 1.0 / (self.inertia / self.step + self.task.damping + stiffness)
 
     @cached_property
-    def _value(self) -> np.ndarray:
-        """Weights of an interval's coefficients at the quarters of its steps, (parts, 5, degree + 1)."""
-        parts = self.layout.parts
-        place = (np.arange(parts)[:, None] + _QUARTERS) / parts
-        return stencil(place, self.layout.degree, 0)
-
-    @cached_property
-    def _start_row(self) -> np.ndarray:
-        return stencil(np.zeros(1), self.layout.degree, 1)[0] / self.cycle
+    def in_c(self) -> DeskDrive:
+        """The drive in C."""
+        layout, errors, memory = self.layout, self.task.errors, self.memory
+        place = (np.arange(layout.parts)[:, None] + _QUARTERS) / layout.parts
+        steps = layout.count * layout.parts
+        held = None
+        if memory is not None:
+            held = HeldElements(
+                memory.wind_up.reshape(steps, 5),
+                memory.impulse.reshape(steps, 2),
+                memory.by_wind_up.reshape(steps, 2, 5),
+            )
+        return DeskDrive(
+            DriveNumbers(
+                layout.count,
+                layout.parts,
+                layout.degree,
+                self.first,
+                self.step,
+                self.task.damping,
+                self.link_rate,
+                cubic_pieces(self.task.curve),
+                np.array([errors.amplitude, errors.order, errors.phase]),
+                stencil(place, layout.degree, 0),
+                stencil(np.zeros(1), layout.degree, 1)[0] / self.cycle,
+                _FINE,
+                self.link,
+                self.impulse,
+                self.inertia,
+                self.scale,
+                held,
+            )
+        )
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return by how much the equation is missed at every node but the last, as angles [rad].
@@ -236,106 +250,43 @@ class GearDrive:
         Returns:
             (count, parts).
         """
-        halves = self._impulses(coefficients, misses)
-        momentum = self.inertia / self.step * np.diff(misses)
-        impulse = momentum + halves[..., 0].ravel()
-        impulse[1:] += halves[..., 1].ravel()[:-1] - momentum[:-1]
-        if self.first:
-            # It starts in equilibrium with its wind-up at rest, so delta' = u' - phi'.
-            impulse[0] -= self.inertia[0] * (self._start(coefficients)[0] - self.link_rate)
-        else:
-            impulse[0] = 0.0  # the step before is not here
-        return (self.scale * impulse).reshape(-1, self.layout.parts)
-
-    def _wind_ups(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return x at the quarters of the steps, (n, parts, 5)."""
-        shape = self.layout.count, self.layout.parts, 5
-        drive = self._drive(coefficients)
-        link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
-        miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
-        outputs = self.task.errors.output_angle(drive[..., None])[..., 0]
-        wind_ups: np.ndarray = (link + miss).reshape(shape) - outputs
-        return wind_ups
-
-    def _drive(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return q at the quarters of the steps, (n, parts, 5)."""
-        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
-        local = np.ascontiguousarray(local)  # products of rows that overlap are not BLAS's
-        drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
-        return drive.reshape(self.layout.count, self.layout.parts, 5)
-
-    def _start(self, coefficients: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return u' at the first time [rad/s] and its derivatives by the first coefficients [1/s]."""
-        first = coefficients[: self.layout.degree + 1]
-        q, rate = self._value[0, 0] @ first, self._start_row @ first
-        _, slope, bend, _ = self.task.errors.derivatives(np.array([q]))[:, 0]
-        by = (1.0 + slope) * self._start_row + bend * rate * self._value[0, 0]
-        return float((1.0 + slope) * rate), by
-
-    def _impulses(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return the integrals of d x' + S(x) - T over half steps [N m s], (n, parts, 2)."""
-        curve, half = self.task.curve, 0.5 * self.step
-        wind_up = self._wind_ups(coefficients, misses)
-        impulse = half * curve.torque(wind_up) @ _SIMPSON.T
-        bends = _bends(curve.slope(wind_up))
-        fine = np.einsum("bp,bfp->bf", wind_up[bends[:2]], _FINE[bends[2]])
-        impulse[bends] = half * curve.torque(fine).mean(axis=1)
-        impulse += self.task.damping * np.diff(wind_up[..., ::2], axis=-1)
-        impulse -= self.impulse.reshape(impulse.shape)
-        return impulse if self.memory is None else impulse + self.memory.about(wind_up)
-
-    def _by_wind_up(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `_impulses` by the wind_ups at the quarters, (n, parts, 2, 5)."""
-        curve, half = self.task.curve, 0.5 * self.step
-        wind_up = self._wind_ups(coefficients, misses)
-        slope = curve.slope(wind_up)
-        by_wind_up = half * slope[:, :, None] * _SIMPSON
-        bends = _bends(slope)
-        places = _FINE[bends[2]]
-        fine = curve.slope(np.einsum("bp,bfp->bf", wind_up[bends[:2]], places))
-        by_wind_up[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
-        by_wind_up += self.task.damping * _RISE
-        return by_wind_up if self.memory is None else by_wind_up + self.memory.by_wind_up
+        return self.in_c.defects(coefficients, misses)
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by their blocks' unknowns [rad/rad], (n, parts, width)."""
         layout = self.layout
-        n, m, k = layout.count, layout.parts, layout.degree
-        by_wind_up = self._by_wind_up(coefficients, misses)
-        by_drive = np.empty((n, m, 2, k + 1))
-        rise = self.task.errors.slope(self._drive(coefficients)[..., None])[..., 0]
-        by_quarter = by_wind_up * rise[:, :, None]
-        for j in range(m):
-            by_drive[:, j] = -(by_quarter[:, j].reshape(-1, 5) @ self._value[j]).reshape(
-                n, 2, k + 1
-            )
-        by_miss = by_wind_up @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
-        rows = np.zeros((n, m, layout.width))
         of_drive, of_miss = layout.block_coefficient, layout.block_miss
-        rows[:, :, of_drive[1:]] += by_drive[:, :, 0]
-        rows[:, 1:, of_drive[1:]] += by_drive[:, :-1, 1]
-        rows[1:, 0, of_drive[:-1]] += by_drive[:-1, -1, 1]
-        g = self.inertia / self.step
-        flat = by_miss.reshape(n * m, 2, 2)
-        now = np.stack([flat[:, 0, 0] - g, flat[:, 0, 1] + g], axis=-1)
-        before = np.zeros((n * m, 2))
-        before[1:, 0] = flat[:-1, 1, 0] + g[:-1]
-        before[1:, 1] = flat[:-1, 1, 1] - g[:-1]
-        for j in range(m):
-            rows[:, j, of_miss[j : j + 2]] += before[j::m]
-            rows[:, j, of_miss[j + 1 : j + 3]] += now[j::m]
-        if self.first:
-            rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start(coefficients)[1]
-        else:
-            rows[0, 0] = 0.0
-        rows *= self.scale.reshape(n, m, 1)
-        return rows
+        rows = self.in_c.rows(coefficients, misses)
+        blocks = np.zeros((layout.count, layout.parts, layout.width))
+        blocks[:, :, of_drive] = rows[:, :, : len(of_drive)]
+        for j in range(layout.parts):
+            blocks[:, j, of_miss[j : j + 3]] = rows[:, j, len(of_drive) :]
+        return blocks
 
 
-def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the half steps with several slopes, as indices (interval, part, half)."""
-    change = np.diff(slope, axis=-1) != 0.0
-    return np.nonzero(change[..., ::2] | change[..., 1::2])
+def cubic_pieces(curve: TorqueCurve) -> CubicPieces:
+    """Return the torque curve of one gear as cubics.
+
+    Example:
+        >>> from elastic_robot.torque_curves import BacklashCurve
+        >>> cubic_pieces(BacklashCurve(np.array([1e4]), np.array([1e-3]))).cubics[:, 1]
+        array([10000.,     0., 10000.])
+    """
+    if isinstance(curve, SplineCurve):
+        knots = curve.knots[0][np.isfinite(curve.knots[0])]
+        pieces = slice(0, len(knots) + 1)
+        return CubicPieces(knots, curve.origins[0, pieces], curve.cubics[0, pieces])
+    (edges,) = curve.bend_angles
+    knots = edges[np.isfinite(edges)]
+    if not len(knots):
+        (slope,) = curve.slope(np.zeros(1))
+        return CubicPieces(knots, np.zeros(1), np.array([[0.0, slope, 0.0, 0.0]]))
+    low, high = knots
+    slopes = [float(curve.slope(np.array([x]))[0]) for x in (low - 1.0, 0.0, high + 1.0)]
+    cubics = [[0.0, slope, 0.0, 0.0] for slope in slopes]
+    # On its edges a backlash has no stiffness.
+    knots = np.array([np.nextafter(low, -np.inf), high])
+    return CubicPieces(knots, np.array([low, 0.0, high]), np.array(cubics))
 
 
 def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:

@@ -10,6 +10,8 @@ from math import factorial
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
+from coupling.native.desk_spline import spline_values
+
 
 @cache
 def _powers(degree: int, order: int) -> np.ndarray:
@@ -99,8 +101,5 @@ class UniformSpline:
 
     def at(self, times: np.ndarray, order: int = 0) -> np.ndarray:
         """Return values or derivatives at times (k,) [s], (k, quantities)."""
-        first, part = self.place(times)
-        weights = stencil(part, self.degree, order) / self.spacing**order
-        rows = self.coefficients[first[:, None] + np.arange(self.degree + 1)]
-        values: np.ndarray = np.einsum("kj,kjv->kv", weights, rows)
-        return values
+        powers = _powers(self.degree, order) / self.spacing**order
+        return spline_values(self.start, self.spacing, self.coefficients, powers, times)

@@ -11,10 +11,11 @@ import elastic_robot
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.modes.case_places import CasePlaces, places_of
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse, within
 from coupling.modes.part_grid import PartGrid
 from coupling.modes.posture_modes import PostureModes
+from coupling.results.base import finite
 from coupling.results.modes_result import (
     Matrix,
     ModeResult,
@@ -28,6 +29,8 @@ from elastic_robot.description import Robot
 
 # Places along a path that are looked at.
 _PLACES = 40
+# Places along each side of the part's map.
+_GRID = 9
 _AXES = "xyz"
 
 
@@ -68,7 +71,7 @@ def modes_in_posture(
             f"posture: expected {len(robot.joints)} angles, one for each joint of {robot.name}, got"
             f" {len(q)}"
         )
-    modes = PostureModes.of(HeldRobot(robot, torque_curve), q, wrench)
+    modes = PostureModes.of(LockedRobot(robot, torque_curve), q, wrench)
     loads = "its own weight" + (" and the force given" if np.any(wrench) else "")
     place = _place(modes, None)
     return ModesAnalysis(
@@ -107,8 +110,10 @@ def modes_of_case(case: Case, measured: Sequence[MeasuredResponse] = ()) -> Mode
         measured,
     )
     in_base = placed.world_from_base.inverse() @ case.task.part
-    grid = PartGrid.around(placed.description, in_base, places.path, places.q)
-    over_part = _over_part(HeldRobot(placed.description, placed.torque_curve), grid, modes[softest])
+    grid = PartGrid.around(placed.description, in_base, places.path, places.q, _GRID)
+    over_part = _over_part(
+        LockedRobot(placed.description, placed.torque_curve), grid, modes[softest]
+    )
     return ModesAnalysis(modes[softest], result.model_copy(update={"part": over_part}))
 
 
@@ -116,8 +121,8 @@ def _along(case: Case, places: CasePlaces) -> tuple[np.ndarray, list[PostureMode
     """Return times along a path [s], (n,), and the modes there."""
     placed = case.robots[0]
     rows = places.spread(_PLACES)
-    held = HeldRobot(placed.description, placed.torque_curve)
-    return places.time[rows], list(places.modes(held, rows))
+    locked = LockedRobot(placed.description, placed.torque_curve)
+    return places.time[rows], list(places.modes(locked, rows))
 
 
 def _softest(modes: Sequence[PostureModes]) -> int:
@@ -197,7 +202,7 @@ def _place(modes: PostureModes, time: float | None) -> PlaceModesResult:
         softest_m_N=None if softest is None else softest[0],
         softest_direction=None if softest is None else tuple(softest[1].tolist()),
         in_contact_m_N=None if in_contact is None else modes.softest(in_contact)[0],
-        dynamic_m_N=size,
+        dynamic_m_N=finite(size),
         dynamic_Hz=frequency,
         modes=tuple(
             ModeResult(
@@ -213,11 +218,11 @@ def _place(modes: PostureModes, time: float | None) -> PlaceModesResult:
     )
 
 
-def _over_part(held: HeldRobot, grid: PartGrid, softest: PostureModes) -> PartModesResult:
+def _over_part(locked: LockedRobot, grid: PartGrid, softest: PostureModes) -> PartModesResult:
     """Return softness and lowest mode over the part, under the wrench of the softest place."""
     rows: dict[str, list[tuple[float | None, ...]]] = {"softest": [], "lowest": []}
     for line in grid.q:
-        pairs = [_at(held, q, softest.wrench) for q in line]
+        pairs = [_at(locked, q, softest.wrench) for q in line]
         rows["softest"].append(tuple(pair[0] for pair in pairs))
         rows["lowest"].append(tuple(pair[1] for pair in pairs))
     return PartModesResult(
@@ -228,11 +233,13 @@ def _over_part(held: HeldRobot, grid: PartGrid, softest: PostureModes) -> PartMo
     )
 
 
-def _at(held: HeldRobot, q: np.ndarray, wrench: np.ndarray) -> tuple[float | None, float | None]:
+def _at(
+    locked: LockedRobot, q: np.ndarray, wrench: np.ndarray
+) -> tuple[float | None, float | None]:
     if not np.isfinite(q).all():
         return None, None
     try:
-        modes = PostureModes.of(held, q, wrench)
+        modes = PostureModes.of(locked, q, wrench)
     except StabilityError:
         return None, None
     lowest = float(modes.frequency[0]) if len(modes.frequency) else None

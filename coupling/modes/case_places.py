@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.case.case import Case
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import own_blocks
@@ -16,7 +16,7 @@ from coupling.process.milling_force import FORCES, MillingForce
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Rows of a path at most that postures are planned for.
-_MOST_ROWS = 4000
+MOST_ROWS = 4000
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class CasePlaces:
         rows = under_load if len(under_load) else np.arange(len(self.time))
         return rows[np.unique(np.linspace(0, len(rows) - 1, count).astype(int))]
 
-    def modes(self, held: HeldRobot, rows: np.ndarray) -> Iterator[PostureModes]:
+    def modes(self, locked: LockedRobot, rows: np.ndarray) -> Iterator[PostureModes]:
         """Yield the modes at the places of these numbers, (k,)."""
         for row in rows.tolist():
-            yield PostureModes.of(held, self.q[row], self.wrench[row], self.contact[row])
+            yield PostureModes.of(locked, self.q[row], self.wrench[row], self.contact[row])
 
 
 def places_of(case: Case) -> CasePlaces:
@@ -65,7 +65,7 @@ def places_of(case: Case) -> CasePlaces:
         PlanningError: If the robot cannot follow the path.
     """
     placed, desired = case.robots[0], case.desired
-    rows = np.unique(np.linspace(0, len(desired.time) - 1, _MOST_ROWS).astype(int))
+    rows = np.unique(np.linspace(0, len(desired.time) - 1, MOST_ROWS).astype(int))
     path = desired.tools[0].at_rows(rows).transformed(placed.world_from_base.inverse())
     q = InverseKinematics(placed.description, placed.home).plan(path).q[0]
     wrench, contact = np.zeros((len(rows), 6)), np.zeros((len(rows), 3, 3))
@@ -89,5 +89,5 @@ def _at(
 ) -> np.ndarray:
     """Return the wrench on the first tool in axes of its base [N, N m], (k, 6)."""
     wrench = history.at(desired.time[rows])[0]
-    turned = wrench.reshape(-1, 2, 3) @ world_from_base
-    return turned.reshape(-1, 6)
+    in_base = wrench.reshape(-1, 2, 3) @ world_from_base
+    return in_base.reshape(-1, 6)

@@ -13,8 +13,8 @@ from coupling.robot.batch.following import Targets, reached
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.description import Robot
 
-# Points along each side, unless asked for, and the smallest distance from the middle to a side [m].
-POINTS, _HALF = 9, 0.1
+# Smallest distance from the middle to a side [m].
+_HALF = 0.1
 # Part of its longer side that a path which is a line is widened by to each side.
 _WIDENED = 1.0 / 3.0
 
@@ -34,7 +34,7 @@ class PartGrid:
 
     @classmethod
     def around(
-        cls, robot: Robot, part: Frame, path: ToolPath, q: np.ndarray, points: int = POINTS
+        cls, robot: Robot, part: Frame, path: ToolPath, q: np.ndarray, points: int
     ) -> PartGrid:
         """Return the postures about a path.
 
@@ -58,10 +58,10 @@ class PartGrid:
         rotation = path.rotations[0][near].as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(rotation[:, k]) for k in range(3)]
         targets = Targets(part.points(places).T, columns, np.zeros((3, len(places))))
-        found, is_reached = reached(RigidRobot(robot), targets, q[near].T)
+        angles, is_reached = reached(RigidRobot(robot), targets, q[near].T)
         limits = JointLimits.of(robot)
         is_reached &= np.all(
-            (found >= limits.lower[:, None]) & (found <= limits.upper[:, None]), axis=0
+            (angles >= limits.lower[:, None]) & (angles <= limits.upper[:, None]), axis=0
         )
-        posture[is_reached] = found.T[is_reached]
+        posture[is_reached] = angles.T[is_reached]
         return cls(x, y, posture.reshape(points, points, -1))

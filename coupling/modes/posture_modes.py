@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from elastic_robot.errors import ParameterError
 from elastic_robot.linearisation import Linearisation
 
@@ -42,12 +42,16 @@ class PostureModes:
 
     @classmethod
     def of(
-        cls, held: HeldRobot, q: np.ndarray, wrench: np.ndarray, contact: np.ndarray | None = None
+        cls,
+        locked: LockedRobot,
+        q: np.ndarray,
+        wrench: np.ndarray,
+        contact: np.ndarray | None = None,
     ) -> PostureModes:
         """Return the modes of a robot.
 
         Args:
-            held: The robot.
+            locked: The robot.
             q: Angles of its drives [rad], (joints,).
             wrench: Wrench on the tool, base axes [N, N m], (6,).
             contact: Stiffness of the process, base axes [N/m], (3, 3); None: none.
@@ -56,8 +60,8 @@ class PostureModes:
             StabilityError: If it has no equilibrium there.
         """
         stiffness = np.zeros((3, 3)) if contact is None else contact
-        linear = held.linear(q, wrench)
-        return cls(q, wrench, linear, held.joints, held.unloaded_joints(linear), stiffness)
+        linear = locked.linear(q, wrench)
+        return cls(q, wrench, linear, locked.joints, locked.unloaded_joints(linear), stiffness)
 
     @property
     def swinging(self) -> np.ndarray:
@@ -77,8 +81,8 @@ class PostureModes:
     @property
     def tcp(self) -> np.ndarray:
         """Direction in which each of them moves the TCP most, base axes, of length 1, (k, 3)."""
-        moved = self.linear.modes.tcp[:3, self.swinging].T
-        return np.array([_main_axis(vector) for vector in moved]).reshape(-1, 3)
+        amplitudes = self.linear.modes.tcp[:3, self.swinging].T
+        return np.array([_main_axis(vector) for vector in amplitudes]).reshape(-1, 3)
 
     @property
     def energy(self) -> np.ndarray:
@@ -155,15 +159,15 @@ class PostureModes:
         Args:
             compliance: A static compliance, base axes [m/N], (3, 3).
         """
-        left, size, _ = np.linalg.svd(compliance)
-        return float(size[0]), _upright(left[:, 0])
+        directions, size, _ = np.linalg.svd(compliance)
+        return float(size[0]), _upright(directions[:, 0])
 
 
 def _main_axis(vector: np.ndarray) -> np.ndarray:
     """Return the direction in which a complex amplitude is largest, (3,)."""
-    turned = vector * np.exp(-0.5j * np.angle(np.sum(vector**2)))
-    length = float(np.linalg.norm(turned.real))
-    return _upright(turned.real / length) if length > 0.0 else np.zeros(3)
+    in_phase = vector * np.exp(-0.5j * np.angle(np.sum(vector**2)))
+    length = float(np.linalg.norm(in_phase.real))
+    return _upright(in_phase.real / length) if length > 0.0 else np.zeros(3)
 
 
 def _upright(direction: np.ndarray) -> np.ndarray:

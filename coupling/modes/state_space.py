@@ -29,9 +29,9 @@ class NamedStateSpace:
 
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot
-        >>> from coupling.modes.held_robot import HeldRobot
-        >>> held = HeldRobot(load_robot(find_robot("manutec_r3")), "linear")
-        >>> space = NamedStateSpace.of(held.linear(np.array([0, 0.2, 0.3, 0, 1, 0]), np.zeros(6)))
+        >>> from coupling.modes.locked_robot import LockedRobot
+        >>> locked = LockedRobot(load_robot(find_robot("manutec_r3")), "linear")
+        >>> space = NamedStateSpace.of(locked.linear(np.array([0, 0.2, 0.3, 0, 1, 0]), np.zeros(6)))
         >>> dict(list(zip(space.inputs, space.input_units))[5:8])
         {'moment.z': 'N m', 'q_cmd[1]': 'rad', 'q_cmd[2]': 'rad'}
     """

@@ -49,5 +49,8 @@ def loaded_library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(desk_library(host_platform())))
     for name in ("er_desk_create", "er_desk_create_plain", "er_link_iterations_create"):
         getattr(library, name).restype = ctypes.c_void_p
-    library.er_link_iterations_improve.restype = ctypes.c_bool
+    for name in ("er_link_iterations_improve", "er_drive_fit_step"):
+        getattr(library, name).restype = ctypes.c_bool
+    library.er_drive_fit_room.restype = ctypes.c_int64
+    library.er_drive_fit_value.restype = ctypes.c_double
     return library

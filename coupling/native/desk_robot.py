@@ -17,11 +17,11 @@ _MESSAGE = 400
 
 
 def numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array as C reads it: doubles of a shape, in its unit.
+    """Return an array as C reads it: doubles of a given shape, in its unit.
 
     Args:
         name: Name of the array, for the message.
-        values: Array, any unit.
+        values: Array of that shape, any unit.
         shape: The shape that it must have.
 
     Raises:
@@ -38,7 +38,7 @@ def finite_numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.
 
     Args:
         name: Name of the array, for the message.
-        values: Array, any unit.
+        values: Array of that shape, any unit.
         shape: The shape that it must have.
 
     Raises:

@@ -12,13 +12,15 @@ import tomlkit
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
-from coupling.errors import CaseError, PlanningError
+from coupling.errors import CaseError, PlanningError, StabilityError
 from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
+from coupling.results.cut_stability import CutStability
 from coupling.results.gear_result import GearDiagnosis
 from coupling.run.gear_loads import diagnose_robots, wanted_of
+from coupling.stability.path_stability import stability_in_brief
 
 # What of a setting turns the tool on the part, so that the process may answer otherwise.
 _TOOL = slice(4, 7)
@@ -39,6 +41,7 @@ class EvaluatedSetting:
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
         cost: Cost of the objective [m].
         gears: Diagnoses of its gears.
+        stability: Whether its milling cut chatters; None of another process.
     """
 
     setting: np.ndarray
@@ -46,6 +49,15 @@ class EvaluatedSetting:
     figures: ScreenFigures
     cost: float
     gears: tuple[GearDiagnosis, ...]
+    stability: CutStability | None = None
+
+    @property
+    def depth_over_limit(self) -> float:
+        """Programmed depth over the limiting one [1]; infinite where the cut chatters."""
+        cut = self.stability
+        if cut is not None and not cut.stable:
+            return np.inf
+        return 0.0 if cut is None else cut.depth_m / cut.limit_m
 
 
 def evaluate_setting(
@@ -94,4 +106,16 @@ def evaluate_setting(
     exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held_torque
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
-    return EvaluatedSetting(setting, content, figures, cost, gears)
+    return EvaluatedSetting(setting, content, figures, cost, gears, _stability(case))
+
+
+def _stability(case: Case) -> CutStability | None:
+    """Return whether a milling cut chatters.
+
+    Raises:
+        PlanningError: If the robot has no equilibrium along its path.
+    """
+    try:
+        return stability_in_brief(case)
+    except StabilityError as cause:
+        raise PlanningError(str(cause)) from cause

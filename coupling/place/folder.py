@@ -122,6 +122,7 @@ def _setting(
             gear.model_copy(update={"swing": swing})
             for gear, swing in zip(evaluated.gears, figures.swing[0].tolist(), strict=True)
         ),
+        stability=evaluated.stability,
     )
 
 

@@ -69,6 +69,8 @@ OBJECTIVES: dict[Objective, Cost] = {
     "stiffness": lambda deviation, exposed: deviation + _BESIDE * exposed,
     "backlash": lambda deviation, exposed: exposed + _BESIDE * deviation,
     "both": lambda deviation, exposed: deviation + exposed,
+    # The search knows no modes: it offers stiff settings, of which the limits decide.
+    "stability": lambda deviation, exposed: deviation + _BESIDE * exposed,
 }
 
 

@@ -20,6 +20,8 @@ from coupling.place.stations import Stations
 
 # Settings this close are one, over the box.
 _ALIKE = 0.02
+# Settings whose cuts are judged for each that is asked for.
+_CANDIDATES = 5
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,8 @@ def best_of(
         ProcessError: If the process has no answer.
     """
     count, settings_found, reasons = placing.case.place.cases, [], []
+    by_stability = placing.goal.objective == "stability"
+    tried = _CANDIDATES * count if by_stability else count
     for k, setting in enumerate(_distinct(placing, settings)):
         watch(Progress("evaluating the best along the whole path", k, len(settings)))
         try:
@@ -129,13 +133,16 @@ def best_of(
         else:
             refused = placing.goal.demands.refusals(evaluated.figures)
             reasons += [what for what, wrong in refused.items() if wrong[0]]
-        if len(settings_found) == count:
+        if len(settings_found) == tried:
             break
     if not settings_found:
         raise PlanningError(
             f"{placing.case.name}: expected a setting in which the robot can follow the whole path, got"
             f" none: {reasons[0]}"
         )
+    if by_stability:
+        settings_found.sort(key=lambda setting: (setting.depth_over_limit, setting.cost))
+        return tuple(settings_found[:count])
     return tuple(sorted(settings_found, key=lambda setting: setting.cost))
 
 

@@ -24,6 +24,7 @@ from coupling.place.settings import LENGTHS, NAMES, ArmHome, CellLayout, Ranges
 from coupling.place.stations import Stations, stations_along
 from coupling.process.base import Process
 from coupling.robot.batch.redundancy import POSE
+from coupling.stability.case_cut import is_milling
 from elastic_robot.description import Robot
 
 # How far the part may be moved to each side where the case does not say [m], and the tool tilted [deg].
@@ -136,8 +137,8 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         objective: Objective in place of the case's own.
 
     Raises:
-        CaseError: If nothing is free, or the objective is backlash and its gears have none, nor
-            hysteresis.
+        CaseError: If nothing is free, the objective is backlash and its gears have none, nor
+            hysteresis, or it is stability and the process no milling.
         ProcessError: If the process has no answer.
     """
     require_one_robot(case)
@@ -156,6 +157,11 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         raise CaseError(
             f"{case.name}: expected gears with backlash or hysteresis to optimise, got"
             f" {robot.name} without any: optimise stiffness"
+        )
+    if optimised == "stability" and not is_milling(case):
+        raise CaseError(
+            f"{case.name}: expected the process milling-force to optimise stability, got"
+            f" {case.process_table.model}: optimise stiffness"
         )
     gravity = np.array(robot.gravity)
     base_rpy, part_rpy = (

@@ -8,7 +8,8 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.style import drawn, in_space
-from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
+from coupling.results.identified_result import IdentifiedResult
+from coupling.results.parameter_result import ParameterResult
 
 _MM = 1e3
 
@@ -144,12 +145,12 @@ def intervals(result: IdentifiedResult) -> go.Figure:
     return interval_figure(rows, words, 34, axis, [starts])
 
 
-def _far(entry: IdentifiedParameterResult) -> float:
+def _far(entry: ParameterResult) -> float:
     """Return where an unbounded interval ends on the page."""
     return 30.0 * max(entry.low or 0.0, entry.start or 0.0, 1e-9)
 
 
-def label(entry: IdentifiedParameterResult) -> str:
+def label(entry: ParameterResult) -> str:
     """Return a parameter's name as short as it is clear."""
     return entry.name.removesuffix(".stiffness")
 

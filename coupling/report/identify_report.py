@@ -14,7 +14,8 @@ from coupling.report.identify_figures import (
     label,
     residuals,
 )
-from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
+from coupling.report.parameter_table import in_digits, parameter_table
+from coupling.results.identified_result import IdentifiedResult
 from coupling.results.section import Note, Section, Table, warned
 
 _MM = 1e3
@@ -99,37 +100,13 @@ def _size(length: float | None) -> str:
 
 
 def _parameters(result: IdentifiedResult) -> Table:
-    rows = [
-        (
-            entry.name,
-            "none" if entry.added else _number(entry.start),
-            *map(_number, (entry.value, entry.low, entry.high)),
-            _written(entry),
-            _why(entry),
-        )
-        for entry in result.parameters
-    ]
-    return Table(("parameter", "start", "fit", "95 % from", "to", "written", ""), rows)
-
-
-def _written(entry: IdentifiedParameterResult) -> str:
-    if entry.identified:
-        return _number(entry.written)
-    return "left out" if entry.added else "kept"
-
-
-def _why(entry: IdentifiedParameterResult) -> str:
-    if not entry.identified:
-        return f"not identified: {entry.reason}"
-    return entry.support.in_words if entry.support else ""
-
-
-def _number(value: float | None) -> str:
-    return "\u221e" if value is None else f"{value:.4g}"
+    supports = [parameter.support for parameter in result.parameters]
+    remarks = [support.in_words if support else "" for support in supports]
+    return parameter_table(result.parameters, remarks)
 
 
 def _separability(result: IdentifiedResult) -> Section:
-    lines = [f"Condition number of the normalised sensitivities: {_number(result.condition)}."]
+    lines = [f"Condition number of the normalised sensitivities: {in_digits(result.condition)}."]
     lines += [f"{name}: no effect on any measurement." for name in result.without_effect]
     lines += [
         f"Not identifiable: {d.in_words} has no effect on any measurement." for d in result.unseen
@@ -152,7 +129,7 @@ def _further(result: IdentifiedResult) -> list[Section]:
         return []
     tested = sorted(result.further, key=lambda f: (not f.supported, f.left_out_change or 0.0))
     rows = [
-        (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words) for entry in tested
+        (entry.name, f"{in_digits(entry.value)} {entry.unit}", entry.in_words) for entry in tested
     ]
     count = sum(entry.supported for entry in tested)
     table = Table(("", "fit", "tests"), rows)

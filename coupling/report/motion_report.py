@@ -8,8 +8,9 @@ import plotly.graph_objects as go
 from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
+from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time
-from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
+from coupling.results.motion_result import MotionResult, RecordingResult
 from coupling.results.section import UM, Note, Section, Table
 
 
@@ -56,7 +57,7 @@ def motion_summary(result: MotionResult) -> list[Section]:
     sections = [
         Section("", [words, *result.remarks], good=good and not result.remarks),
         Section("", [_sizes(result), remark]),
-        Section("Parameters", [_parameters(result)]),
+        Section("Parameters", [parameter_table(result.parameters)]),
     ]
     if result.lines:
         lines = [
@@ -93,29 +94,6 @@ def _sizes(result: MotionResult) -> Table:
 
 def _size(value: float | None, factor: float) -> str:
     return "" if value is None else f"{factor * value:.3g}"
-
-
-def _parameters(result: MotionResult) -> Table:
-    return Table(
-        ("parameter", "start", "fit", "95 % from", "to", "unit"),
-        [_row(p) for p in result.parameters],
-    )
-
-
-def _row(parameter: MotionParameterResult) -> tuple[str, ...]:
-    if not parameter.identified:
-        return (
-            parameter.name,
-            f"{parameter.start:.4g}",
-            "kept, not identifiable",
-            "",
-            "",
-            parameter.unit,
-        )
-    values = (
-        "∞" if v is None else f"{v:.4g}" for v in (parameter.value, parameter.low, parameter.high)
-    )
-    return parameter.name, f"{parameter.start:.4g}", *values, parameter.unit
 
 
 def _terms(result: MotionResult) -> Table:

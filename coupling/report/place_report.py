@@ -87,9 +87,14 @@ def place_summary(figures: PlacementResult) -> list[Section]:
         f" ranges: {refused or 'none'}.",
     ]
     collisions = "Check robot, tool and part for collisions before you move the robot there."
+    cuts = [
+        (name, setting.stability) for name, setting in figures.settings_by_name if setting.stability
+    ]
+    parts += [f"{name}: {cut.sentence}." for name, cut in cuts if cut.stable]
+    chatter = [f"{name}: {cut.sentence}." for name, cut in cuts if not cut.stable]
     return [
         Section("", parts),
-        *warned([] if figures.limited_joints else [limits]),
+        *warned([*chatter, *([] if figures.limited_joints else [limits])]),
         Section("", [collisions]),
     ]
 

@@ -24,6 +24,9 @@ def verdict(figures: RunResult, process: str) -> Section:
     """
     reason = figures.reason
     state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"
+    stability = figures.stability
+    if stability is not None:
+        state += f"; {stability.sentence[:1].lower()}{stability.sentence[1:]}"
     sentences = [f"{state}.", sentence(figures, process)]
     forecast, outlook = figures.forecast, figures.outlook
     if forecast is not None:
@@ -32,7 +35,8 @@ def verdict(figures: RunResult, process: str) -> Section:
     if outlook is not None:
         sentences.insert(2 if gains else 0, outlook.sentence)
     sentences += _of_class(figures)
-    return Section("", sentences, good=figures.converged and gains)
+    is_stable = stability is None or stability.stable
+    return Section("", sentences, good=figures.converged and gains and is_stable)
 
 
 def sentence(figures: RunResult, process: str) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
 from coupling.results.run_result import Three
 
 
@@ -18,33 +19,6 @@ class RmsResult(ResultPart):
     fit: float | None
     left_out: float | None
     written: float | None
-
-
-class EvidenceResult(ResultPart):
-    """What the tests of a tilt or backlash say."""
-
-    F: float | None
-    probability: float | None
-    left_out_change: float | None
-    left_out_change_without_worst: float | None
-    supported: bool
-    in_words: str
-
-
-class IdentifiedParameterResult(ResultPart):
-    """A parameter of the robot; None is infinite, or no start."""
-
-    name: str
-    unit: str
-    start: float | None
-    value: float | None
-    low: float | None
-    high: float | None
-    written: float | None
-    identified: bool
-    added: bool
-    reason: str
-    support: EvidenceResult | None
 
 
 class FurtherResult(EvidenceResult):
@@ -111,7 +85,7 @@ class IdentifiedResult(ResultFile):
     rows: int
     rms_m: RmsResult
     residual_over_deviation: float | None
-    parameters: tuple[IdentifiedParameterResult, ...]
+    parameters: tuple[ParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
     without_effect: tuple[str, ...]

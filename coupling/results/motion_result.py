@@ -3,22 +3,10 @@
 from __future__ import annotations
 
 from coupling.results.base import ResultFile, ResultPart
+from coupling.results.parameter_result import ParameterResult
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
-
-
-class MotionParameterResult(ResultPart):
-    """A number of the robot or its encoders; None is infinite or not fitted."""
-
-    name: str
-    term: str
-    unit: str
-    start: float
-    value: float | None
-    low: float | None
-    high: float | None
-    identified: bool
 
 
 class WindUpShareResult(ResultPart):
@@ -76,7 +64,7 @@ class MotionResult(ResultFile):
     blocks: int
     remarks: tuple[str, ...]
     joints: tuple[int, ...]
-    parameters: tuple[MotionParameterResult, ...]
+    parameters: tuple[ParameterResult, ...]
     recordings: tuple[RecordingResult, ...]
     lines: tuple[LinesResult, ...]
     slow_error_rad: Figures

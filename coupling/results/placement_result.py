@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
+from coupling.results.cut_stability import CutStability
 from coupling.results.gear_result import GearDiagnosis
 
 
@@ -27,7 +28,7 @@ class DemandValues(ResultPart):
 class SettingResult(ResultPart):
     """What one setting comes to."""
 
-    sparse: ClassVar = ("file",)
+    sparse: ClassVar = ("file", "stability")
 
     file: str | None = None
     setting: dict[str, float]
@@ -41,6 +42,7 @@ class SettingResult(ResultPart):
     rate_share: float
     motor_share: float = 0.0
     gears: tuple[GearDiagnosis, ...]
+    stability: CutStability | None = None
 
 
 class MapResult(ResultPart):

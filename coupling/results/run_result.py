@@ -10,6 +10,7 @@ from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.base import ResultFile, ResultPart
+from coupling.results.cut_stability import CutStability
 from coupling.results.drive_result import CommandResult
 from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
@@ -122,7 +123,7 @@ class RunResult(ResultFile):
     """Figures of a run; docs/run_folder.md says what they are."""
 
     what = "the figures of a run"
-    sparse: ClassVar = ("pinch_gap_m",)
+    sparse: ClassVar = ("pinch_gap_m", "stability")
 
     case: str
     kind: Kind
@@ -141,6 +142,7 @@ class RunResult(ResultFile):
     shares_m: SharesResult
     robustness: tuple[Replay, ...]
     outlook: WorstReplay | None = None
+    stability: CutStability | None = None
     forecast: RunForecast | None = None
     plant: PlantResult | None
     backlash_reversals: tuple[BacklashReversal, ...] | None

@@ -38,6 +38,11 @@ class RobotParameter:
     value: float
 
     @property
+    def unit(self) -> str:
+        """Its unit."""
+        return self.row.unit
+
+    @property
     def row(self) -> ParameterKind:
         """What is said of its kind."""
         return PARAMETER_KINDS[self.kind]

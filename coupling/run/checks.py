@@ -7,6 +7,7 @@ from typing import Any
 from coupling.results.run_result import RunResult
 from coupling.results.section import Section
 from coupling.run.check import Check
+from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.gear_check import GEAR_LOADS
@@ -23,6 +24,7 @@ CHECKS: tuple[Check[Any], ...] = (
     DRAWN_ROBOTS,
     PLANT_REPLAY,
     MOTOR_TORQUES,
+    CUT_STABILITY,
     GEAR_LOADS,
     SAMPLING,
     DRIVE_MOTION,

@@ -22,6 +22,7 @@ from coupling.robot.cell import Cell
 from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
+from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.models import Models, cell_of
 from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
 from coupling.run.motor_loads import within_motors
@@ -228,6 +229,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
                 *moving,
                 *remarks(case, command.loads),
                 *case.task.remarks,
+                *command.of(CUT_STABILITY).remarks,
                 *(() if noise is None else noise.remarks),
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),

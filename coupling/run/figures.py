@@ -22,6 +22,7 @@ from coupling.results.run_result import (
     SharesResult,
     ToothPassingResult,
 )
+from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import Run
@@ -86,6 +87,7 @@ def figures_of(
             replay if tool is None else replay.of_tool(tool) for replay in run.robustness
         ),
         outlook=outlook_of(run, before),
+        stability=run.of(CUT_STABILITY).stability,
         forecast=run.forecast,
         plant=None if plant is None else plant.stored(tool),
         backlash_reversals=None

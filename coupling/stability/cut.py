@@ -1,6 +1,6 @@
 """A steady cut as what drives chatter: the wrench by a displacement of the tool, tooth after tooth.
 
-    w(t) = sum of G(t) (u(t) - u(t - tau)) - D(t) u'(t)
+    w(t) = sum of G(t) (u(t) - u(t - tau)) + D(t) u'(t)
 
 over the teeth: an edge cuts what the one before has left, a delay tau ago (regeneration) [Altintas1995],
 [Insperger2004], and its flank is pressed into the waves that it cuts (process damping) [Chiou1998].

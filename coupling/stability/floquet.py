@@ -8,24 +8,29 @@ one period to the next is then a matrix, whose largest eigenvalue mu tells the g
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Literal
 
 import numpy as np
 
+from coupling.errors import StabilityError
 from coupling.stability.cut import Channel, SteadyCut
-from coupling.stability.structure import Structure
+from coupling.stability.structure import WRENCH, Structure
 
 # Points of an element: so many, and more for each radian of the fastest mode within it.
-_POINTS, _PER_RADIAN = 8, 0.65
+_POINTS, _PER_RADIAN = 6, 0.6
 # An element with more of them is divided.
 _MOST_POINTS = 28
 # Decay within an element from which on its integrals are graded towards their end, and how.
 _SLOW_DECAY, _GRADES = 15.0, 5.0 ** np.arange(-6, 1)
-# A multiplier so near to the negative real axis is a flip's (period doubling) [rad].
-_FLIP = 1e-4
+# A multiplier is real up to rounding; one below zero is a flip's (period doubling).
+_REAL = 1e-12
+# Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
+NEUTRAL = 1e-6
+# Points at most: more are a cut that is too slow for its fastest mode.
+_MOST_IN_ALL = 600
 # Harmonics of the cut that may be the strongest part of a vibration, to each side.
 _HARMONICS = 60
 
@@ -55,22 +60,46 @@ class _Rule:
         # Discrete orthogonality at Gauss points: the inverse of `values`.
         return (2.0 * np.arange(count)[:, None] + 1.0) * values.T * self.weights
 
+    def within(self, c: np.ndarray) -> np.ndarray:
+        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to each point x.
+
+        Args:
+            c: Exponents over the element, complex, (k,).
+
+        Returns:
+            Complex, (p, p, k).
+        """
+        return self._integrals(c, self.points, _base)
+
+    def whole(self, c: np.ndarray) -> np.ndarray:
+        """Return the integrals of exp(c (1 - xi)) times each polynomial, complex, (p, k)."""
+        return self._integrals(c, np.ones(1), _whole_base)[0]
+
     def partial(self, c: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x.
+        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x, (n, p, k).
 
         Args:
             c: Exponents over the element, complex, (k,).
             x: Ends, within 0 and 1, (n,).
-
-        Returns:
-            Complex, (n, p, k).
         """
+
+        def base_of(points: int, count: int, graded: bool) -> np.ndarray:
+            return _weighted(points, count, graded, x)
+
+        return self._integrals(c, x, base_of)
+
+    def _integrals(
+        self,
+        c: np.ndarray,
+        x: np.ndarray,
+        base_of: Callable[[int, int, bool], np.ndarray],
+    ) -> np.ndarray:
         graded = bool(np.abs(c.real).max(initial=0.0) > _SLOW_DECAY)
         count = len(self.points) // 2 + 6 + (0 if graded else int(np.abs(c).max(initial=0.0) / 3.0))
-        behind, weight = _quadrature(count, graded)
-        way = x[:, None] * behind
-        base = self.lagrange(x[:, None] - way) * (x[:, None] * weight)[..., None]
-        return np.einsum("nqk,nqp->npk", np.exp(way[..., None] * c), base, optimize=True)
+        behind, _ = _quadrature(count, graded)
+        wave = np.exp((x[:, None] * behind)[..., None] * c)
+        # (n, p, q) @ (n, q, k)
+        return base_of(len(self.points), count, graded) @ wave
 
 
 def _legendre(x: np.ndarray, count: int) -> np.ndarray:
@@ -82,6 +111,24 @@ def _legendre(x: np.ndarray, count: int) -> np.ndarray:
 def _rule(count: int) -> _Rule:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return _Rule(0.5 * (1.0 + nodes), 0.5 * weights)
+
+
+def _weighted(points: int, count: int, graded: bool, x: np.ndarray) -> np.ndarray:
+    """Return the polynomials times the weights of a quadrature from 0 to x, (n, p, q)."""
+    behind, weight = _quadrature(count, graded)
+    way = x[:, None] * behind
+    base = _rule(points).lagrange(x[:, None] - way) * (x[:, None] * weight)[..., None]
+    return np.ascontiguousarray(base.transpose(0, 2, 1))
+
+
+@cache
+def _base(points: int, count: int, graded: bool) -> np.ndarray:
+    return _weighted(points, count, graded, _rule(points).points)
+
+
+@cache
+def _whole_base(points: int, count: int, graded: bool) -> np.ndarray:
+    return _weighted(points, count, graded, np.ones(1))
 
 
 @cache
@@ -110,7 +157,7 @@ class _Element:
     rule: _Rule
     first: int
 
-    @property
+    @cached_property
     def time(self) -> np.ndarray:
         """Times of its points [s], (p,)."""
         return self.begin + self.length * self.rule.points
@@ -122,8 +169,8 @@ class Vibration:
 
     Attributes:
         growth: Exponent of its growth [1/s]; negative where it decays.
-        border: "flip" where it changes sign from period to period, "Hopf" where its frequency is not the
-            cut's, "none" where neither is so.
+        border: "flip" where it changes sign from period to period, "none" where it keeps it, and else
+            "Hopf".
         frequency: Frequency of its strongest part [Hz].
         force: Wrench of the cut in that part [N, N m], axes of the cut, complex, (6,); its size means
             nothing.
@@ -137,7 +184,7 @@ class Vibration:
     @property
     def is_stable(self) -> bool:
         """Whether it decays."""
-        return self.growth < 0.0
+        return self.growth < NEUTRAL
 
 
 def growth_of(structure: Structure, cut: SteadyCut) -> float:
@@ -184,6 +231,9 @@ class PeriodOperator:
             structure: Modes of robot and tool.
             cut: The cut.
             refined: Factor of the number of points.
+
+        Raises:
+            StabilityError: If the cut is too slow for the fastest mode.
         """
         elements: list[_Element] = []
         first = 0
@@ -197,16 +247,21 @@ class PeriodOperator:
                 for part in range(parts):
                     elements.append(_Element(channel, begin + part * length, length, rule, first))
                     first += len(rule.points)
+        if first > _MOST_IN_ALL:
+            waves = structure.fastest / (2.0 * np.pi)
+            raise StabilityError(
+                f"stability at {cut.rpm:.4g} 1/min: expected at most some 150 waves of the fastest mode,"
+                f" {waves:.4g} Hz, between two teeth, got {waves * cut.period:.0f}: raise the speed, or"
+                " leave out the tool's fastest modes"
+            )
         return cls(structure, cut, elements)
 
     @cached_property
     def _gains(self) -> list[np.ndarray]:
         """Modal participation of what the tool does at the points of each element, (p, 2, k)."""
         return [
-            np.einsum(
-                "kw,pwc->pck",
-                self._structure.driving,
-                self._cut.gain(element.channel, element.time),
+            (self._structure.driving @ self._cut.gain(element.channel, element.time)).transpose(
+                0, 2, 1
             )
             for element in self._elements
         ]
@@ -229,13 +284,11 @@ class PeriodOperator:
         for element, gain in zip(self._elements, self._gains, strict=True):
             within = self._integrals(element, time)
             points = slice(element.first, element.first + len(element.rule.points))
-            # A product of matrices for each pair of axes: times and points over modes.
-            for i in range(2):
-                shown = within * output[i]
-                for j in range(2):
-                    by_motion[:, i, points, j] = np.einsum(
-                        "npk,pk->np", shown, gain[:, j], optimize=True
-                    ).real
+            # Points, times and axes, modes; times points, modes, axes.
+            shown = within.transpose(1, 0, 2)[:, :, None] * output
+            product = shown.reshape(len(shown), -1, len(rate)) @ gain.transpose(0, 2, 1)
+            motion = product.real.reshape(len(shown), len(time), 2, 2)
+            by_motion[:, :, points] = motion.transpose(1, 2, 0, 3)
         return (
             self._real(by_state).reshape(2 * len(time), -1),
             by_motion.reshape(2 * len(time), -1),
@@ -243,16 +296,18 @@ class PeriodOperator:
 
     def _integrals(self, element: _Element, time: np.ndarray) -> np.ndarray:
         """Return the answers of the modes at times to the polynomials of an element, (n, p, k)."""
-        rate = self._structure.eigenvalue
-        answer = np.zeros((len(time), len(element.rule.points), len(rate)), dtype=complex)
+        rate, rule = self._structure.eigenvalue, element.rule
+        answer = np.zeros((len(time), len(rule.points), len(rate)), dtype=complex)
+        if time is element.time:
+            return element.length * rule.within(rate * element.length)
         place = (time - element.begin) / element.length
         inside = np.flatnonzero((place > 0.0) & (place < 1.0))
         if len(inside):
-            answer[inside] = element.rule.partial(rate * element.length, place[inside])
+            answer[inside] = rule.partial(rate * element.length, place[inside])
         behind = np.flatnonzero(place >= 1.0)
         if len(behind):
-            whole = element.rule.partial(rate * element.length, np.ones(1))[0]
             later = time[behind] - element.begin - element.length
+            whole = rule.whole(rate * element.length)
             answer[behind] = np.exp(later[:, None] * rate)[:, None] * whole
         return element.length * answer
 
@@ -276,9 +331,9 @@ class PeriodOperator:
         ends = by_point.reshape(len(rate), -1)
         by_end = np.vstack([ends.real, ends.imag[pair]])
         states = len(rate) + int(pair.sum())
-        carried = np.zeros((states, states))
-        carried[: len(rate)] = self._real(np.diag(turn))
-        carried[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
+        advance = np.zeros((states, states))
+        advance[: len(rate)] = self._real(np.diag(turn))
+        advance[len(rate) :] = self._real(-1j * np.diag(turn)[pair])
         # The tool's motion now, less what it was a delay ago.
         now = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
         before = [np.zeros((0, states)), np.zeros((0, 2 * self._count))]
@@ -286,10 +341,10 @@ class PeriodOperator:
             parts = self._of_element(element)
             now = [np.vstack(joined) for joined in zip(now, parts[:2], strict=True)]
             before = [np.vstack(joined) for joined in zip(before, parts[2:], strict=True)]
-        # v is now_z z + now_v v + before_z z' + before_v v', and z is carried z' + by_end v'.
-        left = np.eye(2 * self._count) - now[1]
-        right = np.hstack([now[0] @ carried + before[0], now[0] @ by_end + before[1]])
-        return np.vstack([np.hstack([carried, by_end]), np.linalg.solve(left, right)])
+        # v is now_z z + now_v v + before_z z' + before_v v', and z is advance z' + by_end v'.
+        implicit = np.eye(2 * self._count) - now[1]
+        explicit = np.hstack([now[0] @ advance + before[0], now[0] @ by_end + before[1]])
+        return np.vstack([np.hstack([advance, by_end]), np.linalg.solve(implicit, explicit)])
 
     def _of_element(
         self, element: _Element
@@ -298,7 +353,7 @@ class PeriodOperator:
         delay, time = element.channel.delay, element.time
         by_state, by_motion = self._rows(time, delay is None)
         if delay is None:
-            return -by_state, -by_motion, np.zeros_like(by_state), np.zeros_like(by_motion)
+            return by_state, by_motion, np.zeros_like(by_state), np.zeros_like(by_motion)
         if delay == self._cut.period:
             return by_state, by_motion, -by_state, -by_motion
         earlier = time - delay
@@ -340,10 +395,11 @@ class PeriodOperator:
             gain = self._cut.gain(element.channel, element.time)
             wave = np.exp(-harmonic[:, None] * element.time) * element.rule.weights
             force += element.length * np.einsum("hp,pwc,pc->hw", wave, gain, points)
-        moved = np.einsum("hcw,hw->hc", self._structure.compliance(harmonic), force)
-        strongest = int(np.argmax(np.linalg.norm(moved, axis=1)))
-        angle = abs(np.angle(multiplier))
-        border: Border = "flip" if np.pi - angle < _FLIP else "Hopf" if angle > _FLIP else "none"
+        answer = self._structure.answer(harmonic, np.eye(WRENCH))
+        displacement = np.einsum("hcw,hw->hc", answer, force)
+        strongest = int(np.argmax(np.linalg.norm(displacement, axis=1)))
+        is_real = abs(multiplier.imag) <= _REAL * abs(multiplier)
+        border: Border = "Hopf" if not is_real else "flip" if multiplier.real < 0.0 else "none"
         return Vibration(
             self.growth(values),
             border,

@@ -49,8 +49,8 @@ class Structure:
 
     Example:
         >>> spring = Structure.of_modes([ToolMode(922.0, 0.011, 1.34e6)])
-        >>> compliance = spring.compliance(np.array([0.0]))[0]
-        >>> abs(compliance[:, :2]).round(9).tolist()  # 1/k along the feed and across
+        >>> compliance = spring.answer(np.array([0.0]), np.eye(6)[:, :2])[0]
+        >>> abs(compliance).round(9).tolist()  # 1/k along the feed and across
         [[7.46e-07, 0.0], [0.0, 7.46e-07]]
     """
 
@@ -131,25 +131,25 @@ class Structure:
         """Growth of the mode that decays slowest without a cut [1/s]."""
         return float(self.eigenvalue.real.max())
 
-    def compliance(self, exponent: np.ndarray) -> np.ndarray:
-        """Return the displacement of the tip by a wrench that goes with exp(s t) [m/N, 1/N].
+    def answer(self, exponent: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        """Return the displacement of the tip by wrenches that go with exp(s t).
 
         Args:
             exponent: Exponents s [1/s], i omega for a vibration, complex, (n,).
+            wrench: Wrenches in the axes of the cut [N, N m], columns, (6, c).
 
         Returns:
-            Complex, (n, 2, 6).
+            Along the feed and to its left [m], complex, (n, 2, c).
         """
         s = np.asarray(exponent, dtype=complex)[:, None]
-        # Half of C for each of a pair; those that are real have no conjugate.
-        half = np.where(self.is_pair, 0.5, 1.0) * self.displacement
-        direct = np.einsum("nk,ik,kj->nij", 1.0 / (s - self.eigenvalue), half, self.driving)
-        pair = self.is_pair
-        mirrored = np.einsum(
-            "nk,ik,kj->nij",
-            1.0 / (s - self.eigenvalue[pair].conj()),
-            half[:, pair].conj(),
-            self.driving[pair].conj(),
-        )
-        total: np.ndarray = direct + mirrored
-        return total
+        # Half of C for each of a pair; an eigenvalue that is real has no conjugate.
+        half, pair = np.where(self.is_pair, 0.5, 1.0) * self.displacement, self.is_pair
+        driven = self.driving @ wrench
+        rates = np.append(self.eigenvalue, self.eigenvalue[pair].conj())
+        shown = np.hstack([half, half[:, pair].conj()])
+        part = np.vstack([driven, self.driving[pair].conj() @ wrench])
+        columns = (shown[:, :, None] * part[None]).transpose(1, 0, 2).reshape(len(rates), -1)
+        # A mode that moves freely has no answer at rest: a large one stands for it.
+        apart = np.where(s == rates, np.finfo(float).tiny ** 0.25, s - rates)
+        total = (1.0 / apart) @ columns
+        return total.reshape(len(s), 2, -1)

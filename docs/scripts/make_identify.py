@@ -16,9 +16,9 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fit_static
-from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
+from coupling.identification.static.verdicts import Identification, rms
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
 from elastic_robot.description import Robot, Tilt
@@ -120,7 +120,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
         fit = fit_static(start, rows, "backlash", noise_given)
-        sure = intervals(fit.problem, fit.weight, fit.values, known=True)
+        sure = intervals(fit.problem, fit.weight, fit.values, is_noise_known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
         halves.append((sure.high - sure.low) / 2.0 / right.start)

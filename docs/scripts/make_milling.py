@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -15,10 +16,14 @@ from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.execute import Run
 from coupling.run.tooth_passing import DeviationParts
+from coupling.stability.case_cut import CaseCuts
+from coupling.stability.chart import speed_chart
+from coupling.stability.path_stability import PathStability
 from docs.scripts.experiment import Curve, add_curves, results
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, coupled, example
+from docs.scripts.stability_judge import COEFFICIENTS, MATERIALS, judged_cuts
 
 SPEEDS = (20000, 40000)  # [1/min]
 COLORS = {20000: "#D55E00", 40000: "#0072B2"}
@@ -219,6 +224,111 @@ def after(corrected: Mapping[int, Milled]) -> go.Figure:
     return styled(figure, 1000, 560)
 
 
+# The cut of the lobes: a slot in titanium with another robot, 2 mm deep at 3000 1/min.
+SLOW: dict[str, dict[str, Any]] = {
+    "robot": {"description": "fanuc_r2000ic", "home_deg": [0.0, 10.0, -10.0, 0.0, -70.0, 0.0]},
+    "part": {"position_m": [1.6, 0.0, 0.6]},
+    "tool_path": {
+        "points_m": [
+            [0.0, 0.0, 0.001],
+            [0.01, 0.0, -0.002],
+            [0.03, 0.0, -0.002],
+            [0.04, 0.0, 0.001],
+        ],
+        "feed_m_s": 0.02,
+        "sample_s": 0.001,
+    },
+    "process": {
+        "spindle_speed_rpm": 3000.0,
+        **dict(zip(COEFFICIENTS, MATERIALS[2], strict=True)),
+    },
+}
+# Speeds of both charts [1/min], and the tool of the second.
+SLOW_SPEEDS, ALL_SPEEDS = [1500.0, 6000.0], [2000.0, 30000.0]
+TOOL = {"frequency_Hz": 1200.0, "damping_ratio": 0.03, "stiffness_N_m": 2.0e7}
+
+
+def slow_slot(speeds: list[float], **stability: Any) -> PathStability:
+    """Return the stability of the slot along its path."""
+    case = example("milling_20000", **SLOW, stability={"spindle_rpm": speeds, **stability})
+    path = PathStability.of(CaseCuts(case), 8)
+    assert path is not None
+    return path
+
+
+def lobes(path: PathStability) -> go.Figure:
+    """Draw limiting depth over speed, and the frequency below it."""
+    worst = path.worst
+    chart = speed_chart(worst, lambda what, done, total: None)
+    frequency = {"color": COLORS[20000], "size": 5}
+    figure = make_subplots(
+        rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.62, 0.38]
+    )
+    shown = [("limit", chart.limit, COLORS[40000], "solid", 3)]
+    if worst.cuts.tool:
+        shown.append(("robot alone, zero order", chart.robot_alone, "#999999", "dash", 2))
+    else:
+        shown.append(("zero order", chart.zero_order, COLORS[20000], "dot", 2))
+    for name, depth, color, dash, width in shown:
+        line = {"color": color, "dash": dash, "width": width}
+        figure.add_scatter(
+            x=chart.rpm, y=1e3 * np.where(np.isfinite(depth), depth, np.nan), line=line, name=name,
+            mode="lines", row=1, col=1,
+        )  # fmt: skip
+    cut = worst.placed.cut
+    figure.add_scatter(
+        x=[cut.rpm], y=[1e3 * cut.depth], mode="markers", name="the slot", row=1, col=1,
+        marker={"symbol": "x", "size": 12, "color": MEAN},
+    )  # fmt: skip
+    figure.add_scatter(
+        x=chart.rpm, y=chart.frequency, mode="markers", marker=frequency, name="frequency",
+        row=2, col=1,
+    )  # fmt: skip
+    top = 1.25e3 * float(np.max(chart.limit[np.isfinite(chart.limit)]))
+    figure.update_yaxes(title="depth [mm]", range=[0.0, top], row=1, col=1)
+    figure.update_yaxes(title="frequency [Hz]", row=2, col=1)
+    figure.update_xaxes(title="spindle [1/min]", row=2, col=1)
+    if worst.cuts.tool:
+        figure.update_xaxes(type="log")
+        figure.update_yaxes(type="log", range=[-0.3, 2.0], row=1, col=1)
+        figure.update_yaxes(type="log", row=2, col=1)
+    return styled(figure, 1000, 560)
+
+
+def stability_table(path: PathStability) -> str:
+    """Return verdicts along the path of the slot, as Markdown."""
+    rows = [
+        (
+            f"{judgement.placed.time:.2f}",
+            f"{1e3 * judgement.placed.cut.depth:.2f}",
+            "stable" if judgement.is_stable else "chatters",
+            f"{judgement.vibration.growth:+.1f}",
+            f"{judgement.vibration.frequency:.1f}",
+            f"{1e3 * judgement.limit:.2f}",
+            f"{1e3 * judgement.zero_order:.2f}",
+        )
+        for judgement in path.judgements
+    ]
+    head = ("t [s]", "depth [mm]", "verdict", "growth [1/s]", "frequency [Hz]", "limit [mm]")
+    return table((*head, "zero order [mm]"), rows)
+
+
+def stability_values() -> dict[str, object]:
+    """Return what the page tells of stability, and save its pictures."""
+    slow = slow_slot(SLOW_SPEEDS)
+    save("milling_lobes", lobes(slow))
+    save("milling_lobes_tool", lobes(slow_slot(ALL_SPEEDS, tool_mode=[TOOL])))
+    tool = f"{TOOL['frequency_Hz']:.0f} Hz, {100.0 * TOOL['damping_ratio']:.0f} %,"
+    tool += f" {TOOL['stiffness_N_m']:.0e} N/m".replace("e+07", "e7")
+    cuts = judged_cuts(50)
+    return {
+        "stability": stability_table(slow),
+        "tool": tool,
+        "marched_of": len(cuts),
+        "marched_right": sum(cut.agrees for cut in cuts),
+    }
+
+
 def write() -> None:
     """Run everything, and write page and pictures."""
     still = {speed: milled(quasistatic(speed)) for speed in SPEEDS}
@@ -235,6 +345,7 @@ def write() -> None:
     slow, fast = SPEEDS
     fill(
         "milling",
+        **stability_values(),
         forces=force_table(moving),
         deviations=deviation_table(still, moving),
         fall=100.0 * (1.0 - across[fast] / across[slow]),

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.fit import fit_motion
-from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import motion_parameters
-from coupling.identification.motion.problem import MotionProblem, MovedRecording
+from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import sensor_parameters
 from coupling.inverse.servo import presliding
@@ -60,11 +60,11 @@ class Known:
         """Return the arm, and a start that is up to a fifth off in every number."""
         robot = arm()
         numbers = motion_parameters(robot, (0, 1))
-        off = {p.name: p.start * rng.uniform(0.8, 1.25) for p in numbers if p.start}
+        off = {p.name: p.value * rng.uniform(0.8, 1.25) for p in numbers if p.value}
         return cls(robot, apply_values(robot, off))
 
 
-def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recording:
+def recorded(fmu: DrivenFmu, robot: Robot, rng: np.random.Generator) -> Recording:
     """Return a recording of a robot along a random motion."""
     time = STEP * np.arange(ROWS)
     whole = time[-1]
@@ -74,7 +74,7 @@ def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recordi
     waves = np.sin(2 * np.pi * frequency * time[:, None, None] + phase)
     motor = 0.25 * window * waves.sum(axis=1) + rng.uniform(-0.5, 0.5, 2)
     motion = SmoothedMotion.of(motor, STEP, 1e9)
-    gears = fmu.moved(robot, time, motion)
+    gears = fmu.simulate(robot, time, motion)
     torque = gears.torque.copy()
     for i, joint in enumerate(robot.joints):
         drive = joint.drive
@@ -92,11 +92,11 @@ def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recordi
     )
 
 
-def errors(fmu: MovedRobot, rng: np.random.Generator) -> dict[str, float]:
+def errors(fmu: DrivenFmu, rng: np.random.Generator) -> dict[str, float]:
     """Return errors of a fit to one recording over half of its intervals [1], by name."""
     known = Known.drawn(rng)
-    moved = MovedRecording.of(recorded(fmu, known.robot, rng), BANDWIDTH)
-    truth = {p.name: p.start for p in motion_parameters(known.robot, (0, 1))}
+    moved = SmoothedRecording.of(recorded(fmu, known.robot, rng), BANDWIDTH)
+    truth = {p.name: p.value for p in motion_parameters(known.robot, (0, 1))}
     truth |= {f"encoder[{i}].lag": LAG for i in (1, 2)}
     fitted_ = [p for p in motion_parameters(known.start, (0, 1)) if truth[p.name] != 0.0]
     lags = [p for p in sensor_parameters([0, 1]) if p.kind == "lag"]
@@ -113,7 +113,7 @@ def every_error(count: int, seed: int = 1) -> dict[str, np.ndarray]:
     The known value is inside its interval where they are below 1.
     """
     rng = np.random.default_rng(seed)
-    with MovedRobot(arm()) as fmu:
+    with DrivenFmu(arm()) as fmu:
         every = [errors(fmu, rng) for _ in range(count)]
     return {name: np.array([one[name] for one in every]) for name in every[0]}
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.identification.static.found import Identification
+from coupling.identification.static.verdicts import Identification
 from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.pictures import styled
 from docs.scripts.trust_comparison import GRADES, Against, Comparison

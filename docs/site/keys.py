@@ -1,7 +1,8 @@
 """Pages with every key of case and robot files: types from the schemas, meaning from the pages.
 
 The meaning of a key stands once, in a row of a table of docs/case_file.md, robot_file.md, export.md,
-place.md or study.md.  A key without one is an error, so that neither can go without the other.
+place.md, milling.md or study.md.  A key without one is an error, so that neither can go without the
+other.
 """
 
 from __future__ import annotations
@@ -159,7 +160,7 @@ def _title(table: str, variant: str) -> str:
 
 def case_rows() -> list[Row]:
     """Return what the pages tell of the keys of a case."""
-    pages = ("case_file", "place", "study")
+    pages = ("case_file", "place", "study", "milling")
     return [row for page in pages for part in rows(page) for row in part]
 
 

@@ -45,6 +45,10 @@ class BalancerCurve:
         """Return tau_b [N m] at angles [rad], of their shape."""
         return self.spline(angle)
 
+    def work(self, angle: float) -> float:
+        """Return int_0^angle tau_b [J]."""
+        return float(self.spline.integrate(0.0, angle))
+
     def slope(self, angle: np.ndarray) -> np.ndarray:
         """Return dtau_b/dphi [N m/rad] at angles [rad], of their shape."""
         return self.spline(angle, 1)
@@ -73,6 +77,11 @@ class Balancers:
         """Take tau_b off loads M theta'' + h - J^T w [N m]; theta [rad], (..., angles) each."""
         for place, curve in zip(self.place.tolist(), self.curves, strict=True):
             load[..., place] -= curve.torque(theta[..., place])
+
+    def energy(self, theta: np.ndarray) -> float:
+        """Return the potential of their springs at theta [rad], (angles,): minus what they do, [J]."""
+        pairs = zip(self.place.tolist(), self.curves, strict=True)
+        return -sum(curve.work(float(theta[place])) for place, curve in pairs)
 
     def relieve_gradient(self, gradient: np.ndarray, theta: np.ndarray) -> None:
         """Take dtau_b/dphi off their derivatives by theta [N m/rad], (..., angles, angles)."""

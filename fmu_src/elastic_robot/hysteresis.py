@@ -215,6 +215,18 @@ class Past:
         """H [N m], (m,), of gears that have gone to x [rad], (m,)."""
         return self.hysteresis.torque(self.elongation_at(x)) if self.acts else np.zeros(len(x))
 
+    def energy(self, x: np.ndarray) -> float:
+        """Return what elements hold and slip takes up to x [rad], (m,): an energy [J] of any zero."""
+        if not self.acts:
+            return 0.0
+        of = self.hysteresis.elements
+        s, limit = self.elongation + (x - self.x)[of.coordinate], of.slip_angle
+        slid = limit * (np.abs(s) - 0.5 * limit)
+        # From far away an element has slipped all along: its torque is the same.
+        slid = np.where(np.isfinite(s), slid, np.sign(s) * limit * x[of.coordinate])
+        stuck = np.abs(s) < limit
+        return float(self.hysteresis.stiffness @ np.where(stuck, 0.5 * s * s, slid))
+
     def slope(self, x: np.ndarray) -> np.ndarray:
         """dH/dx [N m/rad], (m,)."""
         if not self.acts:

@@ -144,5 +144,5 @@ def test_what_is_said_of_each_robot_of_a_cell_is_what_its_own_replays_show(repla
     found = replays(case)
     for tool, robot in enumerate(robots):
         said = max(own.deviation.maximum for own in robot.backlash)
-        shown = max(found[own.name].tools[tool].maximum for own in robot.backlash)
+        shown = max(found[own.name].of_tool(tool).deviation.maximum for own in robot.backlash)
         assert 1.0 / 1.5 < said / shown < 1.5

@@ -220,7 +220,7 @@ def test_joints_beyond_their_limits_are_named():
     limits = JointLimits(*np.array([[-1.0], [0.9], [3.0], [19.0]]))
     (asked,) = drive_motions(JointPath(time, (swing,)), limits)
     assert asked.margin == pytest.approx(-0.1, abs=1e-9)
-    assert asked.beyond == ["angle", "rate", "acceleration"]
+    assert asked.exceeded == ["angle", "rate", "acceleration"]
     assert joint_table([asked]).rows[0][-1] == "angle, rate, acceleration"
 
 

@@ -30,7 +30,7 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     t = fit.values[number] / np.sqrt(variance[number, number])
     assert found.statistic == pytest.approx(t**2, rel=1e-6)
     assert found.within == pytest.approx(np.sum(left_out(fit.problem, fit.weight) ** 2))
-    assert found.supported
+    assert found.is_supported
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -96,7 +96,7 @@ def test_a_point_that_was_elsewhere_is_suspected_where_it_was(which):
     spoiled = noisy(replace(rows, deflection=off.deflection), rng, 1e-7)
     found = identify(arm(), spoiled, IdentifyOptions(noise_of(spoiled), "linear"))
     (own,) = [point for point in found.points if point.name == which]
-    assert own.support.supported
+    assert own.support.is_supported
     np.testing.assert_allclose(own.shift, shift, atol=5e-4)
     assert which in own.suspicion()
     right = noisy(rows, rng, 5e-6)

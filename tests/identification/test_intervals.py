@@ -86,7 +86,7 @@ def test_what_one_row_alone_tells_is_said_and_spoils_nothing_else():
     columns[np.arange(9) != 4, :, 2] = 0.0
     target = columns @ problem.start + 0.05 * np.random.default_rng(1).normal(size=(9, 3))
     alone = LinearProblem.of(columns, target, problem.start)
-    found = intervals(alone, np.ones(9), alone.solve(), known=False)
+    found = intervals(alone, np.ones(9), alone.solve(), is_noise_known=False)
     assert found.rests_on.tolist() == [-1, -1, 4, -1]
     assert np.isfinite(found.high[2])
     others = alone.only(np.arange(4) != 2)
@@ -97,7 +97,7 @@ def test_what_one_row_alone_tells_is_said_and_spoils_nothing_else():
 def test_an_interval_is_students_or_wider():
     problem = random_problem(2)
     p = problem.solve(-np.inf)
-    found = intervals(problem, np.ones(9), np.abs(p), known=False)
+    found = intervals(problem, np.ones(9), np.abs(p), is_noise_known=False)
     columns, rest = problem.columns.reshape(-1, 4), problem.residual(p)
     variance = np.sum(rest**2) / (27 - 4) * np.diag(np.linalg.inv(columns.T @ columns))
     half = student.ppf(0.975, 23) * np.sqrt(variance)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.identification import identify_motion
-from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from docs.scripts.motion_recovery import BANDWIDTH, arm, recorded
 from elastic_robot.description import Robot
@@ -119,7 +119,7 @@ def test_what_a_motor_holds_at_rest_tells_nothing():
 
 def test_a_recording_with_a_turned_sign_is_not_fitted():
     robot = arm()
-    with MovedRobot(robot) as fmu:
+    with DrivenFmu(robot) as fmu:
         good = recorded(fmu, robot, np.random.default_rng(9))
     bad = replace(good, name="bad.csv", torque=good.torque * [1.0, -1.0])
     for fits, held_out in (([bad], []), ([good], [bad])):

@@ -21,9 +21,11 @@ from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
+from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
 from elastic_robot.trajectory import Trajectory
+from tests.inverse import drive_oracle
 
 STIFFNESS, BACKLASH, DAMPING = 2e5, 1e-4, 500.0
 FREE = DriveLimits(1)
@@ -171,6 +173,26 @@ def test_gradients_of_the_equations_are_those_of_differences(kind: str, degree: 
     np.testing.assert_allclose(
         (moved[0] - moved[1]) / (2 * step), expected, atol=2e-4 * np.abs(expected).max()
     )
+
+
+@pytest.mark.parametrize("kind", TORQUE_CURVES)
+@pytest.mark.parametrize(("degree", "cycle"), [(3, 0.008), (5, 0.02)])
+def test_defects_and_a_step_are_those_of_the_dense_problem(kind: str, degree: int, cycle: float):
+    """Away from the solution, across the edges of a backlash; integrals by many more points."""
+    sines = KinematicErrors(1, np.zeros(1, int), *np.array([[1e-4], [30.0], [0.4]]))
+    task, rows = replace(gear_task(kind), errors=sines), rows_of(cycle, degree)
+    drive, rng = GearDrive.of(task, rows), np.random.default_rng(3)
+    fit = SplineFit.whole(drive, end_conditions(rows, 0.1))
+    coefficients = drive.link.mean() + 1e-3 * rng.standard_normal(rows.coefficients)
+    misses = np.append(0.0, 1e-5 * rng.standard_normal(drive.layout.nodes - 1))
+    expected = drive_oracle.defects(drive, coefficients, misses)
+    found = drive.defects(coefficients, misses).ravel()
+    np.testing.assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max(), rtol=0.0)
+    for damping in (0.0, 5.0):
+        step = fit.band_step(coefficients, misses, damping)
+        dense = drive_oracle.step(fit, coefficients, misses, damping)
+        apart = (step - dense)[fit.free]
+        assert np.abs(apart).max() < 1e-5 * np.abs(dense).max()
 
 
 @pytest.mark.parametrize("degree", [3, 5])

@@ -139,7 +139,7 @@ def test_hardly_loaded_gears_rest_in_balance(example, kind):
     """
     dynamics, parameters = dynamics_of(example)
     curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
-    for _ in range(400):
+    for _ in range(120):
         q, wrench = hardly_loaded(rng, 6)
         x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
         torque = dynamics.static_torque(dynamics.chain.theta(q, x), ToolLoad(wrench))

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from coupling.cli.main import main
 from coupling.errors import StabilityError
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.modes.held_robot import HeldRobot
+from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
 from coupling.modes.posture_modes import PostureModes
 from coupling.modes.state_space import MAT, NPZ, NamedStateSpace
@@ -33,8 +33,8 @@ def swing_arm(backlash: float = 0.0) -> Robot:
 
 
 def modes_of(robot: Robot, wrench: np.ndarray, contact: np.ndarray | None = None) -> PostureModes:
-    held = HeldRobot(robot, "backlash")
-    return PostureModes.of(held, np.zeros(len(robot.joints)), wrench, contact)
+    locked = LockedRobot(robot, "backlash")
+    return PostureModes.of(locked, np.zeros(len(robot.joints)), wrench, contact)
 
 
 def test_one_joint_has_the_mode_and_the_compliance_of_a_torsion_spring():
@@ -70,8 +70,8 @@ def test_a_gear_in_its_backlash_is_named_and_a_force_presses_it_to_its_flank():
 
 
 def test_the_largest_dynamic_compliance_is_at_a_mode():
-    held = HeldRobot(load_robot(find_robot("fanuc_r2000ic")), "backlash")
-    modes = PostureModes.of(held, np.array([0.0, 0.2, -0.2, 0.0, -1.2, 0.0]), LOAD)
+    locked = LockedRobot(load_robot(find_robot("fanuc_r2000ic")), "backlash")
+    modes = PostureModes.of(locked, np.array([0.0, 0.2, -0.2, 0.0, -1.2, 0.0]), LOAD)
     size, frequency = modes.peak
     assert np.abs(modes.frequency - frequency).min() < 0.02 * frequency
     assert modes.compliance is not None
@@ -79,8 +79,8 @@ def test_the_largest_dynamic_compliance_is_at_a_mode():
 
 
 def test_the_state_space_stands_in_both_files_with_names_and_units(tmp_path):
-    held = HeldRobot(load_robot(find_robot("icme2008")), "backlash")
-    space = NamedStateSpace.of(held.linear(POSTURE, LOAD))
+    locked = LockedRobot(load_robot(find_robot("icme2008")), "backlash")
+    space = NamedStateSpace.of(locked.linear(POSTURE, LOAD))
     space.write(tmp_path)
     npz, mat = np.load(tmp_path / NPZ), loadmat(tmp_path / MAT)
     for name in "ABCD":
@@ -97,8 +97,8 @@ def test_the_state_space_stands_in_both_files_with_names_and_units(tmp_path):
 
 def test_python_control_has_the_same_frequency_response():
     pytest.importorskip("control")
-    held = HeldRobot(load_robot(find_robot("icme2008")), "linear")
-    linear = held.linear(POSTURE, LOAD)
+    locked = LockedRobot(load_robot(find_robot("icme2008")), "linear")
+    linear = locked.linear(POSTURE, LOAD)
     system = NamedStateSpace.of(linear).system()
     frequency = 17.0
     response = system(2j * np.pi * frequency)

@@ -4,6 +4,7 @@
  */
 #include "draw.h"
 
+#include "../../coupling/native/desk/drive_fit.h"
 #include "../../coupling/native/desk/link_path.h"
 
 static double *draw_numbers(size_t count, bool wild)
@@ -70,6 +71,52 @@ static bool draw_iteration(const er_desk *desk, bool wild)
     return solved;
 }
 
+/* A drive and its fit. */
+static void draw_drive(bool wild)
+{
+    size_t count = 3 + draw(20), parts = 1 + draw(9), degree = draw(2) ? 3 : 5, pieces = 1 + draw(6), sines = draw(4);
+    size_t conditions = draw(6), steps = count * parts, size = (count + degree + 1) * (parts + 1);
+    er_drive_fit fit = {.drive = {.count = (int64_t)count, .parts = (int64_t)parts, .degree = (int64_t)degree,
+                                  .first = draw(2), .pieces = (int64_t)pieces, .sines = (int64_t)sines,
+                                  .step = 1e-3, .damping = draw_value(), .link_rate = draw_value()},
+                        .cycle = 1e-3 * (double)parts, .smoothing = 1e-8, .heavy = 1e4, .counted = 1e2,
+                        .idle = 1e-7, .held = 1e14, .conditions = (int64_t)conditions};
+    er_gear_drive *drive = &fit.drive;
+    bool held = draw(2);
+    const double **arrays[] = {&drive->knots, &drive->origins, &drive->cubics, &drive->amplitude, &drive->order,
+                               &drive->phase, &drive->value, &drive->start_row, &drive->fine, &drive->link,
+                               &drive->impulse, &drive->inertia, &drive->scale, &fit.bend, &fit.condition_weights,
+                               &fit.condition_value, &drive->held_wind_up, &drive->held_impulse, &drive->held_slope};
+    const size_t sizes[] = {pieces - 1, pieces, 4 * pieces, sines, sines, sines, 5 * parts * (degree + 1), degree + 1,
+                            160, 4 * steps + 1, 2 * steps, steps, steps, count + degree - 2, conditions * (degree + 1),
+                            conditions, 5 * steps, 2 * steps, 10 * steps};
+    double *work, *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
+    double *step = draw_numbers(size, false), *wind_up = draw_numbers(5 * steps, false);
+    double *defects = draw_numbers(steps, false), *rows = draw_numbers(steps * (degree + 5), false);
+    unsigned char *free_ones = malloc(size);
+    int64_t *first = malloc((conditions + 1) * sizeof *first);
+    int count_of_arrays = held ? 19 : 16;
+    CHECK(free_ones != NULL && first != NULL);
+    for (int k = 0; k < count_of_arrays; k++)
+        *arrays[k] = numbers[k] = draw_numbers(sizes[k], wild && draw(3) == 0);
+    for (size_t k = 0; k < size; k++)
+        free_ones[k] = draw(4) != 0;
+    for (size_t c = 0; c < conditions; c++)
+        first[c] = draw((unsigned)count);
+    fit.free = free_ones;
+    fit.condition_first = first;
+    er_gear_wind_ups(drive, coefficients, misses, wind_up);
+    er_gear_defects(drive, coefficients, misses, defects);
+    er_gear_rows(drive, coefficients, misses, rows);
+    er_drive_fit_value(&fit, coefficients, misses);
+    work = draw_numbers((size_t)er_drive_fit_room(&fit), wild);
+    er_drive_fit_step(&fit, coefficients, misses, draw_input(), work, step);
+    free(work);
+    for (int k = 0; k < count_of_arrays; k++)
+        free(numbers[k]);
+    free(coefficients), free(misses), free(step), free(wind_up), free(defects), free(rows), free(free_ones), free(first);
+}
+
 int main(int count, char **arguments)
 {
     int solved = 0, rounds = atoi(arguments[1]);
@@ -91,6 +138,7 @@ int main(int count, char **arguments)
         }
         bool wild = draw(2) == 0;
         draw_rows(desk, wild);
+        draw_drive(wild);
         solved += draw_iteration(desk, wild);
         er_desk_free(desk);
     }

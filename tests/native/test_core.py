@@ -10,7 +10,7 @@ import pytest
 from conftest import reference
 from native_core import CURVES, LANES, Core, CoreError, library
 from places import REFERENCE
-from random_robots import hardly_loaded, make_robot
+from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
@@ -181,41 +181,6 @@ def test_a_singular_matrix_is_told(example, plain):
     assert np.isnan(length)
 
 
-def test_forward_kinematics_of_ten_poses(example):
-    robot = replace(example, gravity=(0.0, 0.0, 0.0))
-    core = Core(robot)
-    for row, expected in zip(reference("poses"), reference("a_fk"), strict=True):
-        core.reset("backlash", 0.0, row[1:], NO_LOAD, quasistatic=True)
-        out = core.outputs(11)
-        np.testing.assert_allclose(out["tcp"], expected[1:8], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(out["x"], 0.0, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("curve", REFERENCE_CURVES)
-@pytest.mark.parametrize("load", ["gravity", "wrench"])
-def test_static_equilibrium_of_ten_poses(example, load, curve):
-    core, wrench = Core(example), LOAD if load == "wrench" else NO_LOAD
-    table = reference(f"b_static_{load}_{curve}")
-    for row, expected in zip(reference("poses"), table, strict=True):
-        core.reset(REFERENCE_CURVES[curve], 0.0, row[1:], wrench, quasistatic=True)
-        out = core.outputs(11)
-        found = np.append(out["tcp"], out["x"])
-        np.testing.assert_allclose(found, expected[1:], rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("curve", REFERENCE_CURVES)
-def test_step_response(example, curve):
-    """-2000 N on 0.1 <= t < 0.3 s to 1e-10 m."""
-    expected, core = reference(f"c_step_{curve}"), Core(example)
-    q, force = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0], np.array([0.0, 0.0, -2000.0, 0.0, 0.0, 0.0])
-    core.reset(REFERENCE_CURVES[curve], 0.0, q, NO_LOAD)
-    error = 0.0
-    for row in expected[1:]:
-        core.step(row[0], q, force if 0.1005 < row[0] < 0.3005 else NO_LOAD)
-        error = max(error, np.abs(core.outputs(11)["tcp"][:3] - row[1:4]).max())
-    assert error < 1e-10
-
-
 @pytest.mark.parametrize("plain", [True, False])
 @pytest.mark.parametrize(("curve", "limit"), [("nobacklash", 1e-8), ("backlash", 1e-6)])
 def test_whole_iso_path_at_default_settings(example, curve, limit, plain):
@@ -265,18 +230,6 @@ def test_random_robots_rest_as_in_python(kind):
         np.testing.assert_allclose(out["deviation"], python.deviation(), rtol=0, atol=1e-12)
         upper = python.compliance()[np.triu_indices(3)]
         np.testing.assert_allclose(out["compliance"], upper, rtol=1e-9, atol=1e-18)
-
-
-@pytest.mark.parametrize("kind", CURVES)
-def test_hardly_loaded_gears_rest_as_in_python(example, kind):
-    """A gear rests where its load of some 1e-6 N m vanishes, for gradients down to 1e-3 N m/rad."""
-    rng, core = np.random.default_rng(1), Core(example)
-    python = ElasticRobot(example, kind, quasistatic=True)
-    for _ in range(300):
-        q, wrench = hardly_loaded(rng, 6)
-        python.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load(wrench))
-        core.reset(kind, 0.0, q, wrench, quasistatic=True)
-        np.testing.assert_allclose(core.outputs(11)["x"], python.deflection(), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", CURVES)

@@ -147,7 +147,7 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
         )
         found = replace(run, findings={**run.findings, ROBUSTNESS.name: replays})
         write_run(tmp_path, case, found)
-        done = FinishedRun(found, read_run(tmp_path), 0)
+        done = FinishedRun(found, read_run(tmp_path))
         monkeypatch.setattr(runs, "console", said)
         runs.print_run(done, tmp_path)
         text = said.export_text(styles=True)

@@ -17,9 +17,9 @@ from coupling.identification.static.fit import (
 )
 from coupling.identification.static.measurements import MeasurementNoise, Measurements
 
-# Predicted gain of log likelihood below which a fit ends, a hundredth of a parameter's deviation: closer
-# to its kinks, where elements slip, the search would go to and fro.
-_SETTLED = 1e-4
+# Predicted gain of log likelihood below which a fit ends, a few thousandths of a deviation:
+# closer to its kinks, where elements slip, the search would go to and fro.
+_SETTLED = 1e-5
 # Slip angles of a gear that the file has without elements, over those at the start: larger than half of
 # its wind-up in the loops they would be no hysteresis but a stiffness.
 _ANGLES = (1.0 / 16.0, 4.0)

@@ -24,21 +24,21 @@ from coupling.identification.loops.parameters import (
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticExperiment, StaticFit
-from coupling.identification.static.found import (
-    CandidateTest,
-    Identification,
-    IdentifiedParameter,
-    LoopErrors,
-    judged,
-    rms,
-)
 from coupling.identification.static.identification import (
     IdentifyOptions,
-    beside,
+    refit_identified,
     require_deflected,
     rms_of,
 )
 from coupling.identification.static.measurements import Measurements
+from coupling.identification.static.verdicts import (
+    CandidateTest,
+    Identification,
+    IdentifiedParameter,
+    LoopErrors,
+    judge_parameters,
+    rms,
+)
 from coupling.robot.parameters import RobotParameter
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -76,17 +76,21 @@ def identify_loops(
     wider = with_elements(robot, ranges)
     shaped, dropped = set(ranges), list[CandidateTest]()
     while True:
-        fit, supports = _fitted(wider, shaped, measured, options)
-        own = fit.elasticity.own
-        weak = [j for j in supports if own[j].kind == "hysteresis" and joint_of(own[j]) in shaped]
-        weak = [j for j in weak if not supports[j].supported]
+        fit, supports = _fit(wider, shaped, measured, options)
+        parameters = fit.elasticity.parameters
+        weak = [
+            j
+            for j in supports
+            if parameters[j].kind == "hysteresis" and joint_of(parameters[j]) in shaped
+        ]
+        weak = [j for j in weak if not supports[j].is_supported]
         if not weak:
             break
-        dropped += [_candidate_test(own[j], float(fit.values[j]), supports[j]) for j in weak]
-        gone = {joint_of(own[j]) for j in weak}
+        dropped += [_candidate_test(parameters[j], float(fit.values[j]), supports[j]) for j in weak]
+        gone = {joint_of(parameters[j]) for j in weak}
         wider, shaped = without_elements(wider, gone), shaped - gone
-    found = _judged(fit, supports, shaped, measured, options, rms_start)
-    return replace(found, further=tuple(dropped))
+    identification = _conclude(fit, supports, shaped, measured, options, rms_start)
+    return replace(identification, further=tuple(dropped))
 
 
 def _bare_gears(robot: Robot, measured: Measurements) -> dict[int, float]:
@@ -99,7 +103,7 @@ def _bare_gears(robot: Robot, measured: Measurements) -> dict[int, float]:
     }
 
 
-def _fitted(
+def _fit(
     robot: Robot, shaped: set[int], measured: Measurements, options: IdentifyOptions
 ) -> tuple[StaticFit, dict[int, Evidence]]:
     """Return the fit, and the tests of tilts, backlash and hysteresis by their number."""
@@ -113,11 +117,11 @@ def _fitted(
     }
 
 
-def _candidate_test(own: RobotParameter, value: float, tested: Evidence) -> CandidateTest:
-    return CandidateTest(Candidate(own.name, joint_of(own), None), value, tested)
+def _candidate_test(parameter: RobotParameter, value: float, tested: Evidence) -> CandidateTest:
+    return CandidateTest(Candidate(parameter.name, joint_of(parameter), None), value, tested)
 
 
-def _judged(
+def _conclude(
     fit: StaticFit,
     supports: dict[int, Evidence],
     shaped: set[int],
@@ -127,38 +131,38 @@ def _judged(
 ) -> Identification:
     elasticity = fit.elasticity
     assert isinstance(elasticity, LoopParameters)
-    sure = intervals(fit.problem, fit.weight, fit.values, options.noise.known)
+    sure = intervals(fit.problem, fit.weight, fit.values, options.noise.is_known)
     separable = separability(fit.rigid, elasticity.names)
     left_out = _left_out(fit, measured, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = LoopParameters.of_loops(bare_robot, options.torque_curve)
     plain = fit_loops(bare, measured, options.torque_curve, options.noise, options.loss)
     without = _left_out(plain, measured, options)
-    parameters = judged(fit, sure, supports, separable)
+    parameters = judge_parameters(fit, sure, supports, separable)
     if not _squares(fit, left_out) < _squares(fit, without):
         reason = "loops that are left out are not predicted better with hysteresis than without"
         acting = {name for name in elasticity.names if name not in separable.without_effect}
         parameters = _refused(parameters, "hysteresis", acting, reason)
     # A slip angle is nothing without its gear's slip torque.
     unknown = {
-        own.name.replace("hysteresis", "slip_angle")
-        for own in parameters
-        if own.parameter.kind == "hysteresis" and not own.identifiable
+        item.name.replace("hysteresis", "slip_angle")
+        for item in parameters
+        if item.parameter.kind == "hysteresis" and not item.identifiable
     }
     reason = "its gear's hysteresis is not identified"
     parameters = _refused(parameters, "slip_angle", unknown, reason)
     added = tuple(
-        own.name
-        for own in elasticity.own
-        if own.kind in ("hysteresis", "slip_angle") and joint_of(own) in shaped
+        item.name
+        for item in elasticity.parameters
+        if item.kind in ("hysteresis", "slip_angle") and joint_of(item) in shaped
     )
-    identified = np.array([own.identifiable for own in parameters])
-    kept = elasticity.start.copy()
-    for j, own in enumerate(elasticity.own):
-        if own.name in added and own.kind == "hysteresis" and not identified[j]:
-            kept[j] = elasticity.least[j]
-    kept = np.where(elasticity.chosen("slip_angle"), _assumed(fit, sure), kept)
-    written = beside(fit, identified, kept, sure)
+    identified = np.array([item.identifiable for item in parameters])
+    start_values = elasticity.start.copy()
+    for j, item in enumerate(elasticity.parameters):
+        if item.name in added and item.kind == "hysteresis" and not identified[j]:
+            start_values[j] = elasticity.least[j]
+    start_values = np.where(elasticity.chosen("slip_angle"), _assumed(fit, sure), start_values)
+    written = refit_identified(fit, identified, start_values, sure)
     model = LoopModel(elasticity, measured, options.torque_curve)
     residual = measured.deflection - fit.prediction.deflection
     assert measured.loop is not None
@@ -188,12 +192,15 @@ def _assumed(fit: StaticFit, sure: ConfidenceIntervals) -> np.ndarray:
     """Return slip angles by a data sheet's loop of that slip torque, in their intervals, (P,)."""
     elasticity, assumed = fit.elasticity, fit.values.copy()
     of = {
-        (own.kind, own.coordinate): value
-        for own, value in zip(elasticity.own, fit.values, strict=True)
+        (parameter.kind, parameter.coordinate): value
+        for parameter, value in zip(elasticity.parameters, fit.values, strict=True)
     }
-    for j, own in enumerate(elasticity.own):
-        if own.kind == "slip_angle":
-            torque, compliance = of["hysteresis", own.coordinate], of["stiffness", own.coordinate]
+    for j, parameter in enumerate(elasticity.parameters):
+        if parameter.kind == "slip_angle":
+            torque, compliance = (
+                of["hysteresis", parameter.coordinate],
+                of["stiffness", parameter.coordinate],
+            )
             stops = sheet_elements(2.0 * torque * compliance, 1.0 / compliance)
             assumed[j] = np.clip(stops[-1].slip_angle, sure.low[j], sure.high[j])
     return np.maximum(assumed, elasticity.least)
@@ -213,12 +220,12 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
     prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in loop_rows(measured):
         kept_rows = np.setdiff1d(np.arange(measured.count), rows)
-        kept, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
-        model = LoopModel(elasticity, kept, options.torque_curve)
+        others, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
+        model = LoopModel(elasticity, others, options.torque_curve)
         start = np.where(model.effective, fit.values, _before(elasticity))
         experiment = StaticExperiment(
             elasticity,
-            kept,
+            others,
             model.predict,
             options.noise,
             white=white[kept_rows],
@@ -235,7 +242,10 @@ def _before(elasticity: LoopParameters) -> np.ndarray:
     """Return the start file's values, and none of what it has no elements for, (P,)."""
     values = elasticity.start.copy()
     for j in range(len(values)):
-        if elasticity.own[j].kind == "hysteresis" and np.count_nonzero(elasticity.together(j)) > 1:
+        if (
+            elasticity.parameters[j].kind == "hysteresis"
+            and np.count_nonzero(elasticity.together(j)) > 1
+        ):
             values[j] = elasticity.least[j]
     return values
 
@@ -250,6 +260,8 @@ def _refused(
 ) -> tuple[IdentifiedParameter, ...]:
     """Return the verdicts, those of a kind and of some names not identifiable for a reason."""
     return tuple(
-        replace(own, reason=reason) if own.parameter.kind == kind and own.name in names else own
-        for own in parameters
+        replace(verdict, reason=reason)
+        if verdict.parameter.kind == kind and verdict.name in names
+        else verdict
+        for verdict in parameters
     )

@@ -22,7 +22,7 @@ from coupling.identification.static.prediction import (
     Prediction,
     between,
     displacement,
-    moved,
+    jacobian_at,
     with_tcp_at,
 )
 from elastic_robot.chain import build_chain
@@ -105,7 +105,7 @@ class LoopModel:
             IdentifyError: If the robot finds no rest, with the row.
         """
         runs = self._followed(values)
-        return Prediction(self._moved(runs), *self._derivatives(runs))
+        return Prediction(self._deflections(runs), *self._derivatives(runs))
 
     def _followed(self, values: np.ndarray) -> list[_Run]:
         robot, measured, runs = self.elasticity.described(values), self._measured, list[_Run]()
@@ -116,15 +116,15 @@ class LoopModel:
                 self._curve,
                 measured.q[rows[0]],
             )
-            rests = [self._rest(loop, np.zeros(6), None, int(rows[0]))]
+            rests = [self._settle(loop, np.zeros(6), None, int(rows[0]))]
             for k in rows:
-                rests.append(self._rest(loop, measured.wrench[k], rests[-1], int(k)))
+                rests.append(self._settle(loop, measured.wrench[k], rests[-1], int(k)))
             runs.append(_Run(rows, loop, rests))
         return runs
 
-    def _rest(self, loop: _Loop, wrench: np.ndarray, before: _Rest | None, row: int) -> _Rest:
+    def _settle(self, loop: _Loop, wrench: np.ndarray, before: _Rest | None, row: int) -> _Rest:
         try:
-            return loop.rest(wrench, before)
+            return loop.settle(wrench, before)
         except ElasticRobotError as cause:
             raise IdentifyError(f"{self._measured.names[row]}: {cause}") from cause
 
@@ -133,11 +133,11 @@ class LoopModel:
         arm: np.ndarray = self._measured.measured_point[row] - self._measured.load_point[row]
         return arm
 
-    def _moved(self, runs: list[_Run]) -> np.ndarray:
+    def _deflections(self, runs: list[_Run]) -> np.ndarray:
         deflection = np.empty((self._measured.count, self._measured.rows))
         for run in runs:
-            for k, rest in zip(run.rows, run.rests[1:], strict=True):
-                places = (run.loop.place(own, self._arm(k)) for own in (run.rests[0], rest))
+            for k, loaded in zip(run.rows, run.rests[1:], strict=True):
+                places = (run.loop.place(state, self._arm(k)) for state in (run.rests[0], loaded))
                 deflection[k] = displacement(*places)[: deflection.shape[1]]
         return deflection
 
@@ -149,10 +149,10 @@ class LoopModel:
         for run in runs:
             unloaded, loop = run.rests[0], run.loop
             before = slopes = loop.slopes(np.zeros(6), unloaded, None)
-            for k, rest in zip(run.rows, run.rests[1:], strict=True):
-                slopes = loop.slopes(measured.wrench[k], rest, slopes)
+            for k, loaded in zip(run.rows, run.rests[1:], strict=True):
+                slopes = loop.slopes(measured.wrench[k], loaded, slopes)
                 arm = self._arm(k)
-                ends = [*loop.point(unloaded, before, arm)[:2], *loop.point(rest, slopes, arm)]
+                ends = [*loop.point(unloaded, before, arm)[:2], *loop.point(loaded, slopes, arm)]
                 _, *moves = between(*ends)
                 by_parameter[k], by_wrench[k] = (part[: measured.rows] for part in moves)
         return by_parameter * self.effective, by_wrench
@@ -164,7 +164,7 @@ class _Loop:
     def __init__(
         self, robot: Robot, elasticity: LoopParameters, torque_curve: str, q: np.ndarray
     ) -> None:
-        self._chain, self._own = build_chain(robot), elasticity
+        self._chain, self._elasticity = build_chain(robot), elasticity
         self._dynamics = Dynamics(self._chain, np.array(robot.gravity))
         parameters = Parameters.of(robot)
         self._stiffness = parameters.stiffness
@@ -177,7 +177,7 @@ class _Loop:
         self._largest = np.max(columns * elements.slip_angle, axis=1, initial=1e-300)
         self._q = self._chain.kinematic_errors.at_output(np.stack([q, 0.0 * q, 0.0 * q]))[0]
 
-    def rest(self, wrench: np.ndarray, before: _Rest | None) -> _Rest:
+    def settle(self, wrench: np.ndarray, before: _Rest | None) -> _Rest:
         """Return the rest under a load, from the one before, or from no load."""
         past = Past.start(self._hysteresis)
         if before is not None:
@@ -185,68 +185,82 @@ class _Loop:
         x = equilibrium(self._dynamics, self._law, self._q, ToolLoad(wrench), past)
         return _Rest(x, past.elongation_at(x))
 
-    def slopes(self, wrench: np.ndarray, rest: _Rest, before: _Slopes | None) -> _Slopes:
+    def slopes(self, wrench: np.ndarray, loaded: _Rest, before: _Slopes | None) -> _Slopes:
         """Return the derivatives of a rest under a load, with those of the one before."""
-        own, elements, x, s = self._own, self._chain.elements, rest.x, rest.elongation
+        elasticity, elements, x, s = (
+            self._elasticity,
+            self._chain.elements,
+            loaded.x,
+            loaded.elongation,
+        )
         if before is None:
-            shapes = ((len(x), len(own.names)), (elements.count, len(own.names)), (len(x), 6))
+            shapes = (
+                (len(x), len(elasticity.names)),
+                (elements.count, len(elasticity.names)),
+                (len(x), 6),
+            )
             before = _Slopes(*map(np.zeros, shapes))
-        still, acting = np.zeros_like(x), ToolLoad(wrench)
-        held = self._hysteresis.held(s, still)
+        zero, acting = np.zeros_like(x), ToolLoad(wrench)
+        sticking = self._hysteresis.held(s, zero)
         point = OperatingPoint(
             np.stack([self._q, 0.0 * self._q, 0.0 * self._q]),
-            np.stack([x, still, still]),
+            np.stack([x, zero, zero]),
             acting,
             self._law.region(x),
-            held,
+            sticking,
         )
-        by = residual_derivatives(self._dynamics, self._law, still, point)
+        by = residual_derivatives(self._dynamics, self._law, zero, point)
         sticks = np.abs(s) < elements.slip_angle
         # An element that slips is as long as its slip angle, which may be a parameter itself.
-        longer = np.equal.outer(elements.coordinate, own.elastic) & own.chosen("slip_angle")
+        longer = np.equal.outer(elements.coordinate, elasticity.elastic) & elasticity.chosen(
+            "slip_angle"
+        )
         relative = longer * s[:, None] / self._largest
         follows = before.elongation - before.x[elements.coordinate]
-        carried = np.where(sticks[:, None], follows, relative)
+        elongation = np.where(sticks[:, None], follows, relative)
         torque = self._fixed(by.parameters)
         np.add.at(
             torque,
             elements.coordinate,
-            self._hysteresis.stiffness[:, None] * (carried - relative),
+            self._hysteresis.stiffness[:, None] * (elongation - relative),
         )
         forces = np.hstack([torque, by.wrench])
-        found = -np.linalg.solve(self._slope(x, acting, held), forces)
-        by_x, by_wrench = found[:, : len(own.names)], found[:, len(own.names) :]
-        return _Slopes(by_x, carried + sticks[:, None] * by_x[elements.coordinate], by_wrench)
+        solution = -np.linalg.solve(self._slope(x, acting, sticking), forces)
+        by_x, by_wrench = solution[:, : len(elasticity.names)], solution[:, len(elasticity.names) :]
+        return _Slopes(by_x, elongation + sticks[:, None] * by_x[elements.coordinate], by_wrench)
 
     def _fixed(self, parameters: ByParameter) -> np.ndarray:
         """Return the torques by p where elements come from a given past, (m, P)."""
-        own, columns = self._own, np.zeros((len(self._stiffness), len(self._own.names)))
-        for j, (name, elastic) in enumerate(zip(own.names, own.elastic, strict=True)):
-            if own.own[j].kind != "slip_angle":
+        elasticity, columns = (
+            self._elasticity,
+            np.zeros((len(self._stiffness), len(self._elasticity.names))),
+        )
+        for j, (name, elastic) in enumerate(zip(elasticity.names, elasticity.elastic, strict=True)):
+            if elasticity.parameters[j].kind != "slip_angle":
                 # dk/dc = -k^2
-                factor = -(self._stiffness[elastic] ** 2) if own.is_compliance[j] else 1.0
+                factor = -(self._stiffness[elastic] ** 2) if elasticity.is_compliance[j] else 1.0
                 columns[:, j] = factor * parameters[name]
         return columns
 
-    def _slope(self, x: np.ndarray, acting: ToolLoad, held: HeldHysteresis) -> np.ndarray:
+    def _slope(self, x: np.ndarray, acting: ToolLoad, sticking: HeldHysteresis) -> np.ndarray:
         """Return what torque a change of x takes [N m/rad], (m, m)."""
         theta = self._chain.theta(self._q, x)
         slope = -self._dynamics.static_torque_gradient(theta, acting)
-        slope[np.diag_indices_from(slope)] += self._law.flank_slope(x) + held.slope
+        slope[np.diag_indices_from(slope)] += self._law.flank_slope(x) + sticking.slope
         return slope
 
-    def place(self, rest: _Rest, arm: np.ndarray) -> pin.SE3:
+    def place(self, state: _Rest, arm: np.ndarray) -> pin.SE3:
         """Return the placement of a point `arm` off the TCP."""
-        theta = self._chain.theta(self._q, rest.x)
+        theta = self._chain.theta(self._q, state.x)
         tool = base_from_tool(self._chain, self._dynamics.data, theta)
         return pin.SE3(tool.rotation, tool.translation + tool.rotation @ arm)
 
     def point(
-        self, rest: _Rest, slopes: _Slopes, arm: np.ndarray
+        self, state: _Rest, slopes: _Slopes, arm: np.ndarray
     ) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
         """Return the placement of a point `arm` off the TCP, and its derivatives by p and load."""
-        place = self.place(rest, arm)
-        theta = self._chain.theta(self._q, rest.x)
+        place = self.place(state, arm)
+        theta = self._chain.theta(self._q, state.x)
         jacobian = tcp_jacobian(self._chain, self._dynamics.data, theta)[:, self._chain.elastic]
-        at_point = moved(jacobian, place.rotation @ arm)
+        at_point = jacobian_at(jacobian, place.rotation @ arm)
         return place, at_point @ slopes.x, at_point @ slopes.wrench

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.files.gear_table import sheet_elements
 from coupling.identification.static.elastic import KINDS_AT_REST, ElasticParameters
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.prediction import moved
+from coupling.identification.static.prediction import jacobian_at
 from coupling.robot.parameters import RobotParameter, place_of, robot_parameters, with_joints
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
@@ -49,12 +49,15 @@ class LoopParameters(ElasticParameters):
 
     def chosen(self, kind: str) -> np.ndarray:
         """Return the mask of parameters of a kind, (P,)."""
-        return np.array([own.kind == kind for own in self.own], dtype=bool)
+        return np.array([parameter.kind == kind for parameter in self.parameters], dtype=bool)
 
     def together(self, j: int) -> np.ndarray:
         """Return the mask of those that stand and fall with one: a slip torque has its angle, (P,)."""
-        own = self.own[j]
-        with_it = [own.kind == "hysteresis" and p.coordinate == own.coordinate for p in self.own]
+        parameter = self.parameters[j]
+        with_it = [
+            parameter.kind == "hysteresis" and p.coordinate == parameter.coordinate
+            for p in self.parameters
+        ]
         mask = np.array(with_it) & self.chosen("slip_angle")
         mask[j] = True
         return mask
@@ -72,12 +75,15 @@ def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
         ranges: Ranges of gears' torques [N m] by their joints' numbers, from 0.
     """
 
-    def given(own: Joint, largest: float) -> Joint:
-        assert own.stiffness is not None
-        lost = 2.0 * _START * largest / own.stiffness
-        return replace(own, hysteresis=sheet_elements(lost, own.stiffness))
+    def add_elements(joint: Joint, largest: float) -> Joint:
+        assert joint.stiffness is not None
+        lost = 2.0 * _START * largest / joint.stiffness
+        return replace(joint, hysteresis=sheet_elements(lost, joint.stiffness))
 
-    return with_joints(robot, {i: given(robot.joints[i], own) for i, own in ranges.items()})
+    return with_joints(
+        robot,
+        {i: add_elements(robot.joints[i], torque_range) for i, torque_range in ranges.items()},
+    )
 
 
 def without_elements(robot: Robot, joints: Collection[int]) -> Robot:
@@ -104,9 +110,9 @@ def reversed_ranges(robot: Robot, measured: Measurements) -> np.ndarray:
         turn = base_from_tool(chain, data, theta).rotation
         jacobian = tcp_jacobian(chain, data, theta)[:, chain.elastic]
         loads = np.vstack([np.zeros(6), measured.wrench[rows]])
-        torque = loads @ moved(jacobian, turn @ measured.load_point[rows[0]])
+        torque = loads @ jacobian_at(jacobian, turn @ measured.load_point[rows[0]])
         whole, way = np.ptp(torque, axis=0), np.abs(np.diff(torque, axis=0)).sum(axis=0)
         largest = max(largest, float(whole.max(initial=0.0)))
         ranges.append(np.where(way - whole > _TURNED * whole, whole, 0.0))
-    found: np.ndarray = np.max(ranges, axis=0)
-    return np.where(found > _LOADED * largest, found, 0.0)
+    widest: np.ndarray = np.max(ranges, axis=0)
+    return np.where(widest > _LOADED * largest, widest, 0.0)

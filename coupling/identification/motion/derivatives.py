@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.motion.moved_motors import beside_gear, motor_torques
-from coupling.identification.motion.moved_robot import GearMotion
-from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
+from coupling.identification.motion.driven_fmu import GearMotion
+from coupling.identification.motion.driven_motors import motor_losses, motor_torques
+from coupling.identification.motion.problem import MotionProblem, Predicted, SmoothedRecording
 from coupling.identification.motion.sensors import SensorParameter, column, torque_column
 from coupling.robot.parameters import apply_values
 
@@ -43,19 +43,19 @@ class GearSlopes:
         Args:
             near: Derivatives nearby, which stay where they are known; None: all are simulated.
         """
-        own = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
-        names = tuple(problem.parameters[k].name for k in own)
-        kept = {} if near is None else {name: m for m, name in enumerate(near.names)}
+        moving = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
+        names = tuple(problem.parameters[k].name for k in moving)
+        indices = {} if near is None else {name: m for m, name in enumerate(near.names)}
         by_one = []
         for r, base in enumerate(problem.loaded):
-            rows = np.empty((len(own), *base.gears.rows.shape))
-            for m, (k, name) in enumerate(zip(own, names, strict=True)):
-                if near is not None and name in kept:
-                    rows[m] = near.by_one[r][kept[name]]
+            rows = np.empty((len(moving), *base.gears.rows.shape))
+            for m, (k, name) in enumerate(zip(moving, names, strict=True)):
+                if near is not None and name in indices:
+                    rows[m] = near.by_one[r][indices[name]]
                 else:
                     rows[m] = _simulated(problem, r, x, k)
             by_one.append(rows)
-        return cls(names, tuple(by_one), not kept.keys() & set(names))
+        return cls(names, tuple(by_one), not indices.keys() & set(names))
 
     def changed(
         self,
@@ -81,8 +81,8 @@ class GearSlopes:
         least = _CHANGE * effect.max(initial=1e-300)
         part = effect**2 * step / (np.sum((effect * step) ** 2) + least**2)
         by_one = tuple(
-            own + np.multiply.outer(part, new - old - np.tensordot(step, own, 1))
-            for own, old, new in zip(self.by_one, before, there, strict=True)
+            slopes + np.multiply.outer(part, new - old - np.tensordot(step, slopes, 1))
+            for slopes, old, new in zip(self.by_one, before, there, strict=True)
         )
         return GearSlopes(self.names, by_one, exact=False)
 
@@ -90,7 +90,7 @@ class GearSlopes:
 def _simulated(problem: MotionProblem, r: int, x: np.ndarray, k: int) -> np.ndarray:
     """Return the derivative of the gears' motion in recording r by parameter k, (n, 2 j)."""
     # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
-    parameter, moved, base = problem.parameters[k], problem.moved[r], problem.loaded[r]
+    parameter, smoothed, base = problem.parameters[k], problem.recordings[r], problem.loaded[r]
     back = min(0.5 * _CHANGE, x[k] - problem.bounds[0][k]) if parameter.of_gear else 0.0
     ends = []
     for change in (_CHANGE - back, -back):
@@ -98,7 +98,7 @@ def _simulated(problem: MotionProblem, r: int, x: np.ndarray, k: int) -> np.ndar
         further[k] += change
         if change:
             robot = problem.with_joint(base.robot, further, parameter.joint)
-            gears = problem.fmu.moved(robot, moved.recording.time, moved.motion)
+            gears = problem.fmu.simulate(robot, smoothed.recording.time, smoothed.motion)
         ends.append(gears.rows)
     return (ends[0] - ends[1]) / _CHANGE
 
@@ -129,77 +129,79 @@ def derivatives(
         x: Values as the fit counts [1], (P,).
         slopes: Derivatives of the gears' motion there.
     """
-    found = []
-    with_link = problem.moved[0].recording.with_link
+    channels = []
+    with_link = problem.recordings[0].recording.with_link
     gears = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
-    for r, (moved, base) in enumerate(zip(problem.moved, problem.loaded, strict=True)):
-        links, torques = _by_gears(moved, base, slopes.by_one[r])
+    for r, (smoothed, base) in enumerate(zip(problem.recordings, problem.loaded, strict=True)):
+        links, torques = _by_gears(smoothed, base, slopes.by_one[r])
         for channel, i in enumerate([*with_link, *range(len(problem.robot.joints))]):
             of_torque = channel >= len(with_link)
-            own = [
+            own_numbers = [
                 k
                 for k, p in enumerate(problem.parameters)
                 if not p.moves_gears and p.joint == i and p.of_torque == of_torque
             ]
             if of_torque:
                 deviation, of_gears = problem.torque_deviation[i], torques[:, :, i]
-                beside = [-_by_motor(problem, moved, base, x, k) for k in own]
+                others = [-_by_motor(problem, smoothed, base, x, k) for k in own_numbers]
             else:
                 deviation, of_gears = problem.wind_up_deviation[i], links[:, :, i]
-                beside = [_by_sensor(problem, moved, base, k) for k in own]
-            columns = np.vstack([of_gears, *beside]) / deviation
-            found.append(ChannelDerivatives(r, channel, [*gears, *own], columns))
-    return found
+                others = [_by_sensor(problem, smoothed, base, k) for k in own_numbers]
+            columns = np.vstack([of_gears, *others]) / deviation
+            channels.append(ChannelDerivatives(r, channel, [*gears, *own_numbers], columns))
+    return channels
 
 
 def _by_gears(
-    moved: MovedRecording, base: Predicted, by_one: np.ndarray
+    smoothed: SmoothedRecording, base: Predicted, by_one: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return changes of what is left of wind-ups [rad] and torques [N m], (m, n, j) each, by gears'."""
     links, torques = [], []
     for rows in by_one:
         change, further = GearMotion(rows), GearMotion(base.gears.rows + _CHANGE * rows)
         wind_up = change.wind_up.copy()
-        for i in moved.recording.with_link:
-            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
+        for i in smoothed.recording.with_link:
+            wind_up[:, i] = smoothed.remove_fitted(wind_up[:, i], i)
         links.append(wind_up)
-        there = motor_torques(moved.motion, base.robot, further, base.part)
-        torques.append((base.torque - base.beside - there) / _CHANGE)
+        there = motor_torques(smoothed.motion, base.robot, further, base.part)
+        torques.append((base.torque - base.unmodelled - there) / _CHANGE)
     shape = (len(by_one), *base.torque.shape)
     return np.reshape(links, shape), np.reshape(torques, shape)
 
 
 def _by_motor(
-    problem: MotionProblem, moved: MovedRecording, base: Predicted, x: np.ndarray, k: int
+    problem: MotionProblem, smoothed: SmoothedRecording, base: Predicted, x: np.ndarray, k: int
 ) -> np.ndarray:
     """Return the change of a motor's torque [N m], (n,), by a number of it, or of beside it."""
     p = problem.parameters[k]
-    part, carried = base.part[:, p.joint], base.gears.torque[:, p.joint]
+    part, gear_torque = base.part[:, p.joint], base.gears.torque[:, p.joint]
     if isinstance(p, SensorParameter):
-        return p.size * torque_column(p, moved.motion, part, moved.recording.step)
+        return p.size * torque_column(p, smoothed.motion, part, smoothed.recording.step)
     there = apply_values(base.robot, {p.name: p.in_robot(x[k] + _CHANGE)})
     ends = []
     for robot in (base.robot, there):
         drive = robot.joints[p.joint].drive
         assert drive is not None
-        ends.append(beside_gear(moved.motion, p.joint, drive, carried, part))
+        ends.append(motor_losses(smoothed.motion, p.joint, drive, gear_torque, part))
     return (ends[1] - ends[0]) / _CHANGE
 
 
 def _by_sensor(
-    problem: MotionProblem, moved: MovedRecording, base: Predicted, k: int
+    problem: MotionProblem, smoothed: SmoothedRecording, base: Predicted, k: int
 ) -> np.ndarray:
     """Return the change of what is left of a wind-up [rad], (n,), by a number of its encoder."""
     p = problem.parameters[k]
     assert isinstance(p, SensorParameter)
-    return -p.size * moved.without_own(column(p, moved.motion, base.dry[:, p.joint]), p.joint)
+    return -p.size * smoothed.remove_fitted(
+        column(p, smoothed.motion, base.dry[:, p.joint]), p.joint
+    )
 
 
 def jacobian(problem: MotionProblem, x: np.ndarray, slopes: GearSlopes) -> np.ndarray:
     """Return `derivatives` as one matrix, rows of time with all channels [1], (rows, P)."""
-    counts = [len(one.recording.time) for one in problem.moved]
+    counts = [len(smoothed.recording.time) for smoothed in problem.recordings]
     every = np.zeros((sum(counts), problem.channels, len(x)))
     parts = np.split(every, np.cumsum(counts)[:-1])
-    for own in derivatives(problem, x, slopes):
-        parts[own.recording][:, own.channel, own.numbers] = own.columns.T
+    for channel in derivatives(problem, x, slopes):
+        parts[channel.recording][:, channel.channel, channel.numbers] = channel.columns.T
     return every.reshape(-1, len(x))

@@ -153,7 +153,7 @@ class MotionFit:
         problem, x = self.problem, self.x
         slopes = self.slopes if self.slopes.exact else GearSlopes.of(problem, x)
         residual = np.vstack(problem.residuals_of(problem.loaded)).ravel()
-        rows = [len(moved.recording.time) for moved in problem.moved]
+        rows = [len(smoothed.recording.time) for smoothed in problem.recordings]
         blocks = NormalBlocks.of(jacobian(problem, x, slopes), residual, rows, problem.channels)
         away = problem.start - x
         return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
@@ -251,9 +251,9 @@ def select_backlashes(problem: MotionProblem, fit: MotionFit) -> MotionFit:
 
 def minus_log_likelihood(problem: MotionProblem, x: np.ndarray) -> float:
     """Return minus the logarithm of likelihood and prior at x [1], (P,), for channels of any size."""
-    weighed = reweigh(problem, x)
-    rows = sum(len(moved.recording.time) for moved in problem.moved) / problem.correlated
-    deviation = np.concatenate([weighed.wind_up_deviation, weighed.torque_deviation])
+    reweighted = reweigh(problem, x)
+    rows = sum(len(smoothed.recording.time) for smoothed in problem.recordings) / problem.correlated
+    deviation = np.concatenate([reweighted.wind_up_deviation, reweighted.torque_deviation])
     prior = 0.5 * problem.prior / problem.correlated @ (x - problem.start) ** 2
     return float(rows * np.sum(np.log(deviation[np.isfinite(deviation)])) + prior)
 
@@ -290,12 +290,12 @@ def reweigh(
         there: Predictions at x with other friction; none: gears are simulated.
     """
     if there:
-        pairs = zip(problem.moved, there, strict=True)
-        loaded = tuple(problem.reloaded(moved, x, predicted) for moved, predicted in pairs)
+        pairs = zip(problem.recordings, there, strict=True)
+        loaded = tuple(problem.reloaded(smoothed, x, predicted) for smoothed, predicted in pairs)
     else:
-        loaded = tuple(problem.predicted(moved, x) for moved in problem.moved)
-    wind_up, torque = zip(*map(problem.left, problem.moved, loaded), strict=True)
-    measured = np.vstack([moved.recording.torque for moved in problem.moved])
+        loaded = tuple(problem.predicted(smoothed, x) for smoothed in problem.recordings)
+    wind_up, torque = zip(*map(problem.residuals, problem.recordings, loaded), strict=True)
+    measured = np.vstack([smoothed.recording.torque for smoothed in problem.recordings])
     least = _LEAST_PART * rms(measured)
     return replace(
         problem,

@@ -27,14 +27,14 @@ def identifiable(fit: MotionFit) -> np.ndarray:
     as in the start, the widest first; the others answer, to first order.  What is known before is not
     left out: it is between start and recordings.
     """
-    known = fit.problem.prior > 0.0
+    has_prior = fit.problem.prior > 0.0
     chosen = np.ones(len(fit.x), dtype=bool)
     away = fit.problem.start - fit.x
     while chosen.any():
         blocks = fit.blocks.only(chosen, away)
         x = fit.x[chosen] + blocks.step
         width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
-        width[known[chosen]] = 0.0
+        width[has_prior[chosen]] = 0.0
         worst = int(np.argmax(width))
         if width[worst] <= 1.0:
             break
@@ -45,8 +45,10 @@ def identifiable(fit: MotionFit) -> np.ndarray:
 def narrow(fit: MotionFit) -> np.ndarray:
     """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
     width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
-    own = [isinstance(p, SensorParameter) and p.of_slow_error for p in fit.problem.parameters]
-    return np.asarray(width <= 1.0) & ~np.array(own, dtype=bool)
+    of_slow_error = [
+        isinstance(p, SensorParameter) and p.of_slow_error for p in fit.problem.parameters
+    ]
+    return np.asarray(width <= 1.0) & ~np.array(of_slow_error, dtype=bool)
 
 
 def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
@@ -59,7 +61,7 @@ def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
         chosen: Mask of parameters whose intervals are tried, (P,).
     """
     half = fit.blocks.half * fit.blocks.deviation
-    found, least = np.ones(len(fit.x), dtype=bool), minus_log_likelihood(fit.problem, fit.x)
+    stays, least = np.ones(len(fit.x), dtype=bool), minus_log_likelihood(fit.problem, fit.x)
     for k in np.flatnonzero(chosen):
         others = np.arange(len(fit.x)) != k
         for end in (-1.0, 1.0):
@@ -68,8 +70,8 @@ def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
             x[others] += fit.blocks.only(others, x - fit.x).step
             back = fit_roughly(fit.problem, x)
             if minus_log_likelihood(fit.problem, back.x) < least + SUPPORTED:
-                found &= np.abs(back.x - fit.x) <= _BACK * half
-    return found
+                stays &= np.abs(back.x - fit.x) <= _BACK * half
+    return stays
 
 
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:

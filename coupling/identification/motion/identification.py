@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.fit import (
     MotionFit,
     estimate_slow_errors,
@@ -18,9 +19,8 @@ from coupling.identification.motion.fit import (
     select_backlashes,
 )
 from coupling.identification.motion.identifiability import identifiable, narrow, returns
-from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
-from coupling.identification.motion.problem import MotionProblem, MovedRecording
+from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.residuals import (
     RecordingResiduals,
@@ -36,6 +36,7 @@ from coupling.identification.motion.sensors import (
     torque_parameters,
 )
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
+from coupling.identification.verdict import ParameterVerdict
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -51,9 +52,8 @@ class MotionIdentification:
     Attributes:
         robot: The start.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        parameters: All parameters, P of them.
+        parameters: Verdict on each parameter, but for those of slow errors.
         fit: The fit of those that are identifiable, and of what is known before.
-        chosen: Mask of those identified among all, (P,).
         residuals: Those of all recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
         remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
@@ -62,9 +62,8 @@ class MotionIdentification:
 
     robot: Robot
     bandwidth: float
-    parameters: tuple[MotionParameter, ...]
+    parameters: tuple[ParameterVerdict[MotionParameter], ...]
     fit: MotionFit
-    chosen: np.ndarray
     residuals: tuple[RecordingResiduals, ...]
     terms: tuple[TermLeftOut, ...]
     remarks: tuple[str, ...]
@@ -72,20 +71,22 @@ class MotionIdentification:
     @property
     def identified(self) -> set[str]:
         """Names of the parameters that are identified."""
-        return {p.name for p, own in zip(self.parameters, self.chosen, strict=True) if own}
+        return {verdict.name for verdict in self.parameters if verdict.identifiable}
 
     @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
-        if not self.chosen.any():
+        if not self.identified:
             return "nothing is identified"
-        fitted = [one for one in self.residuals if not one.held_out]
-        left = np.max([one.torque for one in fitted], axis=0)
-        lost = (left > _MORE_THAN_ALL) | np.any([one.misses_load for one in fitted], axis=0)
-        if np.median(left) > 1.0 or lost.any():
-            worst = int(np.where(lost.any() & ~lost, 0.0, left).argmax())
+        fitted = [recording for recording in self.residuals if not recording.held_out]
+        parts = np.max([recording.torque for recording in fitted], axis=0)
+        lost = (parts > _MORE_THAN_ALL) | np.any(
+            [recording.misses_load for recording in fitted], axis=0
+        )
+        if np.median(parts) > 1.0 or lost.any():
+            worst = int(np.where(lost.any() & ~lost, 0.0, parts).argmax())
             return (
-                f"the residual of the torque of motor {worst + 1} is {100.0 * left[worst]:.0f} % of"
+                f"the residual of the torque of motor {worst + 1} is {100.0 * parts[worst]:.0f} % of"
                 " it: are angles in rad, torques and angles of this and the neighbouring joints"
                 " those at the gear's output, with the zero and the direction of the robot file?"
             )
@@ -94,11 +95,11 @@ class MotionIdentification:
     @property
     def slow_error(self) -> np.ndarray:
         """Likely size of slow errors, of one period a turn [rad], (j,); nan without encoder."""
-        found = np.full(len(self.robot.joints), np.nan)
+        sizes = np.full(len(self.robot.joints), np.nan)
         for p in self.fit.problem.parameters:
             if isinstance(p, SensorParameter) and p.harmonic == 1:
-                found[p.joint] = p.prior * p.size
-        return found
+                sizes[p.joint] = p.prior * p.size
+        return sizes
 
     @property
     def identified_robot(self) -> Robot:
@@ -132,13 +133,13 @@ def identify_motion(
     with_link = recordings[0].with_link
     for recording in (*recordings, *held_out):
         if recording.with_link != with_link:
-            got, needed = (_links(own) for own in (recording.with_link, with_link))
+            got, needed = (_links(is_chosen) for is_chosen in (recording.with_link, with_link))
             raise IdentifyError(
                 f"{recording.name}: expected the links' angles of {recordings[0].name}, {needed}, got"
                 f" {got}: remove the columns that are not in both"
             )
-    moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
-    others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
+    fitted = tuple(SmoothedRecording.of(recording, bandwidth) for recording in recordings)
+    others = tuple(SmoothedRecording.of(recording, bandwidth) for recording in held_out)
     parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link),
@@ -150,48 +151,82 @@ def identify_motion(
             " recording, got none: nothing can be identified"
         )
     unit = np.ones(len(robot.joints))
-    with MovedRobot(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
-        remarks = [words for one in (*moved, *others) for words in _torque_remarks(problem, one)]
+    with DrivenFmu(robot) as fmu:
+        problem = MotionProblem(fmu, robot, parameters, fitted, unit, unit)
+        remarks = [
+            words for smoothed in (*fitted, *others) for words in _torque_remarks(problem, smoothed)
+        ]
         bare = problem.without(np.array([p.vanishes for p in parameters]))
         first = fit_roughly(bare)
         lines = _lines(first)
-        moved = tuple(replace(one, lines=lines) for one in moved)
-        others = tuple(replace(one, lines=lines) for one in others)
-        bare, problem = (replace(one, moved=moved) for one in (bare, problem))
+        fitted = tuple(replace(smoothed, lines=lines) for smoothed in fitted)
+        others = tuple(replace(smoothed, lines=lines) for smoothed in others)
+        bare, problem = (replace(smoothed, recordings=fitted) for smoothed in (bare, problem))
         fit = first = select_backlashes(problem, fit_with_restarts(bare, first))
         for _ in range(_MOST_ITERATIONS):
-            own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
-            if own.all() and fit is not first:
+            is_chosen = identifiable(fit) & ~(_is_unexplained(fit) & (fit.problem.prior == 0.0))
+            if is_chosen.all() and fit is not first:
                 break
-            fit = fit_motion(estimate_slow_errors(fit).only(own), fit.x[own], fit.slopes)
-        identified = narrow(fit) & ~_drowned(fit)
-        identified &= returns(
-            fit, identified & np.array([p.of_gear for p in fit.problem.parameters])
-        )
-        names = {p.name for p, own in zip(fit.problem.parameters, identified, strict=True) if own}
-        chosen = np.array([p.name in names for p in parameters])
-        residuals = [residuals_of(fit.problem, one, fit.x, bandwidth, False) for one in moved]
-        residuals += [residuals_of(fit.problem, one, fit.x, bandwidth, True) for one in others]
+            fit = fit_motion(
+                estimate_slow_errors(fit).only(is_chosen), fit.x[is_chosen], fit.slopes
+            )
+        verdicts = _judge(parameters, fit)
+        residuals = [
+            residuals_of(fit.problem, smoothed, fit.x, bandwidth, False) for smoothed in fitted
+        ]
+        residuals += [
+            residuals_of(fit.problem, smoothed, fit.x, bandwidth, True) for smoothed in others
+        ]
         terms = terms_left_out(fit, residuals[-1]) if leave_out and others else ()
-    remarks += [words for one in residuals for words in remarks_on(one)]
+    remarks += [words for smoothed in residuals for words in remarks_on(smoothed)]
     return MotionIdentification(
-        robot, bandwidth, parameters, fit, chosen, tuple(residuals), terms, tuple(remarks)
+        robot, bandwidth, verdicts, fit, tuple(residuals), terms, tuple(remarks)
     )
 
 
-def _torque_remarks(problem: MotionProblem, moved: MovedRecording) -> tuple[str, ...]:
+def _judge(
+    parameters: Sequence[MotionParameter], fit: MotionFit
+) -> tuple[ParameterVerdict[MotionParameter], ...]:
+    """Return the verdicts on all parameters, but for those of slow errors, with the last fit."""
+    is_narrow, is_drowned = narrow(fit), _is_unexplained(fit)
+    is_tried = is_narrow & ~is_drowned & [p.of_gear for p in fit.problem.parameters]
+    reasons = np.select(
+        [is_drowned, ~is_narrow, ~returns(fit, is_tried)],
+        [
+            "what no model explains is larger",
+            "its interval is too wide",
+            "other values fit as well",
+        ],
+        "",
+    ).tolist()
+    half = fit.blocks.half * fit.blocks.deviation
+    ends = zip((fit.x - half).tolist(), (fit.x + half).tolist(), strict=True)
+    numbers = zip(fit.problem.parameters, fit.x.tolist(), ends, reasons, strict=True)
+    fitted = {
+        p.name: (p.outward(x), sorted(map(p.outward, e)), reason) for p, x, e, reason in numbers
+    }
+    verdicts = []
+    for p in parameters:
+        if isinstance(p, SensorParameter) and p.of_slow_error:
+            continue
+        reason = "the recordings hardly depend on it"
+        value, (low, high), reason = fitted.get(p.name, (np.nan, [np.nan, np.nan], reason))
+        verdicts.append(ParameterVerdict(p, value, low, high, reason))
+    return tuple(verdicts)
+
+
+def _torque_remarks(problem: MotionProblem, smoothed: SmoothedRecording) -> tuple[str, ...]:
     """Return a sentence on each joint whose measured torque the start hardly explains."""
-    torque, recording = problem.predicted(moved, problem.start).torque, moved.recording
-    beside = MotorTorques(
+    torque, recording = problem.predicted(smoothed, problem.start).torque, smoothed.recording
+    torques = MotorTorques(
         recording.name,
         range(torque.shape[1]),
         recording.time,
         recording.torque,
         torque,
-        moved.motion.qd,
+        smoothed.motion.qd,
     )
-    return torque_remarks(beside, problem.robot, IdentifyError)
+    return torque_remarks(torques, problem.robot, IdentifyError)
 
 
 def _links(joints: list[int]) -> str:
@@ -206,27 +241,30 @@ def _require_elastic(robot: Robot) -> None:
         )
 
 
-def _drowned(fit: MotionFit) -> np.ndarray:
+def _is_unexplained(fit: MotionFit) -> np.ndarray:
     """Return which numbers of gears do less than half of what is left of wind-ups, (P,) of bool.
 
     What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
     """
-    problem, gear, left = fit.problem, [], []
-    for moved in problem.moved:
-        predicted = problem.predicted(moved, fit.x)
+    problem, gear, residuals = fit.problem, [], []
+    for smoothed in problem.recordings:
+        predicted = problem.predicted(smoothed, fit.x)
         gear.append(predicted.shares["gear"])
-        left.append(problem.left(moved, predicted)[0])
-    small = np.std(np.vstack(gear), axis=0) < 0.5 * rms(np.vstack(left))
-    own = [p.of_gear for p in problem.parameters]
-    return np.array(own) & small[[p.joint for p in problem.parameters]]
+        residuals.append(problem.residuals(smoothed, predicted)[0])
+    small = np.std(np.vstack(gear), axis=0) < 0.5 * rms(np.vstack(residuals))
+    of_gear = [p.of_gear for p in problem.parameters]
+    return np.array(of_gear) & small[[p.joint for p in problem.parameters]]
 
 
 def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:
     """Return the lines of every joint's encoder."""
     problem = fit.problem
-    left = [problem.left(one, problem.predicted(one, fit.x))[0] for one in problem.moved]
-    found: list[tuple[float, ...]] = [()] * len(problem.robot.joints)
-    for i in problem.moved[0].recording.with_link:
-        angles = [one.recording.link[:, i] for one in problem.moved]
-        found[i] = encoder_lines([own[:, i] for own in left], angles)
-    return tuple(found)
+    residuals = [
+        problem.residuals(smoothed, problem.predicted(smoothed, fit.x))[0]
+        for smoothed in problem.recordings
+    ]
+    lines: list[tuple[float, ...]] = [()] * len(problem.robot.joints)
+    for i in problem.recordings[0].recording.with_link:
+        angles = [smoothed.recording.link[:, i] for smoothed in problem.recordings]
+        lines[i] = encoder_lines([residual[:, i] for residual in residuals], angles)
+    return tuple(lines)

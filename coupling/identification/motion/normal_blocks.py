@@ -74,11 +74,11 @@ class NormalBlocks:
         """
         ends = np.cumsum(rows)[:-1]
         parts = np.split(residual.reshape(-1, channels), ends)
-        own = np.split(jacobian.reshape(-1, channels, jacobian.shape[1]), ends)
+        jacobians = np.split(jacobian.reshape(-1, channels, jacobian.shape[1]), ends)
         length = _TIMES * max(correlation_time(part) for part in parts)
         total = int(np.clip(sum(rows) / length, _FEWEST, _MOST))
         matrices, vectors = [], []
-        for part, columns in zip(parts, own, strict=True):
+        for part, columns in zip(parts, jacobians, strict=True):
             count = max(1, round(total * len(part) / sum(rows)))
             for r, a in zip(
                 np.array_split(part, count), np.array_split(columns, count), strict=True
@@ -96,10 +96,10 @@ class NormalBlocks:
             chosen: Mask of those that stay, (P,).
             others: Change of the others [1], (P,); what stands at those chosen does not count.
         """
-        moved = self.matrices[:, :, ~chosen] @ others[~chosen]
+        shift = self.matrices[:, :, ~chosen] @ others[~chosen]
         return NormalBlocks(
             self.matrices[:, chosen][:, :, chosen],
-            (self.vectors - moved)[:, chosen],
+            (self.vectors - shift)[:, chosen],
             self.prior[chosen],
             self.away[chosen],
             self.correlated,
@@ -138,12 +138,12 @@ class NormalBlocks:
         """
         solution, root = self.step, self._root
         variance = self.correlated * self._inverse**2 @ self.prior
-        for own, vector in zip(self.matrices, self.vectors, strict=True):
-            share, axes = np.linalg.eigh(root.T @ own @ root)
-            turned = root @ axes
+        for matrix, vector in zip(self.matrices, self.vectors, strict=True):
+            share, axes = np.linalg.eigh(root.T @ matrix @ root)
+            rotated = root @ axes
             others = np.maximum(1.0 - share, _ALONE)
-            moved = turned @ (turned.T @ (vector - own @ solution) / np.sqrt(others))
-            variance += moved**2
+            shift = rotated @ (rotated.T @ (vector - matrix @ solution) / np.sqrt(others))
+            variance += shift**2
         return np.where(np.diag(self._matrix) > 0.0, np.sqrt(variance), np.inf)
 
     @property
@@ -152,10 +152,10 @@ class NormalBlocks:
 
         Student's, with the number of blocks that carry the information on a parameter, which may be few.
         """
-        carried = np.sum((self._inverse @ self.matrices) * self._inverse, axis=2)
-        whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
-        count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)
-        return np.array([quantile(own - 1.0) for own in count.tolist()])
+        information = np.sum((self._inverse @ self.matrices) * self._inverse, axis=2)
+        whole = np.maximum(np.sum(information**2, axis=0), 1e-300)
+        count = np.maximum(np.sum(information, axis=0) ** 2 / whole, 2.0)
+        return np.array([quantile(blocks - 1.0) for blocks in count.tolist()])
 
 
 def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:

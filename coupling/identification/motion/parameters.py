@@ -25,7 +25,7 @@ class MotionParameter:
         joint: Index of its joint; that of the last one for the payload.
         size: Usual size, in its unit: with a wider interval it is not identifiable.
         unit: Its unit.
-        start: Its value in the start, in its unit.
+        value: Its value in the start, in its unit.
         none: Its value where its term is left out; the start's where a robot needs one.
         signed: Whether it may be negative.
         inverse: Whether the fit counts by its inverse, of which the motion is nearly linear.
@@ -40,7 +40,7 @@ class MotionParameter:
     joint: int
     size: float
     unit: str
-    start: float
+    value: float
     none: float = 0.0
     signed: bool = False
     inverse: bool = False
@@ -57,16 +57,16 @@ class MotionParameter:
             joint: As of the attributes.
         """
         kind, part = PARAMETER_KINDS[place_of(name)[2]], part_of(robot, name)
-        term, start = kind.motion, kind.read(part)
+        term, value = kind.motion, kind.read(part)
         assert term is not None
         return cls(
             name,
             term.name if term.part == "payload" else f"{term.name} {joint + 1}",
             joint,
-            start if term.size is None else term.size(part),
+            value if term.size is None else term.size(part),
             kind.unit,
-            start,
-            none=start if term.is_needed else 0.0,
+            value,
+            none=value if term.is_needed else 0.0,
             signed=term.is_signed,
             inverse=kind.inverse,
             moves_gears=not kind.of_motor,

@@ -16,15 +16,15 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.motion.moved_motors import friction_part, motor_torques
-from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
+from coupling.identification.motion.driven_fmu import DrivenFmu, GearMotion
+from coupling.identification.motion.driven_motors import friction_part, motor_torques
 from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import (
     SensorParameter,
     column,
     delayed,
-    own_columns,
+    fitted_columns,
     torque_column,
     worn,
 )
@@ -40,7 +40,7 @@ _CORRELATED = 0.2
 
 
 @dataclass(frozen=True)
-class MovedRecording:
+class SmoothedRecording:
     """A recording and the motion of its motors.
 
     Attributes:
@@ -54,23 +54,23 @@ class MovedRecording:
     lines: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, recording: Recording, bandwidth: float) -> MovedRecording:
+    def of(cls, recording: Recording, bandwidth: float) -> SmoothedRecording:
         """Return a recording whose motors are smoothed to a bandwidth [Hz]."""
         motion = SmoothedMotion.of(recording.motor, recording.step, bandwidth)
         return cls(recording, motion, ((),) * recording.motor.shape[1])
 
     @cached_property
-    def own(self) -> dict[int, np.ndarray]:
+    def fitted_basis(self) -> dict[int, np.ndarray]:
         """Orthonormal columns of a recording's own offset and lines, by joint [1], (n, c)."""
         return {
-            i: np.linalg.qr(own_columns(self.recording, i, self.lines[i]))[0]
+            i: np.linalg.qr(fitted_columns(self.recording, i, self.lines[i]))[0]
             for i in self.recording.with_link
         }
 
-    def without_own(self, values: np.ndarray, joint: int) -> np.ndarray:
+    def remove_fitted(self, values: np.ndarray, joint: int) -> np.ndarray:
         """Return wind-up [rad], (n,), less what offset and lines of the recording can take of it."""
-        own = self.own[joint]
-        return values - own @ (own.T @ values)
+        basis = self.fitted_basis[joint]
+        return values - basis @ (basis.T @ values)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Predicted:
     Attributes:
         wind_up: Motor less link [rad], (n, j); the sensors' lag, slow error and loop are in it.
         torque: Torques of the motors [N m], (n, j).
-        beside: Their part that the model has not [N m], (n, j).
+        unmodelled: Their part that the model has not [N m], (n, j).
         robot: The robot.
         gears: Motion of its gears by the FMU.
         part: Friction over its largest [1], (n, j).
@@ -91,7 +91,7 @@ class Predicted:
 
     wind_up: np.ndarray
     torque: np.ndarray
-    beside: np.ndarray
+    unmodelled: np.ndarray
     robot: Robot
     gears: GearMotion
     part: np.ndarray
@@ -107,16 +107,16 @@ class MotionProblem:
         fmu: The FMU.
         robot: The start.
         parameters: Parameters that are fitted, P of them.
-        moved: The recordings.
+        recordings: The recordings.
         wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
         torque_deviation: Those of torques [N m], (j,).
         loaded: Predictions of the recordings whose friction, as it is loaded, and loops stay in a fit.
     """
 
-    fmu: MovedRobot
+    fmu: DrivenFmu
     robot: Robot
     parameters: tuple[MotionParameter, ...]
-    moved: tuple[MovedRecording, ...]
+    recordings: tuple[SmoothedRecording, ...]
     wind_up_deviation: np.ndarray
     torque_deviation: np.ndarray
     loaded: tuple[Predicted, ...] = ()
@@ -124,7 +124,7 @@ class MotionProblem:
     @property
     def start(self) -> np.ndarray:
         """Values of the start, as the fit counts: parts of usual sizes [1], (P,)."""
-        return np.array([p.inward(p.start) for p in self.parameters])
+        return np.array([p.inward(p.value) for p in self.parameters])
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +137,7 @@ class MotionProblem:
     @property
     def correlated(self) -> float:
         """Number of rows that count as one beside what is known before."""
-        return max(_CORRELATED / self.moved[0].recording.step, 1.0)
+        return max(_CORRELATED / self.recordings[0].recording.step, 1.0)
 
     @property
     def prior(self) -> np.ndarray:
@@ -146,18 +146,18 @@ class MotionProblem:
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
         """Return the problem of some of the parameters, by a mask, (P,)."""
-        own = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
-        return replace(self, parameters=own)
+        parameters = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
+        return replace(self, parameters=parameters)
 
     def without(self, gone: np.ndarray) -> MotionProblem:
         """Return the problem with some of the parameters none, by a mask, (P,)."""
-        none = {p.name: p.none for p, own in zip(self.parameters, gone, strict=True) if own}
+        none = {p.name: p.none for p, is_gone in zip(self.parameters, gone, strict=True) if is_gone}
         return replace(self.only(~gone), robot=apply_values(self.robot, none))
 
     @property
     def channels(self) -> int:
         """Number of wind-ups and torques of a recording."""
-        return len(self.moved[0].recording.with_link) + len(self.robot.joints)
+        return len(self.recordings[0].recording.with_link) + len(self.robot.joints)
 
     def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
@@ -176,7 +176,7 @@ class MotionProblem:
         }
 
     def predicted(
-        self, moved: MovedRecording, x: np.ndarray, loaded: Predicted | None = None
+        self, smoothed: SmoothedRecording, x: np.ndarray, loaded: Predicted | None = None
     ) -> Predicted:
         """Return the prediction of a recording by values as the fit counts [1], (P,).
 
@@ -184,48 +184,50 @@ class MotionProblem:
             loaded: A prediction whose friction, as it is loaded, and loops stay; None: those of x.
         """
         robot = self.robot_at(x)
-        gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
-        return self._beside(moved, x, robot, gears, loaded)
+        gears = self.fmu.simulate(robot, smoothed.recording.time, smoothed.motion)
+        return self._predict(smoothed, x, robot, gears, loaded)
 
-    def reloaded(self, moved: MovedRecording, x: np.ndarray, there: Predicted) -> Predicted:
+    def reloaded(self, smoothed: SmoothedRecording, x: np.ndarray, there: Predicted) -> Predicted:
         """Return a prediction by x [1], (P,), with friction, as it is loaded, and loops of its own."""
-        return self._beside(moved, x, there.robot, there.gears, None)
+        return self._predict(smoothed, x, there.robot, there.gears, None)
 
-    def _beside(
+    def _predict(
         self,
-        moved: MovedRecording,
+        smoothed: SmoothedRecording,
         x: np.ndarray,
         robot: Robot,
         gears: GearMotion,
         loaded: Predicted | None,
     ) -> Predicted:
         if loaded is None:
-            part = friction_part(moved.recording, moved.motion, robot, gears)
-            dry = self._dry(moved, robot, x, part)
+            part = friction_part(smoothed.recording, smoothed.motion, robot, gears)
+            dry = self._dry(smoothed, robot, x, part)
         else:
             part, dry = loaded.part, loaded.dry
-        torque = motor_torques(moved.motion, robot, gears, part)
-        beside = np.zeros_like(torque)
-        links = KinematicErrors.of(robot).output_angle(moved.motion.q) + gears.wind_up
-        shares = {"gear": moved.motion.q - links}
+        torque = motor_torques(smoothed.motion, robot, gears, part)
+        unmodelled = np.zeros_like(torque)
+        links = KinematicErrors.of(robot).output_angle(smoothed.motion.q) + gears.wind_up
+        shares = {"gear": smoothed.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if not isinstance(p, SensorParameter):
                 continue
             i = p.joint
             if p.of_torque:
-                by_one = torque_column(p, moved.motion, part[:, i], moved.recording.step)
-                beside[:, i] += p.size * value * by_one
+                by_one = torque_column(p, smoothed.motion, part[:, i], smoothed.recording.step)
+                unmodelled[:, i] += p.size * value * by_one
                 continue
-            own = p.size * value * column(p, moved.motion, dry[:, i])
+            wind_up_part = p.size * value * column(p, smoothed.motion, dry[:, i])
             if p.kind == "lag":
-                own = links[:, i] - delayed(links[:, i], moved.recording.step, p.size * value)
+                wind_up_part = links[:, i] - delayed(
+                    links[:, i], smoothed.recording.step, p.size * value
+                )
             share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
-            share[:, i] += own
+            share[:, i] += wind_up_part
         wind_up = np.sum(list(shares.values()), axis=0)
-        return Predicted(wind_up, torque + beside, beside, robot, gears, part, dry, shares)
+        return Predicted(wind_up, torque + unmodelled, unmodelled, robot, gears, part, dry, shares)
 
     def _dry(
-        self, moved: MovedRecording, robot: Robot, x: np.ndarray, part: np.ndarray
+        self, smoothed: SmoothedRecording, robot: Robot, x: np.ndarray, part: np.ndarray
     ) -> np.ndarray:
         # Friction is what torques say: in derivatives the loops' form stays.
         dry = np.zeros_like(part)
@@ -235,22 +237,24 @@ class MotionProblem:
                 dry[:, i] = slipping * part[:, i]
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if isinstance(p, SensorParameter) and p.kind == "rest":
-                more = p.size * value * worn(moved.motion, p.joint)
+                more = p.size * value * worn(smoothed.motion, p.joint)
                 dry[:, p.joint] += more * part[:, p.joint]
         usual = [
             dry_friction(j.drive)[0] if j.drive is not None else 1.0 for j in self.robot.joints
         ]
         return dry / np.maximum(usual, 1.0)
 
-    def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
+    def residuals(
+        self, smoothed: SmoothedRecording, predicted: Predicted
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
 
         What is fitted in the recording by itself is taken off; nan where no link is measured.
         """
-        recording = moved.recording
+        recording = smoothed.recording
         wind_up = recording.wind_up - predicted.wind_up
         for i in recording.with_link:
-            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
+            wind_up[:, i] = smoothed.remove_fitted(wind_up[:, i], i)
         return wind_up, recording.torque - predicted.torque
 
     def rows(self, wind_up: np.ndarray, torque: np.ndarray) -> np.ndarray:
@@ -260,7 +264,7 @@ class MotionProblem:
             wind_up, torque: Rows of wind-ups [rad] and torques [N m], (n, j); wind-ups of joints without
                 an encoder do not count.
         """
-        linked = self.moved[0].recording.with_link
+        linked = self.recordings[0].recording.with_link
         links = wind_up[:, linked] / self.wind_up_deviation[linked]
         return np.hstack([links, torque / self.torque_deviation])
 
@@ -277,10 +281,10 @@ class MotionProblem:
         Raises:
             SimulationError: If the solver cannot step there.
         """
-        pairs = zip(self.moved, self.loaded, strict=True)
-        return tuple(self.predicted(moved, x, loaded) for moved, loaded in pairs)
+        pairs = zip(self.recordings, self.loaded, strict=True)
+        return tuple(self.predicted(smoothed, x, loaded) for smoothed, loaded in pairs)
 
     def residuals_of(self, predicted: Iterable[Predicted]) -> list[np.ndarray]:
         """Return the weighed residuals of all recordings [1], (n, channels) each, by predictions."""
-        pairs = zip(self.moved, predicted, strict=True)
-        return [self.rows(*self.left(moved, own)) for moved, own in pairs]
+        pairs = zip(self.recordings, predicted, strict=True)
+        return [self.rows(*self.residuals(smoothed, prediction)) for smoothed, prediction in pairs]

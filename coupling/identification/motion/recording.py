@@ -116,17 +116,17 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     for k, name in enumerate(link):
         if name in table.header:
             links[:, k] = table.of([name])[:, 0]
-    moved = table.of(motor)
-    turned = float(np.median(np.abs(moved).max(axis=0)))
-    if turned > _TURNED:
+    angles = table.of(motor)
+    largest = float(np.median(np.abs(angles).max(axis=0)))
+    if largest > _TURNED:
         raise IdentifyError(
-            f"{path}: expected the motors' angles over the gear ratios in rad, got up to {turned:.3g}"
+            f"{path}: expected the motors' angles over the gear ratios in rad, got up to {largest:.3g}"
             " rad at half of the joints: are they in degrees, or not divided by the gear ratio?"
         )
-    if not np.ptp(moved, axis=0).any():
+    if not np.ptp(angles, axis=0).any():
         raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
-    _require_own_links(path, float(mean), moved, links)
-    return Recording(path.name, time, moved, table.of(torque) * factors, links)
+    _require_own_links(path, float(mean), angles, links)
+    return Recording(path.name, time, angles, table.of(torque) * factors, links)
 
 
 def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndarray) -> None:
@@ -144,18 +144,18 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
         by = np.linalg.lstsq(columns, link[:, i], rcond=None)[0]
         return float(by[0]), float(-by[1]), float(np.std(link[:, i] - columns @ by))
 
-    own = np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)
-    for i in np.flatnonzero(own).tolist():
-        factor, late, left = followed(i, i)
-        follows = left < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT
-        clocked = abs(late) < LATEST or abs(late) * np.std(rate[:, i]) < _SURE * left
+    is_measured = np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)
+    for i in np.flatnonzero(is_measured).tolist():
+        factor, late, residual = followed(i, i)
+        follows = residual < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT
+        clocked = abs(late) < LATEST or abs(late) * np.std(rate[:, i]) < _SURE * residual
         if follows and clocked:
             continue
         best = min(range(motor.shape[1]), key=lambda k: followed(i, k)[2])
         got = f"got one that differs by {np.std(link[:, i] - motor[:, i]):.2g} rad rms"
         if follows:
             got = f"got it {in_ms(late)}: record both on one clock, or shift the column by that"
-        elif left < _NOT_WOUND_UP * abs(factor):
+        elif residual < _NOT_WOUND_UP * abs(factor):
             got = f"got {factor:.3g} times that: has it the motor's unit and sign?"
         elif abs(followed(i, best)[0] - 1.0) < _OTHER_UNIT:
             got += f" and follows motor[{best + 1}]: are columns swapped?"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.identification.motion.fit import MotionFit, minus_log_likelihood, rms
-from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
+from coupling.identification.motion.problem import MotionProblem, Predicted, SmoothedRecording
 from coupling.identification.motion.recording import smooth
 
 # Part of a motor's torque from which on what is left is remarked upon [1].
@@ -21,7 +21,7 @@ class RecordingResiduals:
     """What is left of a recording by its prediction.
 
     Attributes:
-        moved: The recording.
+        smoothed: The recording.
         held_out: Whether it was not fitted.
         predicted: Its prediction.
         left_wind_up: Measured less predicted wind-up, the recording's own offset and lines taken off
@@ -34,7 +34,7 @@ class RecordingResiduals:
         slow_torque: The same below the bandwidth of the motors' motion [1], (j,).
     """
 
-    moved: MovedRecording
+    smoothed: SmoothedRecording
     held_out: bool
     predicted: Predicted
     left_wind_up: np.ndarray
@@ -50,7 +50,7 @@ class RecordingResiduals:
 
         These are neither friction, which is fitted, nor noise, but loads.
         """
-        speed = np.abs(self.moved.motion.qd)
+        speed = np.abs(self.smoothed.motion.qd)
         moves = np.mean(speed > _MOVES * speed.max(axis=0), axis=0)
         return np.asarray((moves > _MOVING) & (self.slow_torque > _HALF))
 
@@ -76,7 +76,11 @@ class TermLeftOut:
 
 
 def residuals_of(
-    problem: MotionProblem, moved: MovedRecording, x: np.ndarray, bandwidth: float, held_out: bool
+    problem: MotionProblem,
+    smoothed: SmoothedRecording,
+    x: np.ndarray,
+    bandwidth: float,
+    held_out: bool,
 ) -> RecordingResiduals:
     """Return how well a recording is predicted.
 
@@ -85,56 +89,56 @@ def residuals_of(
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         held_out: Whether it was not fitted.
     """
-    predicted = problem.predicted(moved, x)
-    wind_up, torque = problem.left(moved, predicted)
-    apart = moved.recording.wind_up - predicted.wind_up
-    measured = moved.recording.torque
+    predicted = problem.predicted(smoothed, x)
+    wind_up, torque = problem.residuals(smoothed, predicted)
+    apart = smoothed.recording.wind_up - predicted.wind_up
+    measured = smoothed.recording.torque
     size = np.maximum(rms(measured), 1e-300)
-    slow = smooth(torque, moved.recording.step, bandwidth)
+    slow = smooth(torque, smoothed.recording.step, bandwidth)
     return RecordingResiduals(
-        moved,
+        smoothed,
         held_out,
         predicted,
         wind_up,
         rms(wind_up),
         np.std(apart, axis=0),
-        _lag_alone(problem, moved),
+        _lag_alone(problem, smoothed),
         rms(torque) / size,
         rms(slow) / size,
     )
 
 
-def _lag_alone(problem: MotionProblem, moved: MovedRecording) -> np.ndarray:
+def _lag_alone(problem: MotionProblem, smoothed: SmoothedRecording) -> np.ndarray:
     """Return the rms [rad], (j,), that a lag fitted to a problem's recordings leaves of a wind-up."""
-    left = np.full(moved.motion.q.shape[1], np.nan)
-    for i in moved.recording.with_link:
+    sizes = np.full(smoothed.motion.q.shape[1], np.nan)
+    for i in smoothed.recording.with_link:
 
-        def parts(one: MovedRecording, i: int = i) -> tuple[np.ndarray, np.ndarray]:
-            rate, wind_up = one.motion.qd[:, i], one.recording.wind_up[:, i]
-            return one.without_own(rate, i), one.without_own(wind_up, i)
+        def parts(other: SmoothedRecording, i: int = i) -> tuple[np.ndarray, np.ndarray]:
+            rate, wind_up = other.motion.qd[:, i], other.recording.wind_up[:, i]
+            return other.remove_fitted(rate, i), other.remove_fitted(wind_up, i)
 
-        rates, wind_ups = map(np.concatenate, zip(*map(parts, problem.moved), strict=True))
+        rates, wind_ups = map(np.concatenate, zip(*map(parts, problem.recordings), strict=True))
         lag = rates @ wind_ups / max(rates @ rates, 1e-300)
-        rate, wind_up = parts(moved)
-        left[i] = rms(wind_up - lag * rate)
-    return left
+        rate, wind_up = parts(smoothed)
+        sizes[i] = rms(wind_up - lag * rate)
+    return sizes
 
 
-def remarks_on(one: RecordingResiduals) -> list[str]:
+def remarks_on(of: RecordingResiduals) -> list[str]:
     """Return a sentence on each torque of which most is left, and link that lag predicts better."""
-    words, name = "predicted" if one.held_out else "fitted", one.moved.recording.name
+    words, name = "predicted" if of.held_out else "fitted", of.smoothed.recording.name
     torques = [
-        f"{name}, {words}: the residual of the torque of motor {i + 1} is {100.0 * one.torque[i]:.0f}"
+        f"{name}, {words}: the residual of the torque of motor {i + 1} is {100.0 * of.torque[i]:.0f}"
         " % of it: is the column of another joint, delayed or in another unit, or is the model"
         " incomplete?"
-        for i in np.flatnonzero(one.torque > _HALF)
+        for i in np.flatnonzero(of.torque > _HALF)
     ]
     return torques + [
-        f"{name}, {words}: the residual of motor less link {i + 1} is {_urad(one.wind_up[i])}, more than"
-        f" with a lag and an offset alone, {_urad(one.lag_alone[i])}: the model of this joint is"
+        f"{name}, {words}: the residual of motor less link {i + 1} is {_urad(of.wind_up[i])}, more than"
+        f" with a lag and an offset alone, {_urad(of.lag_alone[i])}: the model of this joint is"
         " incomplete."
-        for i in one.moved.recording.with_link
-        if one.wind_up[i] > one.lag_alone[i]
+        for i in of.smoothed.recording.with_link
+        if of.wind_up[i] > of.lag_alone[i]
     ]
 
 
@@ -144,18 +148,18 @@ def _urad(angle: float) -> str:
 
 def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut, ...]:
     """Return what each term of a fit is worth, by the others' answer to first order."""
-    problem, found = fit.problem, []
+    problem, terms = fit.problem, []
     least = minus_log_likelihood(problem, fit.x)
     for term in dict.fromkeys(p.term for p in problem.parameters):
-        own = np.array([p.term == term for p in problem.parameters])
+        of_term = np.array([p.term == term for p in problem.parameters])
         none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
-        x = np.where(own, none, fit.x)
-        rest = fit.blocks.only(~own, x - fit.x)
-        x[~own] += rest.step
+        x = np.where(of_term, none, fit.x)
+        response = fit.blocks.only(~of_term, x - fit.x)
+        x[~of_term] += response.step
         x = np.clip(x, *problem.bounds)
-        without = residuals_of(problem, of.moved, x, 1.0, True)
+        without = residuals_of(problem, of.smoothed, x, 1.0, True)
         joint = next(p.joint for p in problem.parameters if p.term == term)
-        found.append(
+        terms.append(
             TermLeftOut(
                 term,
                 joint,
@@ -164,9 +168,9 @@ def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut,
                 minus_log_likelihood(problem, x) - least,
             )
         )
-    for i, lines in enumerate(of.moved.lines):
+    for i, lines in enumerate(of.smoothed.lines):
         if lines:
             pair = (float(of.wind_up[i]), float(of.without_lines[i]))
             same = (float(of.torque[i]),) * 2
-            found.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
-    return tuple(found)
+            terms.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
+    return tuple(terms)

@@ -9,14 +9,14 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.identification import MotionIdentification
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import FileEntry, fitted_text
-from coupling.identification.verdict import KEPT, interval_words
+from coupling.identification.verdict import ParameterVerdict
 from coupling.results.base import finite
 from coupling.results.motion_result import (
     LinesResult,
-    MotionParameterResult,
     MotionResult,
     RecordingResult,
     TermResult,
@@ -24,24 +24,29 @@ from coupling.results.motion_result import (
 )
 
 
-def motion_figures(found: MotionIdentification) -> MotionResult:
+def motion_figures(identification: MotionIdentification) -> MotionResult:
     """Return the figures of an identification; SI, None for what is infinite or not known."""
-    first = found.residuals[0]
-    inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in found.robot.joints]
+    first = identification.residuals[0]
+    inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in identification.robot.joints]
     return MotionResult(
-        refusal=found.refusal,
-        converged=found.fit.converged,
-        bandwidth_Hz=found.bandwidth,
-        noise_torque_Nm=tuple((first.moved.motion.noise * inertia).tolist()),
-        blocks=len(found.fit.blocks.matrices),
-        remarks=found.remarks,
-        joints=tuple(i + 1 for i in first.moved.recording.with_link),
-        parameters=tuple(_parameters(found)),
-        recordings=tuple(_recording(one) for one in found.residuals),
-        lines=tuple(
-            LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
+        refusal=identification.refusal,
+        converged=identification.fit.converged,
+        bandwidth_Hz=identification.bandwidth,
+        noise_torque_Nm=tuple((first.smoothed.motion.noise * inertia).tolist()),
+        blocks=len(identification.fit.blocks.matrices),
+        remarks=identification.remarks,
+        joints=tuple(i + 1 for i in first.smoothed.recording.with_link),
+        parameters=tuple(
+            verdict.result(_written(verdict), term=verdict.parameter.term)
+            for verdict in identification.parameters
         ),
-        slow_error_rad=_all(found.slow_error),
+        recordings=tuple(_recording(residuals) for residuals in identification.residuals),
+        lines=tuple(
+            LinesResult(joint=i + 1, periods=periods)
+            for i, periods in enumerate(first.smoothed.lines)
+            if periods
+        ),
+        slow_error_rad=_all(identification.slow_error),
         terms=tuple(
             TermResult(
                 term=term.term,
@@ -50,72 +55,48 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
                 torque_relative=term.torque,
                 likelier=finite(term.likelier),
             )
-            for term in found.terms
+            for term in identification.terms
         ),
     )
 
 
-def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
-    fit, rows = found.fit, []
-    half = (fit.blocks.half * fit.blocks.deviation).tolist()
-    fitted = {
-        p.name: (x, h)
-        for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
-        if p.name in found.identified
-    }
-    for p in found.parameters:
-        if isinstance(p, SensorParameter) and p.of_slow_error:
-            continue
-        value = low = high = None
-        if p.name in fitted:
-            x, h = fitted[p.name]
-            value = finite(p.outward(x))
-            low, high = map(finite, sorted((p.outward(x - h), p.outward(x + h))))
-        rows.append(
-            MotionParameterResult(
-                name=p.name,
-                term=p.term,
-                unit=p.unit,
-                start=p.start,
-                value=value,
-                low=low,
-                high=high,
-                identified=p.name in fitted,
-            )
-        )
-    return rows
+def _written(verdict: ParameterVerdict[MotionParameter]) -> float | None:
+    """Return the value in the robot file; None for a sensor's number."""
+    if isinstance(verdict.parameter, SensorParameter):
+        return None
+    return verdict.value if verdict.identifiable else verdict.start
 
 
-def _recording(one: RecordingResiduals) -> RecordingResult:
-    recording = one.moved.recording
+def _recording(residuals: RecordingResiduals) -> RecordingResult:
+    recording = residuals.smoothed.recording
     linked = recording.with_link
     return RecordingResult(
         name=recording.name,
-        held_out=one.held_out,
+        held_out=residuals.held_out,
         time=tuple(recording.time.tolist()),
         rows=len(recording.time),
-        wind_up_rad=_all(one.wind_up),
-        wind_up_without_lines_rad=_all(one.without_lines),
-        wind_up_lag_alone_rad=_all(one.lag_alone),
-        torque_relative=_all(one.torque),
-        slow_torque_relative=_all(one.slow_torque),
+        wind_up_rad=_all(residuals.wind_up),
+        wind_up_without_lines_rad=_all(residuals.without_lines),
+        wind_up_lag_alone_rad=_all(residuals.lag_alone),
+        torque_relative=_all(residuals.torque),
+        slow_torque_relative=_all(residuals.slow_torque),
         measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
-        left_wind_up=_columns(one.left_wind_up[:, linked]),
+        left_wind_up=_columns(residuals.left_wind_up[:, linked]),
         shares=tuple(
-            WindUpShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))
-            for name, own in _shares(one).items()
+            WindUpShareResult(name=name, wind_up=_columns(wind_up - wind_up.mean(axis=0)))
+            for name, wind_up in _shares(residuals).items()
         ),
         measured_torque=_columns(recording.torque),
-        left_torque=_columns(recording.torque - one.predicted.torque),
+        left_torque=_columns(recording.torque - residuals.predicted.torque),
     )
 
 
-def _shares(one: RecordingResiduals) -> dict[str, np.ndarray]:
+def _shares(residuals: RecordingResiduals) -> dict[str, np.ndarray]:
     """Return the causes of motor less link of joints with an encoder [rad], (n, l) each."""
-    recording, linked = one.moved.recording, one.moved.recording.with_link
-    shares = {name: own[:, linked] for name, own in one.predicted.shares.items()}
-    lines = recording.wind_up - one.predicted.wind_up - one.left_wind_up
-    if any(one.moved.lines):
+    recording, linked = residuals.smoothed.recording, residuals.smoothed.recording.with_link
+    shares = {name: wind_up[:, linked] for name, wind_up in residuals.predicted.shares.items()}
+    lines = recording.wind_up - residuals.predicted.wind_up - residuals.left_wind_up
+    if any(residuals.smoothed.lines):
         shares["lines of the encoder"] = lines[:, linked]
     return shares
 
@@ -128,8 +109,12 @@ def _all(values: np.ndarray | Sequence[float]) -> tuple[float | None, ...]:
     return tuple(map(finite, np.asarray(values).tolist()))
 
 
-def moved_text(
-    found: MotionIdentification, figures: MotionResult, start: Path, target: Path, source: str
+def motion_text(
+    identification: MotionIdentification,
+    figures: MotionResult,
+    start: Path,
+    target: Path,
+    source: str,
 ) -> str:
     """Return the robot file with what was identified.
 
@@ -142,33 +127,34 @@ def moved_text(
         IdentifyError: If the identification refuses to be written, or the file has another form.
         RobotFileError: If the start file cannot be read.
     """
-    if found.refusal:
-        raise IdentifyError(f"{target}: not written: {found.refusal}")
-    of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
+    if identification.refusal:
+        raise IdentifyError(f"{target}: not written: {identification.refusal}")
     entries = [
         FileEntry(
-            result.name,
-            result.value if result.identified else None,
-            _remark(result),
-            interval=(result.low, result.high),
+            verdict.name,
+            verdict.value if verdict.identifiable else None,
+            verdict.remark,
+            interval=(verdict.low, verdict.high),
         )
-        for result in figures.parameters
-        if result.name in of_robot
+        for verdict in identification.parameters
+        if not isinstance(verdict.parameter, SensorParameter)
     ]
-    left = _left(figures)
-    return fitted_text(start, found.identified_robot, entries, "identify", source, left, target)
+    words = _residual_words(figures)
+    return fitted_text(
+        start, identification.identified_robot, entries, "identify", source, words, target
+    )
 
 
-def _left(figures: MotionResult) -> str:
+def _residual_words(figures: MotionResult) -> str:
     lines = []
-    for one in figures.recordings:
-        words = "predicted" if one.held_out else "fitted"
-        left = ", ".join(f"{1e6 * own:.0f}" for own in one.wind_up_rad if own is not None)
-        torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)
-        link = f"motor less link {left} urad rms, " if left else ""
-        lines.append(f"Residual of {one.name}, {words}: {link}motor torque {torque} % of its rms.")
+    for recording in figures.recordings:
+        words = "predicted" if recording.held_out else "fitted"
+        links = ", ".join(
+            f"{1e6 * value:.0f}" for value in recording.wind_up_rad if value is not None
+        )
+        torque = ", ".join(f"{100.0 * (value or 0.0):.0f}" for value in recording.torque_relative)
+        link = f"motor less link {links} urad rms, " if links else ""
+        lines.append(
+            f"Residual of {recording.name}, {words}: {link}motor torque {torque} % of its rms."
+        )
     return "\n".join(lines)
-
-
-def _remark(result: MotionParameterResult) -> str:
-    return interval_words(result.low, result.high) if result.identified else KEPT

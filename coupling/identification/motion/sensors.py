@@ -41,7 +41,7 @@ class SensorParameter(MotionParameter):
         harmonic: Periods in a turn of a cosine or sine.
     """
 
-    start: float = 0.0
+    value: float = 0.0
     signed: bool = True
     moves_gears: bool = False
     prior: float = 1.0
@@ -61,14 +61,14 @@ class SensorParameter(MotionParameter):
 
 def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
     """Return those of joints whose link's angle is measured, by their indices."""
-    found = []
+    parameters = []
     for i in with_link:
         place, joint = f"encoder[{i + 1}]", i + 1
-        found += [
+        parameters += [
             SensorParameter(f"{place}.lag", f"lag {joint}", i, 1e-3, "s", prior=10.0, kind="lag"),
             SensorParameter(f"{place}.loop", f"loop {joint}", i, 1e-4, "rad", kind="loop"),
         ]
-        found += [
+        parameters += [
             SensorParameter(
                 f"{place}.slow_error.{kind}[{k}]",
                 f"slow error {joint}",
@@ -81,12 +81,12 @@ def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
             for k in range(1, _HARMONICS + 1)
             for kind in ("cosine", "sine")
         ]
-    return tuple(found)
+    return tuple(parameters)
 
 
 def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
     """Return those of the torques of a robot's motors."""
-    found = []
+    parameters = []
     for i, joint in enumerate(robot.joints):
         drive = joint.drive
         if drive is None:
@@ -96,13 +96,13 @@ def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
             ("fast.rate_gain", "rate loop", "rate", drive.rate_gain, "N m s/rad"),
             ("fast.inertia", "fast rotor", "inertia", drive.inertia, "kg m^2"),
         ):
-            known = _AFTER_REST if kind == "rest" else 1.0
-            own = SensorParameter(
+            prior = _AFTER_REST if kind == "rest" else 1.0
+            parameter = SensorParameter(
                 f"motor[{i + 1}].{name}", f"{term} {i + 1}", i, max(size, 1.0), unit, kind=kind
             )
             # Where the file has no friction or no rate loop, their size is not known.
-            found.append(replace(own, prior=known if size > 0.0 else np.inf))
-    return tuple(found)
+            parameters.append(replace(parameter, prior=prior if size > 0.0 else np.inf))
+    return tuple(parameters)
 
 
 def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
@@ -159,7 +159,7 @@ def torque_column(
     return np.asarray((fast[2:] - 2.0 * fast[1:-1] + fast[:-2]) / step**2)
 
 
-def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
+def fitted_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
     """Return the wind-up by 1 rad of a recording's own offset and lines [1], (n, 1 + 2 l).
 
     The offset's column comes first, then cosine and sine of every line.
@@ -175,14 +175,16 @@ def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> n
     return np.column_stack(columns)
 
 
-def encoder_lines(left: Sequence[np.ndarray], angle: Sequence[np.ndarray]) -> tuple[float, ...]:
+def encoder_lines(
+    residuals: Sequence[np.ndarray], angle: Sequence[np.ndarray]
+) -> tuple[float, ...]:
     """Return the numbers of periods in a turn that what is left of wind-ups has.
 
     An incremental encoder's scale begins anywhere in each recording, so that every recording has a phase
     of its own; the number must be the same.
 
     Args:
-        left: Measured less predicted wind-up in each recording [rad], (n,) each.
+        residuals: Measured less predicted wind-up in each recording [rad], (n,) each.
         angle: Angles of the link [rad], (n,) each.
 
     Example:
@@ -190,44 +192,47 @@ def encoder_lines(left: Sequence[np.ndarray], angle: Sequence[np.ndarray]) -> tu
         >>> encoder_lines([2e-5 * np.cos(512.0 * turn + 1.0)], [turn])
         (512.0,)
     """
-    travel = max(float(np.ptp(own)) for own in angle)
+    travel = max(float(np.ptp(values)) for values in angle)
     if travel <= 0.0:
         return ()
     # Two samples a period where the link turns fastest.
-    fastest = max(float(np.abs(np.diff(own)).max()) for own in angle)
+    fastest = max(float(np.abs(np.diff(values)).max()) for values in angle)
     lowest = max(_FEWEST, 2.0 * np.pi * _PERIODS / travel)
     tried = np.arange(lowest, np.pi / fastest, 2.0 * np.pi / travel / _POINTS)
-    rest = [own - own.mean() for own in left]
-    found: list[float] = []
-    while len(tried) and len(found) < _MOST_LINES:
-        takes = _taken(rest, angle, tried)
+    remaining = [values - values.mean() for values in residuals]
+    lines: list[float] = []
+    while len(tried) and len(lines) < _MOST_LINES:
+        takes = _explained(remaining, angle, tried)
         best = float(tried[int(np.argmax(takes))])
         step = tried[1] - tried[0] if len(tried) > 1 else 1.0
         near = best + step * np.linspace(-1.0, 1.0, 41)
-        near_takes = _taken(rest, angle, near)
+        near_takes = _explained(remaining, angle, near)
         best = round(float(near[int(np.argmax(near_takes))]), 1)
         if near_takes.max() < _TAKES:
             break
-        found.append(best)
-        rest = [own - _fitted(own, best * turn) for own, turn in zip(rest, angle, strict=True)]
-    return tuple(found)
+        lines.append(best)
+        remaining = [
+            values - _fit_line(values, best * turn)
+            for values, turn in zip(remaining, angle, strict=True)
+        ]
+    return tuple(lines)
 
 
-def _taken(
-    left: Sequence[np.ndarray], angle: Sequence[np.ndarray], lines: np.ndarray
+def _explained(
+    residuals: Sequence[np.ndarray], angle: Sequence[np.ndarray], lines: np.ndarray
 ) -> np.ndarray:
     """Return the part of the squares that each of lines in equal steps takes, (len(lines),)."""
-    whole = sum(float(own @ own) for own in left)
-    taken = np.zeros(len(lines))
+    whole = sum(float(values @ values) for values in residuals)
+    parts = np.zeros(len(lines))
     # exp(i (l + k d) q) is a product, of every few-th line's and of that of few steps.
     few = round(np.sqrt(len(lines)))
     coarse, fine = lines[::few, None], lines[:few, None] - lines[0]
-    for own, turn in zip(left, angle, strict=True):
-        sums = (np.exp(1j * coarse * turn) * own) @ np.exp(1j * fine * turn).T
-        taken += 2.0 * np.abs(sums.ravel()[: len(lines)]) ** 2 / len(own)
-    return taken / max(whole, 1e-300)
+    for values, turn in zip(residuals, angle, strict=True):
+        sums = (np.exp(1j * coarse * turn) * values) @ np.exp(1j * fine * turn).T
+        parts += 2.0 * np.abs(sums.ravel()[: len(lines)]) ** 2 / len(values)
+    return parts / max(whole, 1e-300)
 
 
-def _fitted(left: np.ndarray, phase: np.ndarray) -> np.ndarray:
+def _fit_line(residual: np.ndarray, phase: np.ndarray) -> np.ndarray:
     columns = np.column_stack([np.cos(phase), np.sin(phase)])
-    return columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    return columns @ np.linalg.lstsq(columns, residual, rcond=None)[0]

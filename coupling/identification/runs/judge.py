@@ -25,7 +25,7 @@ _SMALLER = float(np.sqrt(2.0))
 
 
 @dataclass(frozen=True)
-class LearnedParameter(ParameterVerdict):
+class LearnedParameter(ParameterVerdict[RobotParameter]):
     """Verdict on one parameter.
 
     Attributes:

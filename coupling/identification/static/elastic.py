@@ -31,11 +31,11 @@ class ElasticParameters:
 
     Attributes:
         robot: The robot they belong to.
-        own: Its stiffnesses and backlashes, (P,).
+        parameters: Its stiffnesses and backlashes, (P,).
     """
 
     robot: Robot
-    own: tuple[RobotParameter, ...]
+    parameters: tuple[RobotParameter, ...]
 
     @classmethod
     def of(cls, robot: Robot, torque_curve: str) -> ElasticParameters:
@@ -58,32 +58,32 @@ class ElasticParameters:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names in the FMU, joint[1].stiffness or joint[1].backlash, (P,)."""
-        return tuple(own.name for own in self.own)
+        return tuple(parameter.name for parameter in self.parameters)
 
     @cached_property
     def elastic(self) -> np.ndarray:
         """Indices of their elastic coordinates, (P,)."""
-        return np.array([own.coordinate for own in self.own], dtype=int)
+        return np.array([parameter.coordinate for parameter in self.parameters], dtype=int)
 
     @cached_property
     def is_backlash(self) -> np.ndarray:
         """Mask of half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
-        return np.array([own.kind == "backlash" for own in self.own], dtype=bool)
+        return np.array([parameter.kind == "backlash" for parameter in self.parameters], dtype=bool)
 
     @cached_property
     def is_compliance(self) -> np.ndarray:
         """Mask of compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
-        return np.array([own.row.inverse for own in self.own], dtype=bool)
+        return np.array([parameter.row.inverse for parameter in self.parameters], dtype=bool)
 
     @cached_property
     def is_torsion(self) -> np.ndarray:
         """Mask of compliances of a joint about its own axis, (P,)."""
-        return self.is_compliance & [own.gear is not None for own in self.own]
+        return self.is_compliance & [parameter.gear is not None for parameter in self.parameters]
 
     @cached_property
     def start(self) -> np.ndarray:
         """Values in the robot's description, in p's units, (P,)."""
-        value = np.array([own.value for own in self.own])
+        value = np.array([parameter.value for parameter in self.parameters])
         return np.where(self.is_compliance, 1.0 / value, value)
 
     @property
@@ -122,7 +122,7 @@ class Candidate:
         Args:
             value: Compliance [rad/(N m)] or half width [rad].
         """
-        own = self.name
+        name = self.name
         joint = robot.joints[self.joint]
         if self.axis is None:
             changed = replace(joint, backlash=max(value, LEAST_BACKLASH))
@@ -131,37 +131,37 @@ class Candidate:
             ratio = joint.damping / joint.stiffness if joint.stiffness else 0.0
             tilt = Tilt(self.axis, stiffness, ratio * stiffness)
             changed = replace(joint, tilt=(*joint.tilt, tilt))
-            own = f"joint[{self.joint + 1}].tilt[{len(changed.tilt)}].stiffness"
-        return with_joints(robot, {self.joint: changed}), own
+            name = f"joint[{self.joint + 1}].tilt[{len(changed.tilt)}].stiffness"
+        return with_joints(robot, {self.joint: changed}), name
 
 
 def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:
     """Return the tilts, and the backlashes, that joints may have beside what they have."""
-    found = []
+    possible = []
     for i, joint in enumerate(robot.joints):
         if joint.stiffness is None and not joint.tilt:
             continue  # a joint that the file takes for rigid
         for axis in _lateral(joint)[: 2 - len(joint.tilt)]:
             words = ", ".join(f"{component:.4g}" for component in axis)
-            found.append(Candidate(f"joint[{i + 1}].tilt about [{words}]", i, axis))
+            possible.append(Candidate(f"joint[{i + 1}].tilt about [{words}]", i, axis))
     if TORQUE_CURVES[torque_curve].has_backlash:
         for i, joint in enumerate(robot.joints):
             if joint.stiffness is not None and joint.backlash == 0.0 and not joint.torque_table:
-                found.append(Candidate(f"joint[{i + 1}].backlash", i, None))
-    return found
+                possible.append(Candidate(f"joint[{i + 1}].backlash", i, None))
+    return possible
 
 
 def _lateral(joint: Joint) -> list[tuple[float, ...]]:
     """Return the directions across a joint's axis, and its tilts': body axes where these lie so."""
-    taken = [np.array(joint.axis), *(np.array(tilt.axis) for tilt in joint.tilt)]
-    found: list[tuple[float, ...]] = []
+    directions = [np.array(joint.axis), *(np.array(tilt.axis) for tilt in joint.tilt)]
+    lateral: list[tuple[float, ...]] = []
     order = np.argsort(np.abs(joint.axis), kind="stable")
     for axis in np.eye(3)[order]:
-        for other in taken:
+        for other in directions:
             axis = axis - (axis @ other) / (other @ other) * other
         length = np.linalg.norm(axis)
         if length > 0.1:
             unit = axis / length + 0.0
-            found.append(tuple(unit.tolist()))
-            taken.append(unit)
-    return found
+            lateral.append(tuple(unit.tolist()))
+            directions.append(unit)
+    return lateral

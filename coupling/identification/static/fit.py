@@ -129,11 +129,11 @@ class StaticLinearisation:
         )
         columns = np.where(problem.scale > 0.0, weighted.columns, 0.0)
         matrix = [columns.reshape(-1, len(away)), holding]
-        rest = [-weighted.residual(self.x).ravel(), holding @ away]
+        residual = [-weighted.residual(self.x).ravel(), holding @ away]
         if self.experiment.prior is not None:
             matrix.append(np.diag(self.experiment.prior))
-            rest.append(self.experiment.known_before(self.x))
-        return np.vstack(matrix), np.concatenate(rest)
+            residual.append(self.experiment.known_before(self.x))
+        return np.vstack(matrix), np.concatenate(residual)
 
     @property
     def cost(self) -> float:
@@ -148,9 +148,9 @@ class StaticLinearisation:
 
     def _cost(self, values: np.ndarray, prediction: Prediction) -> float:
         residual = self.experiment.measured.deflection - prediction.deflection
-        left = np.einsum("kij,kj->ki", self.white, residual) * self.weight[:, None]
-        known = self.experiment.known_before(values)
-        return 0.5 * float(np.sum(left**2) + known @ known)
+        whitened = np.einsum("kij,kj->ki", self.white, residual) * self.weight[:, None]
+        prior = self.experiment.known_before(values)
+        return 0.5 * float(np.sum(whitened**2) + prior @ prior)
 
     def try_step(self, step: np.ndarray) -> StaticTrial | None:
         """Return the prediction after a step, (P,); None where the robot finds no rest."""

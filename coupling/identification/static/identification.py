@@ -13,10 +13,15 @@ from coupling.identification.intervals import ConfidenceIntervals, intervals, le
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
 from coupling.identification.static.fit import StaticFit, fit_static
-from coupling.identification.static.found import CandidateTest, Identification, judged, rms
 from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.prediction import Prediction, StaticModel, candidate_column
-from coupling.identification.static.suspicions import common_loss, moved_points
+from coupling.identification.static.suspicions import common_loss, shifted_points
+from coupling.identification.static.verdicts import (
+    CandidateTest,
+    Identification,
+    judge_parameters,
+    rms,
+)
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 
@@ -63,18 +68,18 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
     added: list[str] = []
     for name in options.add:
         if name != SUPPORTED:
-            robot, own = _with(robot, measured, options, name)
-            added.append(own)
-    found = _once(robot, measured, options, tuple(added), rms_start)
+            robot, added_name = _with(robot, measured, options, name)
+            added.append(added_name)
+    identification = _once(robot, measured, options, tuple(added), rms_start)
     while SUPPORTED in options.add:
-        best = [further for further in found.further if further.support.supported]
+        best = [further for further in identification.further if further.support.is_supported]
         if not best:
             break
         chosen = min(best, key=lambda further: further.support.within)
-        robot, own = chosen.candidate.added_to(robot, chosen.value)
-        added.append(own)
-        found = _once(robot, measured, options, tuple(added), rms_start)
-    return found
+        robot, added_name = chosen.candidate.added_to(robot, chosen.value)
+        added.append(added_name)
+        identification = _once(robot, measured, options, tuple(added), rms_start)
+    return identification
 
 
 def require_deflected(elasticity: ElasticParameters, measured: Measurements) -> None:
@@ -95,13 +100,13 @@ def _with(
     robot: Robot, measured: Measurements, options: IdentifyOptions, name: str
 ) -> tuple[Robot, str]:
     """Return the robot with a candidate, at the value that fits beside the others, and its name."""
-    known = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
-    if name not in known:
-        raise IdentifyError(f"--add: {one_of([SUPPORTED, *known], name)}")
+    by_name = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
+    if name not in by_name:
+        raise IdentifyError(f"--add: {one_of([SUPPORTED, *by_name], name)}")
     elasticity = ElasticParameters.of(robot, options.torque_curve)
     fit = fit_static(elasticity, measured, options.torque_curve, options.noise, options.loss)
-    (further,) = _further(fit, measured, options, [known[name]])
-    return known[name].added_to(robot, further.value)
+    (further,) = _further(fit, measured, options, [by_name[name]])
+    return by_name[name].added_to(robot, further.value)
 
 
 def _once(
@@ -113,19 +118,19 @@ def _once(
 ) -> Identification:
     elasticity = ElasticParameters.of(robot, options.torque_curve)
     fit = fit_static(elasticity, measured, options.torque_curve, options.noise, options.loss)
-    known = options.noise.known
-    sure = intervals(fit.problem, fit.weight, fit.values, known)
+    is_noise_known = options.noise.is_known
+    sure = intervals(fit.problem, fit.weight, fit.values, is_noise_known)
     tested = np.flatnonzero(~elasticity.is_torsion)
     every = np.arange(len(elasticity.names))
     supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
     separable = separability(fit.rigid, elasticity.names)
-    parameters = judged(fit, sure, supports, separable)
+    parameters = judge_parameters(fit, sure, supports, separable)
     identified = np.array([p.identifiable for p in parameters])
-    kept = elasticity.start.copy()
+    start_values = elasticity.start.copy()
     for j, name in enumerate(elasticity.names):
         if name in added and not identified[j]:
-            kept[j] = elasticity.least[j]
-    written = beside(fit, identified, kept, sure)
+            start_values[j] = elasticity.least[j]
+    written = refit_identified(fit, identified, start_values, sure)
     errors = fit.in_units(left_out(fit.problem, fit.weight))
     model = StaticModel(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
@@ -143,12 +148,12 @@ def _once(
         options.noise,
         tuple(further),
         common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
-        tuple(moved_points(fit, measured)),
+        tuple(shifted_points(fit, measured)),
     )
 
 
-def beside(
-    fit: StaticFit, identified: np.ndarray, kept: np.ndarray, sure: ConfidenceIntervals
+def refit_identified(
+    fit: StaticFit, identified: np.ndarray, start_values: np.ndarray, sure: ConfidenceIntervals
 ) -> np.ndarray:
     """Return the values to write: kept ones, and beside them those that fit best in their intervals.
 
@@ -157,24 +162,27 @@ def beside(
 
     Args:
         identified: Mask of identified parameters, (P,).
-        kept: Values of the others, in p's units, (P,).
+        start_values: Values of the others, in p's units, (P,).
     """
-    written = np.where(identified, fit.values, kept)
+    written = np.where(identified, fit.values, start_values)
     if identified.all() or not identified.any():
         return written
     problem = fit.problem.weighted(fit.weight)
-    rest = problem.residual(np.where(identified, 0.0, kept))
-    own = replace(problem.only(identified), target=rest)
-    written[identified] = own.solve(sure.low[identified], sure.high[identified])
+    residual = problem.residual(np.where(identified, 0.0, start_values))
+    of_identified = replace(problem.only(identified), target=residual)
+    written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
     return written
 
 
 def _further(
-    fit: StaticFit, measured: Measurements, options: IdentifyOptions, found: Sequence[Candidate]
+    fit: StaticFit,
+    measured: Measurements,
+    options: IdentifyOptions,
+    tested_candidates: Sequence[Candidate],
 ) -> list[CandidateTest]:
     """Return candidates tested one by one beside the parameters of a fit."""
     robot, results, whole = fit.elasticity.robot, [], []
-    for candidate in found:
+    for candidate in tested_candidates:
         try:
             column = candidate_column(robot, options.torque_curve, candidate, measured)
         except ElasticRobotError:  # it would move no inertia

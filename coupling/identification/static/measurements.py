@@ -62,8 +62,10 @@ class Measurements:
 
     def at_rows(self, rows: np.ndarray) -> Measurements:
         """Return some of the rows, by their indices, (rows,)."""
-        own = {key: part[rows] for key, part in vars(self).items() if isinstance(part, np.ndarray)}
-        return replace(self, names=tuple(self.names[k] for k in rows.tolist()), **own)
+        columns = {
+            key: part[rows] for key, part in vars(self).items() if isinstance(part, np.ndarray)
+        }
+        return replace(self, names=tuple(self.names[k] for k in rows.tolist()), **columns)
 
     @classmethod
     def of(
@@ -138,11 +140,11 @@ def _remarks(header: list[str], joints: int) -> tuple[str, ...]:
     return (f"columns {', '.join(more)} are not used: the robot has {joints} joints",)
 
 
-def loops_of(table: MeasuredTable, kept: Sequence[str]) -> np.ndarray | None:
+def loops_of(table: MeasuredTable, constant: Sequence[str]) -> np.ndarray | None:
     """Return the number of each row's loop, (k,); None without the column.
 
     Args:
-        kept: Columns that stay as they are within a loop: drives, and where the load acts.
+        constant: Columns that stay as they are within a loop: drives, and where the load acts.
 
     Raises:
         IdentifyError: With line, if a number is none, or rows are no loops.
@@ -154,7 +156,7 @@ def loops_of(table: MeasuredTable, kept: Sequence[str]) -> np.ndarray | None:
     if len(uneven):
         raise table.row_error(LOOP, int(uneven[0]), "the whole number of a loop")
     starts = np.flatnonzero(np.append(True, np.diff(numbers) != 0.0))
-    states = table.of(kept)
+    states = table.of(constant)
     for start, end in zip(starts, [*starts[1:], len(numbers)], strict=True):
         if numbers[start] in numbers[:start]:
             raise table.row_error(
@@ -164,9 +166,9 @@ def loops_of(table: MeasuredTable, kept: Sequence[str]) -> np.ndarray | None:
             raise table.row_error(
                 LOOP, int(start), "two rows or more of each loop, the way and back"
             )
-        moved = np.argwhere(np.any(states[start:end] != states[start], axis=0))
-        if len(moved):
-            name, column = kept[int(moved[0, 0])], int(moved[0, 0])
+        changed = np.argwhere(np.any(states[start:end] != states[start], axis=0))
+        if len(changed):
+            name, column = constant[int(changed[0, 0])], int(changed[0, 0])
             row = int(start + np.argmax(states[start:end, column] != states[start, column]))
             raise table.row_error(
                 name, row, f"as in the first row of its loop, {states[start, column]:.6g}"
@@ -183,17 +185,17 @@ class MeasurementNoise:
     Attributes:
         deflection: Deviations of deflections [m] and [rad], (k, r).
         wrench: Deviations of loads [N, N m], (k, 6).
-        known: Whether those of the deflection were given; else they are estimated from residuals, one
+        is_known: Whether those of the deflection were given; else they are estimated from residuals, one
             for positions and one for rotations.
     """
 
     deflection: np.ndarray
     wrench: np.ndarray
-    known: bool
+    is_known: bool
 
     def estimated(self, residual: np.ndarray) -> MeasurementNoise:
         """Return the noise, deviations not given taken from residuals [m, rad], (k, r)."""
-        if self.known:
+        if self.is_known:
             return self
         deflection = np.ones_like(residual)
         if residual.shape[1] == 6:
@@ -223,30 +225,30 @@ def noise_of(
             deflection is zero.
     """
     common = np.repeat([_or_nan(position), _or_nan(rotation)], 3)[: measured.rows]
-    own = measured.deflection_deviation
-    deflection = np.where(np.isfinite(own), own, common)
+    stated = measured.deflection_deviation
+    deflection = np.where(np.isfinite(stated), stated, common)
     wrench = np.where(
         np.isfinite(measured.wrench_deviation),
         measured.wrench_deviation,
         np.repeat([_or_nan(force), _or_nan(moment)], 3),
     )
     wrench = np.where(np.isfinite(wrench), wrench, 0.0)
-    given = np.isfinite(deflection)
-    if not given.any():
+    is_given = np.isfinite(deflection)
+    if not is_given.any():
         if wrench.any():
             raise IdentifyError(
                 "standard deviations: expected those of the deflections (--sd-m, or columns sd.dx .."
                 " sd.dz) beside those of the loads, got none"
             )
-        return MeasurementNoise(np.ones_like(deflection), wrench, known=False)
-    if not given.all():
+        return MeasurementNoise(np.ones_like(deflection), wrench, is_known=False)
+    if not is_given.all():
         raise IdentifyError(
             "standard deviations: expected one of every number measured, got none of some: give"
             " --sd-m (and --sd-rad for rotations) for all that have no column"
         )
     if not np.all(deflection > 0.0):
         raise IdentifyError("standard deviations: expected numbers > 0 of deflections, got 0")
-    return MeasurementNoise(deflection, wrench, known=True)
+    return MeasurementNoise(deflection, wrench, is_known=True)
 
 
 def whitening(noise: MeasurementNoise, by_wrench: np.ndarray) -> np.ndarray:

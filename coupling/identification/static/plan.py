@@ -86,7 +86,7 @@ def planned(
     robot: Robot,
     torque_curve: str,
     wish: PlanRequest,
-    done: tuple[Measurements, MeasurementNoise] | None = None,
+    earlier: tuple[Measurements, MeasurementNoise] | None = None,
 ) -> MeasurementPlan:
     """Choose poses and loads.
 
@@ -94,7 +94,7 @@ def planned(
         robot: The start, with limits of its joints; +-180 degrees where it has none.
         torque_curve: A name of `TORQUE_CURVES`.
         wish: Number and kind of the measurements.
-        done: Measurements that there are, and their noise.
+        earlier: Measurements that there are, and their noise.
 
     Raises:
         IdentifyError: If no candidate is high enough, or the robot is rigid.
@@ -105,16 +105,16 @@ def planned(
     candidates = _candidates(robot, wish)
     noise = _noise(candidates.count, wish)
     rows = _information_rows(elasticity, candidates, noise)
-    known = _NOTHING_KNOWN * np.eye(len(elasticity.names))
-    old = np.zeros_like(known)
-    if done is not None:
-        own = _information_rows(elasticity, *done).reshape(-1, len(elasticity.names))
-        old = own.T @ own
-    chosen = _exchanged(rows, _greedy(rows, known + old, wish.count), known + old)
+    prior = _NOTHING_KNOWN * np.eye(len(elasticity.names))
+    old = np.zeros_like(prior)
+    if earlier is not None:
+        earlier_rows = _information_rows(elasticity, *earlier).reshape(-1, len(elasticity.names))
+        old = earlier_rows.T @ earlier_rows
+    chosen = _exchanged(rows, _greedy(rows, prior + old, wish.count), prior + old)
     new = np.einsum("krp,krq->pq", rows[chosen], rows[chosen])
-    numbers = 0 if done is None else done[0].deflection.size
-    before = _halves(known + old, numbers)
-    after = _halves(known + old + new, numbers + 3 * wish.count)
+    numbers = 0 if earlier is None else earlier[0].deflection.size
+    before = _halves(prior + old, numbers)
+    after = _halves(prior + old + new, numbers + 3 * wish.count)
     start = elasticity.in_units(elasticity.start)
     expected = [
         ExpectedInterval(name, float(value), float(first), float(last))
@@ -164,7 +164,7 @@ def _directions(robot: Robot, down: bool) -> np.ndarray:
 def _noise(count: int, wish: PlanRequest) -> MeasurementNoise:
     wrench = np.repeat([wish.force_deviation, 0.0], 3)
     return MeasurementNoise(
-        np.full((count, 3), wish.position), np.tile(wrench, (count, 1)), known=True
+        np.full((count, 3), wish.position), np.tile(wrench, (count, 1)), is_known=True
     )
 
 
@@ -192,10 +192,10 @@ def _greedy(rows: np.ndarray, information: np.ndarray, count: int) -> list[int]:
     return chosen
 
 
-def _exchanged(rows: np.ndarray, chosen: Sequence[int], known: np.ndarray) -> list[int]:
+def _exchanged(rows: np.ndarray, chosen: Sequence[int], prior: np.ndarray) -> list[int]:
     """Return the choice after exchanging single rows as long as one is better."""
     chosen = list(chosen)
-    information = known + np.einsum("krp,krq->pq", rows[chosen], rows[chosen])
+    information = prior + np.einsum("krp,krq->pq", rows[chosen], rows[chosen])
     for _ in range(_MOST_EXCHANGES):
         better = False
         for place, old in enumerate(chosen):

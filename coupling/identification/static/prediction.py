@@ -68,8 +68,8 @@ def rigid_prediction(
         theta = chain.theta(measured.q[k])
         jacobian = tcp_jacobian(chain, dynamics.data, theta)[:, chain.elastic]
         turn = base_from_tool(chain, dynamics.data, theta).rotation
-        at_load = moved(jacobian, turn @ measured.load_point[k])
-        at_point = moved(jacobian, turn @ measured.measured_point[k])[:rows]
+        at_load = jacobian_at(jacobian, turn @ measured.load_point[k])
+        at_point = jacobian_at(jacobian, turn @ measured.measured_point[k])[:rows]
         unloaded = dynamics.static_torque(theta, ToolLoad())
         torque = measured.wrench[k] @ at_load
         flank = _flank(unloaded + torque) - _flank(unloaded)
@@ -106,7 +106,7 @@ def point_columns(
     """
     chain = build_chain(elasticity.robot)
     data, rows = chain.model.createData(), measured.rows
-    own = elasticity.elastic[~elasticity.is_backlash]
+    compliant_rows = elasticity.elastic[~elasticity.is_backlash]
     turning = rigid_prediction(
         elasticity, replace(measured, deflection=np.zeros((measured.count, 6))), values
     )
@@ -115,10 +115,12 @@ def point_columns(
         theta = chain.theta(measured.q[k])
         jacobian = tcp_jacobian(chain, data, theta)[:, chain.elastic]
         turn = base_from_tool(chain, data, theta).rotation
-        at_point = moved(jacobian, turn @ measured.measured_point[k])[:rows, own]
+        at_point = jacobian_at(jacobian, turn @ measured.measured_point[k])[:rows, compliant_rows]
         compliance = at_point * values[~elasticity.is_backlash]
         of_point[k, :3] = np.cross(turning.deflection[k, 3:], turn.T).T
-        of_load[k] = compliance @ jacobian[3:, own].T @ np.cross(turn.T, measured.wrench[k, :3]).T
+        of_load[k] = (
+            compliance @ jacobian[3:, compliant_rows].T @ np.cross(turn.T, measured.wrench[k, :3]).T
+        )
     return of_point, of_load
 
 
@@ -133,7 +135,7 @@ def positions(robot: Robot, measured: Measurements) -> np.ndarray:
     return np.array(places)
 
 
-def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def jacobian_at(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return the Jacobian [m, rad], (6, ..), of a point on the tool `arm` [m] away, (3,), base axes."""
     return np.vstack([jacobian[:3] - pin.skew(arm) @ jacobian[3:], jacobian[3:]])
 
@@ -207,8 +209,8 @@ class StaticModel:
         measured, rows = self._measured, self._measured.rows
         robot = self._robots[tuple(measured.load_point[k].tolist())]
         arm = measured.measured_point[k] - measured.load_point[k]
-        still = np.zeros_like(measured.q[k])
-        drives = HeldCommand(0.0, measured.q[k], still, still)
+        zero = np.zeros_like(measured.q[k])
+        drives = HeldCommand(0.0, measured.q[k], zero, zero)
         ends = []
         for load in (Load(), Load(measured.wrench[k])):
             try:
@@ -227,14 +229,16 @@ class StaticModel:
         placement = pin.XYZQUATToSE3(robot.tcp())
         offset = placement.rotation @ arm
         of_tcp = robot.static_sensitivities().tcp
-        by_wrench = moved(of_tcp.wrench, offset)
-        own, stiffness = self._elasticity, robot.parameters.stiffness
+        by_wrench = jacobian_at(of_tcp.wrench, offset)
+        elasticity, stiffness = self._elasticity, robot.parameters.stiffness
         columns = []
-        for name, elastic, backlash in zip(own.names, own.elastic, own.is_backlash, strict=True):
+        for name, elastic, backlash in zip(
+            elasticity.names, elasticity.elastic, elasticity.is_backlash, strict=True
+        ):
             column = of_tcp.parameters[name]
             # dk/dc = -k^2
             columns.append(column if backlash else -(stiffness[elastic] ** 2) * column)
-        by_parameter = moved(np.array(columns).T, offset)
+        by_parameter = jacobian_at(np.array(columns).T, offset)
         at_point = pin.SE3(placement.rotation, placement.translation + offset)
         return at_point, by_parameter, by_wrench
 

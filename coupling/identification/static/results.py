@@ -10,56 +10,65 @@ from coupling.errors import IdentifyError
 from coupling.identification.evidence import Evidence
 from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.separability import WeakDirection
-from coupling.identification.static.found import (
+from coupling.identification.static.prediction import positions
+from coupling.identification.static.verdicts import (
     CandidateTest,
     Identification,
     IdentifiedParameter,
     rms,
     warnings,
 )
-from coupling.identification.static.prediction import positions
 from coupling.results.base import finite
 from coupling.results.identified_result import (
     AlikeResult,
     CommonLossResult,
     DirectionResult,
-    EvidenceResult,
     FurtherResult,
-    IdentifiedParameterResult,
     IdentifiedResult,
     LoopResult,
     MeasuredRowResult,
     RmsResult,
 )
+from coupling.results.parameter_result import EvidenceResult
 from coupling.results.run_result import three
 from coupling.robot.parameters import unit_of
 
 
-def figures(found: Identification) -> IdentifiedResult:
+def figures(identification: Identification) -> IdentifiedResult:
     """Return an identification's figures; SI, None for what is infinite or not known."""
-    measured, fit, separable = found.measured, found.fit, found.separability
+    measured, fit, separable = (
+        identification.measured,
+        identification.fit,
+        identification.separability,
+    )
     predicted = fit.prediction.deflection
     places = positions(fit.elasticity.robot, measured)
     return IdentifiedResult(
         converged=fit.converged,
         reason=fit.reason,
-        refusal=found.refusal,
+        refusal=identification.refusal,
         rows=measured.count,
         rms_m=RmsResult(
             measured=finite(rms(measured.deflection)),
-            start=finite(found.rms_start),
-            fit=finite(rms(found.residual)),
-            left_out=finite(rms(found.left_out)),
-            written=finite(found.rms_written),
+            start=finite(identification.rms_start),
+            fit=finite(rms(identification.residual)),
+            left_out=finite(rms(identification.left_out)),
+            written=finite(identification.rms_written),
         ),
-        residual_over_deviation=finite(found.intervals.scale),
+        residual_over_deviation=finite(identification.intervals.scale),
         parameters=tuple(
-            _parameter(parameter, value, parameter.name in found.added)
+            parameter.result(
+                value,
+                is_added=parameter.name in identification.added,
+                support=None if parameter.support is None else _evidence(parameter.support),
+            )
             for parameter, value in zip(
-                found.parameters, fit.elasticity.in_units(found.written).tolist(), strict=True
+                identification.parameters,
+                fit.elasticity.in_units(identification.written).tolist(),
+                strict=True,
             )
         ),
-        further=tuple(map(_further, found.further)),
+        further=tuple(map(_further, identification.further)),
         condition=finite(separable.condition),
         without_effect=separable.without_effect,
         unseen=tuple(map(_direction, separable.unseen)),
@@ -69,11 +78,13 @@ def figures(found: Identification) -> IdentifiedResult:
             for first, second, cosine in separable.pairs
         ),
         common_loss=None
-        if found.loss is None
+        if identification.loss is None
         else CommonLossResult(
-            value_m=found.loss.value, half_m=found.loss.half, probability=found.loss.probability
+            value_m=identification.loss.value,
+            half_m=identification.loss.half,
+            probability=identification.loss.probability,
         ),
-        warnings=tuple(warnings(found)),
+        warnings=tuple(warnings(identification)),
         measurements=tuple(
             MeasuredRowResult(
                 name=name,
@@ -81,12 +92,12 @@ def figures(found: Identification) -> IdentifiedResult:
                 force_N=three(measured.wrench[k, :3]),
                 measured=measured.deflection[k].tolist(),
                 predicted=predicted[k].tolist(),
-                left_out_error=found.left_out[k].tolist(),
+                left_out_error=identification.left_out[k].tolist(),
                 weight=float(fit.weight[k] ** 2),
             )
             for k, name in enumerate(measured.names)
         ),
-        worst=tuple(measured.names[k] for k in found.worst()),
+        worst=tuple(measured.names[k] for k in identification.worst()),
         loops=tuple(
             LoopResult(
                 number=loop.number,
@@ -94,27 +105,8 @@ def figures(found: Identification) -> IdentifiedResult:
                 left_out_m=finite(loop.left_out),
                 without_hysteresis_m=finite(loop.without),
             )
-            for loop in found.loops
+            for loop in identification.loops
         ),
-    )
-
-
-def _parameter(
-    parameter: IdentifiedParameter, written: float, is_added: bool
-) -> IdentifiedParameterResult:
-    """Return the figures of a parameter, whose written value is in its unit."""
-    return IdentifiedParameterResult(
-        name=parameter.name,
-        unit=unit_of(parameter.name),
-        start=None if is_added else finite(parameter.start),
-        value=finite(parameter.value),
-        low=finite(parameter.low),
-        high=finite(parameter.high),
-        written=finite(written),
-        identified=parameter.identifiable,
-        added=is_added,
-        reason=parameter.reason,
-        support=None if parameter.support is None else _evidence(parameter.support),
     )
 
 
@@ -124,7 +116,7 @@ def _evidence(evidence: Evidence) -> EvidenceResult:
         probability=finite(evidence.probability),
         left_out_change=finite(evidence.change),
         left_out_change_without_worst=finite(evidence.trimmed),
-        supported=evidence.supported,
+        supported=evidence.is_supported,
         in_words=evidence.in_words(),
     )
 
@@ -148,7 +140,7 @@ def _further(test: CandidateTest) -> FurtherResult:
     return FurtherResult(**dict(_evidence(test.support)), name=name, unit=unit, value=finite(value))
 
 
-def identified_text(found: Identification, start: Path, target: Path, source: str) -> str:
+def identified_text(fitted: Identification, start: Path, target: Path, source: str) -> str:
     """Return the robot file with the identified values.
 
     Args:
@@ -157,37 +149,37 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
         source: Words on what was measured, for [sources].
 
     Raises:
-        IdentifyError: If the identification refuses to be written.
+        IdentifyError: If the fitted refuses to be written.
         RobotFileError: If the start file cannot be read.
     """
-    if found.refusal:
-        raise IdentifyError(f"{target}: not written: {found.refusal}")
-    written = found.fit.elasticity.in_units(found.written).tolist()
+    if fitted.refusal:
+        raise IdentifyError(f"{target}: not written: {fitted.refusal}")
+    written = fitted.fit.elasticity.in_units(fitted.written).tolist()
     entries = [
         FileEntry(
             parameter.name,
             value if parameter.identifiable else None,
-            _remark(parameter) + _shape(found, parameter),
-            parameter.name in found.added,
+            _remark(parameter) + _shape(fitted, parameter),
+            parameter.name in fitted.added,
             (parameter.low, parameter.high),
         )
-        for parameter, value in zip(found.parameters, written, strict=True)
+        for parameter, value in zip(fitted.parameters, written, strict=True)
         if parameter.parameter.kind != "slip_angle"
-        and (parameter.identifiable or parameter.name not in found.added)
+        and (parameter.identifiable or parameter.name not in fitted.added)
     ]
-    left = (
-        f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components, leave-one-out of"
-        f" {'loops' if found.loops else 'rows'} {1e3 * rms(found.left_out):.4f} mm; this file"
-        f" {1e3 * found.rms_written:.4f} mm, the start file {1e3 * found.rms_start:.4f} mm."
+    words = (
+        f"Residual {1e3 * rms(fitted.residual):.4f} mm rms over all components, leave-one-out of"
+        f" {'loops' if fitted.loops else 'rows'} {1e3 * rms(fitted.left_out):.4f} mm; this file"
+        f" {1e3 * fitted.rms_written:.4f} mm, the start file {1e3 * fitted.rms_start:.4f} mm."
     )
-    return fitted_text(start, found.robot, entries, "identify", source, left, target)
+    return fitted_text(start, fitted.robot, entries, "identify", source, words, target)
 
 
-def _shape(found: Identification, parameter: IdentifiedParameter) -> str:
+def _shape(fitted: Identification, parameter: IdentifiedParameter) -> str:
     """Return how sure the slip angles are that go with a slip torque; "" for what has none."""
-    own = parameter.name.replace("hysteresis", "slip_angle")
-    for other in found.parameters:
-        if other.parameter.kind == "slip_angle" and other.name == own:
+    name = parameter.name.replace("hysteresis", "slip_angle")
+    for other in fitted.parameters:
+        if other.parameter.kind == "slip_angle" and other.name == name:
             return f"; largest slip angle: {_remark(other).replace('start value kept', 'assumed')}"
     return ""
 

@@ -71,12 +71,12 @@ def common_loss(
     freedom = problem.target.size - extended.rank
     if extended.rank == problem.rank or freedom <= 0:
         return None
-    found = extended.solve(-np.inf)
-    variance = float(np.sum(extended.residual(found) ** 2)) / freedom
+    solution = extended.solve(-np.inf)
+    variance = float(np.sum(extended.residual(solution) ** 2)) / freedom
     deviation = float(extended.spread[-1] * extended.scale[-1] * np.sqrt(variance))
     if not deviation > 0.0:
         return None
-    value = float(found[-1])
+    value = float(solution[-1])
     probability = float(2.0 * student.sf(abs(value) / deviation, freedom))
     return CommonLoss(value, quantile(freedom) * deviation, probability)
 
@@ -97,7 +97,7 @@ class MovedPoint:
 
     def suspicion(self) -> str:
         """Return what is to be suspected, in words; "" for nothing."""
-        if not self.support.supported:
+        if not self.support.is_supported:
             return ""
         place = ", ".join(f"{value:.3f}" for value in self.shift)
         return (
@@ -106,16 +106,16 @@ class MovedPoint:
         )
 
 
-def moved_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
+def shifted_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
     """Return the shifts of both points that fit best, one point at a time."""
     columns = point_columns(fit.elasticity, measured, fit.values)
-    found = []
-    for name, own in zip(_NAMES, columns, strict=True):
+    points = []
+    for name, by_shift in zip(_NAMES, columns, strict=True):
         problem = fit.problem
-        for column in np.moveaxis(fit.white @ own, 2, 0):
+        for column in np.moveaxis(fit.white @ by_shift, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
         tested = np.arange(len(problem.start)) >= len(fit.values)
         shift = problem.weighted(fit.weight).solve()[tested]
         own_support = support(problem, tested, fit.weight, len(_NAMES))
-        found.append(MovedPoint(name, tuple(shift.tolist()), own_support))
-    return found
+        points.append(MovedPoint(name, tuple(shift.tolist()), own_support))
+    return points

@@ -95,3 +95,29 @@ static void ER_NAME(take_product)(int n, const double *B, const double *x, doubl
             y[r] -= sums[c];
     }
 }
+
+/* Numbers of a row that need not be aligned. */
+#if ER_WIDTH > 1
+typedef double loose __attribute__((vector_size(8 * ER_WIDTH), aligned(8), may_alias));
+#else
+typedef double loose;
+#endif
+
+static bool ER_NAME(eliminate_row)(int width, int room, double *rows, double *right)
+{
+    double reciprocal;
+    if (!(rows[0] > 0.0 && rows[0] < INFINITY))
+        return false;
+    reciprocal = 1.0 / sqrt(rows[0]);
+    for (int k = 0; k < width; k++)
+        rows[k] *= reciprocal;
+    right[0] *= reciprocal;
+    for (int k = 1; k < width; k++) {
+        double *row = rows + k * room, factor = rows[k];
+        right[k] -= factor * right[0];
+        if (factor != 0.0)
+            for (int c = 0; c < width - k; c += ER_WIDTH)
+                *(loose *)(row + c) -= factor * *(const loose *)(rows + k + c);
+    }
+    return true;
+}

@@ -53,6 +53,11 @@ typedef void er_add_multiple_function(int count, double factor, const double *M,
 /* y -= B x for an n x n matrix B. */
 typedef void er_take_product_function(int n, const double *B, const double *x, double *y);
 
+/* Eliminates the first unknown of a band, whose rows of a matrix's upper half begin on the diagonal, `room` numbers
+ * apart with at least ER_LANES blanks behind the `width` that count: the first row becomes that of U, U^T U.  False if
+ * the matrix is not positive definite. */
+typedef bool er_eliminate_row_function(int width, int room, double *rows, double *right);
+
 typedef struct {
     er_link_loads_function *loads;
     er_linearise_function *linearise;
@@ -61,6 +66,7 @@ typedef struct {
     er_forward_function *forward;
     er_add_multiple_function *add_multiple;
     er_take_product_function *take_product;
+    er_eliminate_row_function *eliminate_row;
 } er_link_kernel;
 
 /* The fastest of this processor. */

@@ -32,7 +32,7 @@ er_link_kernel er_best_link_kernel(void)
 {
     return er_has_avx2() ? (er_link_kernel){avx2_link_loads, avx2_linearise, avx2_add_products,
                                             avx2_take_products, avx2_find_root, avx2_forward,
-                                            avx2_add_multiple, avx2_take_product}
+                                            avx2_add_multiple, avx2_take_product, avx2_eliminate_row}
                          : er_plain_link_kernel();
 }
 

@@ -16,5 +16,5 @@ er_link_kernel er_plain_link_kernel(void)
 {
     return (er_link_kernel){plain_link_loads, plain_linearise, plain_add_products,
                             plain_take_products, plain_find_root, plain_forward,
-                            plain_add_multiple, plain_take_product};
+                            plain_add_multiple, plain_take_product, plain_eliminate_row};
 }

@@ -143,7 +143,7 @@ def test_hysteresis_that_does_not_predict_other_loops_is_not_written():
     )
     found = found_in(one, rows)
     told = [own for own in found.parameters if own.parameter.kind == "hysteresis"]
-    assert any(own.support.supported for own in told)
+    assert any(own.support.is_supported for own in told)
     assert all("not predicted better with hysteresis" in own.reason for own in told)
     assert not any(own.identifiable for own in found.parameters if own.name in found.added)
 
@@ -155,7 +155,7 @@ def test_a_robot_without_hysteresis_gets_none():
     assert {own.candidate.name for own in found.further} == {
         f"joint[{i}].hysteresis" for i in (1, 2, 3)
     }
-    assert not any(own.support.supported for own in found.further)
+    assert not any(own.support.is_supported for own in found.further)
     values = [own.value for own in found.parameters]
     np.testing.assert_allclose(values, [1e6, 2e6, 3e5], rtol=0.02)
 

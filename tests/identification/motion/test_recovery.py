@@ -9,12 +9,12 @@ import pytest
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.derivatives import GearSlopes, jacobian
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.fit import fit_motion, reweigh
 from coupling.identification.motion.identification import identify_motion
-from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.parameters import motion_parameters
-from coupling.identification.motion.problem import MotionProblem, MovedRecording
+from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.sensors import delayed, sensor_parameters, torque_parameters
 from coupling.inverse.servo import presliding
@@ -25,7 +25,7 @@ from elastic_robot.gear_parts import KinematicError
 @pytest.fixture(scope="module")
 def recordings():
     rng = np.random.default_rng(5)
-    with MovedRobot(arm()) as fmu:
+    with DrivenFmu(arm()) as fmu:
         return [recorded(fmu, arm(), rng) for _ in range(2)]
 
 
@@ -52,7 +52,7 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
         assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
     # A mass in the plane of motion has no effect across it.
-    kept = {p.name for p, own in zip(found.parameters, found.chosen, strict=True) if not own}
+    kept = {verdict.name for verdict in found.parameters if not verdict.identifiable}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
     worth = {term.term: term for term in found.terms}
@@ -141,11 +141,11 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):
     """Two recordings of one motion differ by their noise."""
     robots = arm(), Known.drawn(np.random.default_rng(6)).start
-    motions = [MovedRecording.of(own, BANDWIDTH).motion for own in recordings]
+    motions = [SmoothedRecording.of(own, BANDWIDTH).motion for own in recordings]
     asked = [(robot, motion) for robot in robots for motion in motions]
     time = recordings[0].time
-    with MovedRobot(arm()) as fmu:
-        first, again = ([fmu.moved(r, time, m).wind_up for r, m in asked] for _ in range(2))
+    with DrivenFmu(arm()) as fmu:
+        first, again = ([fmu.simulate(r, time, m).wind_up for r, m in asked] for _ in range(2))
     np.testing.assert_array_equal(again, first)
     assert len({own.tobytes() for own in first}) == 4
 
@@ -156,14 +156,14 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
         arm(),
         joints=(replace(first, balancer=((-1.0, 300.0), (0.0, 50.0), (1.0, -200.0))), *others),
     )
-    moved = MovedRecording.of(recordings[0], BANDWIDTH)
+    moved = SmoothedRecording.of(recordings[0], BANDWIDTH)
     parameters = (
         *motion_parameters(robot, (0, 1)),
         *sensor_parameters([0, 1]),
         *torque_parameters(robot),
     )
     unit = np.ones(2)
-    with MovedRobot(robot) as fmu:
+    with DrivenFmu(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, (moved,), unit, unit)
         x = problem.start + 0.2
         problem = reweigh(problem, x)
@@ -194,8 +194,8 @@ def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
     )
     beside = 80.0 * slipping * np.exp(-travel / 5e-3) - 1e4 * rate + 20.0 * acceleration
     recording = replace(first, motor=first.motor + fast, torque=first.torque + beside)
-    moved, unit = MovedRecording.of(recording, BANDWIDTH), np.ones(2)
-    with MovedRobot(arm()) as fmu:
+    moved, unit = SmoothedRecording.of(recording, BANDWIDTH), np.ones(2)
+    with DrivenFmu(arm()) as fmu:
         numbers = torque_parameters(arm())
         found = fit_motion(MotionProblem(fmu, arm(), numbers, (moved,), unit, unit))
     values = {p.name: p.outward(x) for p, x in zip(numbers, found.x, strict=True)}
@@ -244,9 +244,9 @@ def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
     time = 0.004 * np.arange(600)
     motor = 0.4 * np.sin(2.0 * np.pi * 0.2 * time)[:, None] * np.ones(2)
     recording = Recording("x", time, motor, np.zeros_like(motor), motor)
-    moved = MovedRecording.of(recording, BANDWIDTH)
+    moved = SmoothedRecording.of(recording, BANDWIDTH)
     unit = np.ones(2)
-    with MovedRobot(robot) as fmu:
+    with DrivenFmu(robot) as fmu:
         problem = MotionProblem(fmu, robot, (), (moved,), unit, unit)
         gear = problem.predicted(moved, problem.start).shares["gear"]
     np.testing.assert_allclose(gear, -1e-4 * np.sin(7.0 * moved.motion.q), atol=1e-6)

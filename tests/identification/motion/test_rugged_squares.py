@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from coupling.identification.motion import identifiability
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.identification import identify_motion
-from coupling.identification.motion.moved_robot import MovedRobot
 from docs.scripts.motion_recovery import BANDWIDTH, STEP, Known, arm, recorded
 
 
@@ -23,7 +23,7 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
     """
     rng = np.random.default_rng(2)
     robot = replace(arm(), gravity=(0.0, 0.0, 0.0))
-    with MovedRobot(robot) as fmu:
+    with DrivenFmu(robot) as fmu:
         recording = recorded(fmu, robot, rng)
     keep = np.exp(-STEP / 0.2)
     white = rng.standard_normal((len(recording.time) + 200, 2))

@@ -14,10 +14,10 @@ from places import EXAMPLES
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.found import rms, warnings
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import noise_of, read_measurements
 from coupling.identification.static.prediction import rigid_prediction
+from coupling.identification.static.verdicts import rms, warnings
 from elastic_robot.description import Tilt
 
 START = load_robot(EXAMPLES / "identify" / "fanuc_start.toml")
@@ -47,7 +47,7 @@ def test_axial_joints_predict_what_was_left_out_to_0_234_mm(axial):
 def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted):
     best = min(axial.further, key=lambda further: further.support.within)
     assert best.candidate.name == "joint[3].tilt about [0, 0, 1]"
-    assert best.support.supported
+    assert best.support.is_supported
     assert best.support.statistic == pytest.approx(79.8, rel=0.02)
     assert best.support.probability < 1e-13
     assert best.support.trimmed == pytest.approx(-0.09, abs=0.01)  # without the three worst samples

@@ -45,7 +45,7 @@ def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     start = ElasticParameters.of(
         right.described(right.start * rng.uniform(0.6, 1.6, len(right.start))), "backlash"
     )
-    silent = fit_static(start, rows, "backlash", noise_of(rows)).rigid.held
+    silent = fit_static(start, rows, "backlash", noise_of(rows)).rigid.unobservable
     assert not silent[~right.is_backlash].any()
     assert not silent.all()
     begun = start.described(np.where(silent, right.start, start.start))

@@ -1,7 +1,7 @@
 /* Rest is where an energy is least: of flanks, elements of hysteresis, weight, contact spring and contact.
  * Newton's method walks down to it, with a search along a step that leads beyond the valley.  A gear in its
  * backlash, which has no place of its own there under a given force, rests against the spring.
- * elastic_robot/spring_statics.py is the same in Python.
+ * elastic_robot/statics.py minimises the same energy in Python.
  */
 #include "anchored_statics.h"
 

@@ -15,6 +15,7 @@ from coupling.identification.static.fit import StaticFit
 from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.suspicions import CommonLoss, MovedPoint
 from coupling.identification.verdict import ParameterVerdict
+from coupling.robot.parameters import RobotParameter
 from elastic_robot.description import Robot
 
 # A robot that is off by more than so many times what the start file is is not written.
@@ -22,7 +23,7 @@ _WORSE = 1.2
 
 
 @dataclass(frozen=True)
-class IdentifiedParameter(ParameterVerdict):
+class IdentifiedParameter(ParameterVerdict[RobotParameter]):
     """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
 
     Attributes:
@@ -37,7 +38,7 @@ class IdentifiedParameter(ParameterVerdict):
         return self.parameter.kind == "backlash"
 
 
-def judged(
+def judge_parameters(
     fit: StaticFit,
     sure: ConfidenceIntervals,
     supports: Mapping[int, Evidence],
@@ -49,18 +50,18 @@ def judged(
         supports: Tests of tilts and backlashes by their number.
         separable: Separability of the parameters by postures and loads.
     """
-    own = fit.elasticity
+    elasticity = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
-    ends = np.sort([own.in_units(sure.low), own.in_units(sure.high)], axis=0)
-    numbers = np.array([own.in_units(fit.values), *ends]).T.tolist()
-    found = []
-    for j, parameter in enumerate(own.own):
+    ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
+    numbers = np.array([elasticity.in_units(fit.values), *ends]).T.tolist()
+    verdicts = []
+    for j, parameter in enumerate(elasticity.parameters):
         reason, tested = _reason(fit, sure, separable, j), supports.get(j)
-        if not reason and tested is not None and not tested.supported:
+        if not reason and tested is not None and not tested.is_supported:
             reason = tested.in_words()
         value, low, high = numbers[j]
-        found.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
-    return tuple(found)
+        verdicts.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
+    return tuple(verdicts)
 
 
 def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
@@ -68,17 +69,17 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, 
     if not fit.converged:
         return "the fit has not converged"
     if name in separable.without_effect:
-        if fit.elasticity.own[j].kind in ("hysteresis", "slip_angle"):
+        if fit.elasticity.parameters[j].kind in ("hysteresis", "slip_angle"):
             return "no loop reverses the load of this gear"
         if fit.elasticity.is_backlash[j]:
             return "no effect on any measurement: no load brings this gear to its other flank"
         return (
             "no effect on any measurement: no load acts on it, or the measured point does not move"
         )
-    if fit.rigid.held[j]:
+    if fit.rigid.unobservable[j]:
         mixed = [d.in_words() for d in separable.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
-    if sure.against[j] and fit.elasticity.own[j].kind == "hysteresis":
+    if sure.against[j] and fit.elasticity.parameters[j].kind == "hysteresis":
         return "its loops are narrower than without hysteresis"
     if sure.against[j]:
         return "deflections are opposite to its load: it would be negative"
@@ -202,23 +203,27 @@ def rms(errors: np.ndarray) -> float:
     return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
 
 
-def warnings(found: Identification) -> list[str]:
+def warnings(result: Identification) -> list[str]:
     """Return what the user should look at."""
-    measured, fit, separable = found.measured, found.fit, found.separability
+    measured, fit, separable = (
+        result.measured,
+        result.fit,
+        result.separability,
+    )
     said = list(measured.remarks)
     if not fit.converged:
         said.append(f"the fit has not converged: {fit.reason}")
     idle = [n for n, w in zip(measured.names, measured.wrench, strict=True) if not w.any()]
-    if idle and not found.loops:
+    if idle and not result.loops:
         said.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
     if np.abs(measured.q).max() > 4.0 * np.pi:
         said.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
-    size = rms(measured.deflection) / max(rms(_start(found)), 1e-300)
+    size = rms(measured.deflection) / max(rms(_start(result)), 1e-300)
     if not 0.02 < size < 50.0:
         said.append(
             f"deflections are {size:.3g} times those of the start file: are they in m and loads in N?"
         )
-    along = float(np.sum(measured.deflection[:, :3] * _start(found)[:, :3]))
+    along = float(np.sum(measured.deflection[:, :3] * _start(result)[:, :3]))
     if along < 0.0:
         said.append(
             "deflections are opposite to those of the start file: is the load that on the robot, in base"
@@ -234,42 +239,42 @@ def warnings(found: Identification) -> list[str]:
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
         f" {p.low:.4g} to {p.high:.4g}"
-        for p, against in zip(found.parameters, found.intervals.against, strict=True)
-        if not (p.identifiable or against or p.name in found.added)
+        for p, against in zip(result.parameters, result.intervals.against, strict=True)
+        if not (p.identifiable or against or p.name in result.added)
         and not p.low <= p.start <= p.high
     ]
     rests: dict[int, list[str]] = {}
-    for parameter, row in zip(found.parameters, found.intervals.rests_on.tolist(), strict=True):
+    for parameter, row in zip(result.parameters, result.intervals.rests_on.tolist(), strict=True):
         if row >= 0 and parameter.identifiable:
             rests.setdefault(row, []).append(parameter.name)
     said += [
-        f"{', '.join(own)} depend on {measured.names[row]} alone" for row, own in rests.items()
+        f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if found.noise.known and found.intervals.freedom > 0:
-        if found.intervals.scale > 1.5:
+    if result.noise.is_known and result.intervals.freedom > 0:
+        if result.intervals.scale > 1.5:
             said.append(
-                f"residuals are {found.intervals.scale:.2g} times as large as the standard"
+                f"residuals are {result.intervals.scale:.2g} times as large as the standard"
                 " deviations: the model is incomplete, or the standard deviations are too small"
             )
-        elif found.intervals.scale < 0.6:
+        elif result.intervals.scale < 0.6:
             said.append(
-                f"residuals are {found.intervals.scale:.2g} times as large as the standard deviations,"
+                f"residuals are {result.intervals.scale:.2g} times as large as the standard deviations,"
                 " which are too large"
             )
-    suspicions = [point.suspicion() for point in found.points]
-    suspicions += [found.loss.suspicion()] if found.loss is not None else []
+    suspicions = [point.suspicion() for point in result.points]
+    suspicions += [result.loss.suspicion()] if result.loss is not None else []
     said += [suspicion for suspicion in suspicions if suspicion]
-    if found.rms_written > 1.2 * rms(found.residual):
+    if result.rms_written > 1.2 * rms(result.residual):
         said.append(
             "with the start values that were kept the residual of the robot file as written is"
-            f" {1e3 * found.rms_written:.3g} mm rms, that of the fit {1e3 * rms(found.residual):.3g} mm:"
-            " measure what was not identified, or remove tilts that are not supported from the start"
+            f" {1e3 * result.rms_written:.3g} mm rms, that of the fit {1e3 * rms(result.residual):.3g}"
+            " mm: measure what was not identified, or remove tilts that are not supported from the start"
             " file"
         )
     return said
 
 
-def _start(found: Identification) -> np.ndarray:
+def _start(result: Identification) -> np.ndarray:
     """Return what the start values predict in the rigid posture, (k, r)."""
-    rigid = found.fit.rigid
-    return found.fit.in_units(rigid.columns @ rigid.start)
+    rigid = result.fit.rigid
+    return result.fit.in_units(rigid.columns @ rigid.start)

@@ -43,7 +43,7 @@ class GearMotion:
         return self.rows[:, self.rows.shape[1] // 2 :]
 
 
-class MovedRobot:
+class DrivenFmu:
     """An FMU whose robot has other numbers in every simulation; a context manager that cleans up.
 
     Args:
@@ -61,7 +61,7 @@ class MovedRobot:
             self._fmu = RobotFmu(build_fmu(robot, folder / "moved.fmu"))
         self._fmu.parameters["tcp_tolerance"] = _TOLERANCE
 
-    def __enter__(self) -> MovedRobot:
+    def __enter__(self) -> DrivenFmu:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -71,7 +71,7 @@ class MovedRobot:
         """End the process and remove its files."""
         self._fmu.close()
 
-    def moved(self, robot: Robot, time: np.ndarray, motion: SmoothedMotion) -> GearMotion:
+    def simulate(self, robot: Robot, time: np.ndarray, motion: SmoothedMotion) -> GearMotion:
         """Return what the gears of a robot do while its drives move.
 
         Args:
@@ -82,8 +82,8 @@ class MovedRobot:
         Raises:
             SimulationError: If the FMU refuses the robot or a step.
         """
-        for known, moved, gears in self._kept:
-            if moved is motion and known == robot:
+        for earlier_robot, earlier_motion, gears in self._kept:
+            if earlier_motion is motion and earlier_robot == robot:
                 return gears
         known_motion, command = self._command
         if command is None or known_motion is not motion:

@@ -16,7 +16,7 @@ from elastic_robot.trajectory import HeldCommand
 _FREE = 0.02
 
 
-class HeldRobot:
+class LockedRobot:
     """A robot whose motors are locked.
 
     Args:
@@ -25,8 +25,8 @@ class HeldRobot:
 
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot
-        >>> held = HeldRobot(load_robot(find_robot("icme2008")), "backlash")
-        >>> linear = held.linear(np.array([0, 0.2, 0.3, 0, 1, 0]), np.array([50.0, 50, 0, 5, 5, 5]))
+        >>> locked = LockedRobot(load_robot(find_robot("icme2008")), "backlash")
+        >>> linear = locked.linear(np.array([0, 0.2, 0.3, 0, 1, 0]), np.array([50.0, 50, 0, 5, 5, 5]))
         >>> linear.modes.frequency[:2].round(1)
         array([10.1, 10.2])
     """
@@ -57,9 +57,9 @@ class HeldRobot:
         Raises:
             StabilityError: If it has no equilibrium there.
         """
-        rest = np.zeros_like(q)
+        none = np.zeros_like(q)
         try:
-            self._elastic.reset(0.0, HeldCommand(0.0, q, rest, rest), Load(wrench))
+            self._elastic.reset(0.0, HeldCommand(0.0, q, none, none), Load(wrench))
             return self._elastic.linearise()
         except ElasticRobotError as cause:
             degrees = ", ".join(f"{angle:.4g}" for angle in np.rad2deg(q))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.identification.motion.moved_robot import GearMotion
+from coupling.identification.motion.driven_fmu import GearMotion
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Robot
@@ -28,8 +28,8 @@ def friction_part(
         started = 0.0
         if drive.friction > 0.0:
             needed = felt[:_FIRST, i] + drive.inertia * motion.qdd[:_FIRST, i]
-            left = np.mean(recording.torque[:_FIRST, i] - needed)
-            started = float(np.clip(left / drive.friction, -1.0, 1.0))
+            excess = np.mean(recording.torque[:_FIRST, i] - needed)
+            started = float(np.clip(excess / drive.friction, -1.0, 1.0))
         part[:, i] = presliding(motion.q[:, i], drive.slip_angle, started)
     return part
 
@@ -41,12 +41,12 @@ def motor_torques(
     torque = _felt(motion, robot, gears)
     for i, joint in enumerate(robot.joints):
         if joint.drive is not None:
-            torque[:, i] += beside_gear(motion, i, joint.drive, gears.torque[:, i], part[:, i])
+            torque[:, i] += motor_losses(motion, i, joint.drive, gears.torque[:, i], part[:, i])
     return torque
 
 
-def beside_gear(
-    motion: SmoothedMotion, i: int, drive: Drive, carried: np.ndarray, part: np.ndarray
+def motor_losses(
+    motion: SmoothedMotion, i: int, drive: Drive, gear_torque: np.ndarray, part: np.ndarray
 ) -> np.ndarray:
     """Return the torque of rotor and friction of joint i, from 0 [N m], (n,).
 
@@ -54,10 +54,10 @@ def beside_gear(
         motion: Motion of the motors.
         i: Index of the joint.
         drive: Its drive.
-        carried: Torque of its gear [N m], (n,).
+        gear_torque: Torque of its gear [N m], (n,).
         part: Its friction over its largest [1], (n,).
     """
-    friction = drive.friction_torque(drive.friction, part, motion.qd[:, i], carried)
+    friction = drive.friction_torque(drive.friction, part, motion.qd[:, i], gear_torque)
     return drive.inertia * motion.qdd[:, i] + friction
 
 

@@ -1,0 +1,75 @@
+"""Table [stability] of the case file: tool and spindle, of which the robot file knows nothing."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from coupling.files.toml_file import FilePath, Positive, Schema
+
+# A whole turn of pitch angles, to so much [deg].
+_TURN, _ROUNDING = 360.0, 0.01
+
+
+def _rises(ends: list[float]) -> list[float]:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"expected [lowest, highest], lowest < highest, got {ends}")
+    return ends
+
+
+def _closes(angles: list[float]) -> list[float]:
+    if abs(sum(angles) - _TURN) > _ROUNDING:
+        raise ValueError(
+            f"expected angles from each tooth to the next, 360 deg in all, got {sum(angles):g} deg"
+        )
+    return angles
+
+
+class ToolModeTable(Schema):
+    """[[stability.tool_mode]]: a bending mode of tool, holder and spindle, at the tip.
+
+    Attributes:
+        frequency_Hz, damping_ratio, stiffness_N_m: Eigenfrequency, damping ratio and stiffness with the
+            spindle's housing held; alike along both axes across the tool's.
+    """
+
+    frequency_Hz: Positive
+    damping_ratio: Annotated[float, Field(gt=0.0, lt=1.0)]
+    stiffness_N_m: Positive
+
+
+class ProcessDampingTable(Schema):
+    """[stability.process_damping]: force of a worn flank on the waves of the surface.
+
+    Attributes:
+        indentation_N_m3: Indentation force coefficient of the material.
+        wear_land_m: Length of the flank's land.
+        friction: Coefficient of friction there.
+    """
+
+    indentation_N_m3: Positive
+    wear_land_m: Positive
+    friction: Annotated[float, Field(ge=0.0)] = 0.3
+
+
+class StabilityTable(Schema):
+    """[stability]: what vibrates besides the robot, and speeds and depths to look at.
+
+    Attributes:
+        spindle_rpm: Range of the spindle; a quarter of the programmed speed to its double.
+        max_depth_m: Depth up to which a limit is looked for; four diameters of the cutter.
+        pitch_deg: Angles from each tooth to the next; even.
+        tool_mode: Modes of the tool.
+        tool_response: Measured responses of the tool in its spindle, `xx` and `yy` across its axis.
+        process_damping: Damping by the flank.
+    """
+
+    spindle_rpm: (
+        Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_rises)] | None
+    ) = None
+    max_depth_m: Positive | None = None
+    pitch_deg: Annotated[list[Positive], Field(min_length=2), AfterValidator(_closes)] | None = None
+    tool_mode: list[ToolModeTable] = []
+    tool_response: FilePath | None = None
+    process_damping: ProcessDampingTable | None = None

@@ -1,0 +1,87 @@
+"""The command line: elastic-robot stability."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from coupling.cli.arguments import CaseFile, Overwrite, numbers_of
+from coupling.cli.console import console
+from coupling.errors import StabilityError
+
+
+def stability(
+    case: CaseFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder; results/<case>_stability unless given."),
+    ] = None,
+    posture_deg: Annotated[
+        str | None,
+        typer.Option(metavar="Q1,..,Qn", help="Judge one cut in this posture [deg] alone."),
+    ] = None,
+    feed_deg: Annotated[
+        float | None,
+        typer.Option(
+            help="Direction of its feed, about the part's z axis from its x axis [deg]; 0."
+        ),
+    ] = None,
+    rpm: Annotated[
+        float | None, typer.Option(help="Its speed of the spindle [1/min]; that of the case.")
+    ] = None,
+    depth_mm: Annotated[
+        float | None, typer.Option(help="Its axial depth [mm]; needed beside --posture-deg.")
+    ] = None,
+    march: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=120.0,
+            help="March the cut, or the worst one, in time for so many seconds as well.",
+        ),
+    ] = 0.0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Does a milling robot chatter: limiting depth, frequency and growth along its path."""
+    import numpy as np
+
+    from coupling.case.file import load_case
+    from coupling.files.result_folder import begin_result
+    from coupling.files.written_files import claimed
+    from coupling.report.stability_report import stability_page, stability_summary
+    from coupling.report.terminal import print_sections
+    from coupling.run.console import RunView
+    from coupling.stability.analysis import stability_along_path, stability_in_posture
+    from coupling.stability.case_cut import CaseCuts
+
+    if posture_deg is None and (feed_deg, rpm, depth_mm) != (None, None, None):
+        raise StabilityError(
+            "--feed-deg, --rpm and --depth-mm: expected them beside --posture-deg, which names one cut"
+        )
+    for name, number in (("--rpm", rpm), ("--depth-mm", depth_mm)):
+        if number is not None and not 0.0 < number < np.inf:
+            raise StabilityError(f"{name}: expected a number > 0, got {number:g}")
+    if feed_deg is not None and not np.isfinite(feed_deg):
+        raise StabilityError(f"--feed-deg: expected a finite angle, got {feed_deg:g}")
+    folder = output or Path("results", f"{case.stem}_stability")
+    with RunView(console) as view:
+        cuts = CaseCuts(load_case(case, watch=view.watch))
+        if posture_deg is None:
+            result = stability_along_path(cuts, view.watch, march)
+        else:
+            if depth_mm is None:
+                raise StabilityError(
+                    "--depth-mm: expected the depth of the cut beside --posture-deg"
+                )
+            posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
+            speed = cuts.milling.cutter.speed * 30.0 / np.pi if rpm is None else rpm
+            feed = np.deg2rad(feed_deg or 0.0)
+            placed = cuts.in_posture(posture, float(feed), float(speed), 1e-3 * depth_mm)
+            result = stability_in_posture(cuts, placed, march)
+    begin_result(folder, "stability", overwrite)
+    claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
+    claimed(folder / "report.html").write_text(stability_page(result), encoding="utf-8")
+    print_sections(console, stability_summary(result))
+    console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

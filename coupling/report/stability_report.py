@@ -1,0 +1,229 @@
+"""The report of stability: a verdict, the chart over the speed, the path, feed, part and robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
+from coupling.report.document import document
+from coupling.report.modes_report import in_joints, part_map
+from coupling.report.style import drawn, row, rows, rule
+from coupling.results.modes_result import Grid
+from coupling.results.section import Note, Section, Table, warned
+from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
+
+_MM = 1e3
+_CHART = Note(
+    "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
+    " vibration at that limit. Below the line the cut is stable; beyond it, deeper islands may be stable"
+    " again. The dotted line is the quick look by zero order, the cross the programmed cut."
+)
+_ALONE = Note(
+    "The robot alone, its tool taken as rigid: at high speeds a mode of tool, holder and spindle decides"
+    " instead. Give [[stability.tool_mode]] or tool_response in the case."
+)
+_WITH_TOOL = Note(
+    "The grey line is the robot alone, by zero order: where it is higher, the tool decides."
+)
+_PATH = Note("Programmed depth and limit along the path; red points chatter.")
+_FEED = Note("Limit with the feed turned about the part's z axis, at the worst place.")
+_PART = Note(
+    "Limit at the programmed speed, and the depth that no speed falls below by zero order, with the tool"
+    " moved about the part. White: no limit, or the robot cannot be there."
+)
+_SENSITIVE = Note(
+    "Limit at the worst place with other gears: damping is the least known of all numbers, and the limit"
+    " follows it. A hammer test at the tool replaces both."
+)
+
+
+def stability_page(result: StabilityResult) -> str:
+    """Return the page of a case's stability as one self-contained HTML text."""
+    sections = stability_summary(result)
+    alone = _WITH_TOOL if result.tool_modes else _ALONE
+    if result.chart is not None:
+        chart = chart_figure(result.chart, result.points[result.worst])
+        sections.append(Section("Over the speed", [_CHART, alone], "chart", [chart]))
+        sections.append(Section("Along the path", [_PATH], "path", [path_figure(result.points)]))
+    if result.over_feed is not None:
+        angles, limits = result.over_feed.feed_deg, result.over_feed.limit_m
+        polar = feed_figure(angles, limits)
+        sections.append(Section("Over the direction of the feed", [_FEED], "feed", [polar]))
+    if result.over_part is not None:
+        part = result.over_part
+        maps = [
+            part_map(part.x_m, part.y_m, _millimetres(values), title, "mm")
+            for values, title in (
+                (part.limit_m, "limit at the programmed speed [mm]"),
+                (part.least_m, "no speed falls below [mm]"),
+            )
+        ]
+        sections.append(Section("Over the part", [_PART], "part", maps))
+    return document(f"{result.case}: stability", sections)
+
+
+def stability_summary(result: StabilityResult) -> list[Section]:
+    """Return whether the cuts chatter, what gives way, and at which speeds they would not."""
+    worst = result.points[result.worst]
+    is_stable = all(point.stable for point in result.points)
+    sections = [
+        Section("", [f"{result.sentence}.", *_sentences(result, worst)], good=is_stable),
+    ]
+    if result.sensitivities is not None:
+        table = [
+            (other.name, _mm(other.limit_m), _mm(other.least_m)) for other in result.sensitivities
+        ]
+        columns = ("gears", f"limit at {worst.rpm:.0f} 1/min [mm]", "no speed falls below [mm]")
+        sections.append(Section("Other gears", [_SENSITIVE, Table(columns, table)]))
+    return [*sections, *warned((), result.remarks)]
+
+
+def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
+    """Yield what else there is to say of the worst cut."""
+    unstable = sum(not point.stable for point in result.points)
+    if len(result.points) > 1:
+        yield f"{unstable} of {len(result.points)} places along the path chatter."
+    way = {"Hopf": "", "flip": ", flipping from tooth to tooth", "none": ""}
+    kind = "grows" if not worst.stable else "decays"
+    yield (
+        f"At the worst place the slowest vibration {kind} with {worst.growth_1_s:+.3g} 1/s at"
+        f" {worst.frequency_Hz:.1f} Hz{way[worst.border]}."
+    )
+    by_tool = f"; the tool's modes have {100.0 * result.tool_share:.0f} % of the motion"
+    gives_way = in_joints(result.joints) or "no joint"
+    yield f"At the limit gives way: {gives_way}{by_tool if result.tool_modes else ''}."
+    if result.chart is not None:
+        ranges = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm)
+        yield f"Stable speeds at {_mm(worst.depth_m)} mm: {ranges or 'none in the range'} 1/min."
+    if not result.tool_modes:
+        yield (
+            "At high speeds a mode of the tool decides: give [[stability.tool_mode]] or tool_response, a"
+            " tap test at the tip."
+        )
+    unloaded = sorted({joint for point in result.points for joint in point.unloaded_joints})
+    if unloaded:
+        yield (
+            f"The mean force leaves gears of joints {', '.join(map(str, unloaded))} in their backlash at"
+            " some places; they are taken as engaged."
+        )
+    if result.march is not None:
+        verdict = "decays" if result.march.stable else "grows"
+        yield (
+            f"Marched in time for {result.march.seconds:g} s, with edges that leave the cut, the"
+            f" vibration {verdict} with {result.march.growth_1_s:+.3g} 1/s."
+        )
+
+
+def chart_figure(chart: ChartResult, programmed: StabilityPoint) -> go.Figure:
+    """Draw limiting depth over speed, and the frequency of the vibration below it."""
+    upright = [{"title": "depth [mm]", "rangemode": "tozero"}, {"title": "frequency [Hz]"}]
+    axes = rows((3.0, 2.0), 0.06, upright)
+    axes["xaxis2"].update({"title": "spindle [1/min]"})
+    rpm = np.array(chart.rpm)
+    lines = [
+        ("limit", chart.limit_m, AFTER, "solid", 2.0),
+        ("zero order", chart.zero_order_m, BEFORE, "dot", 1.2),
+        ("robot alone", chart.robot_alone_m, QUIET, "dash", 1.2),
+    ]
+    if chart.robot_alone_m == chart.zero_order_m:
+        lines = lines[:2]
+    finite = [limit for limit in chart.limit_m if limit is not None]
+    highest = _top(finite, programmed.depth_m)
+    traces: list[dict[str, object]] = [
+        {
+            **row(1),
+            "x": rpm,
+            "y": np.array([np.nan if v is None else _MM * v for v in values]),
+            "mode": "lines",
+            "name": name,
+            "line": {"color": colour, "width": width, "dash": dash},
+        }
+        for name, values, colour, dash, width in lines
+    ]
+    traces.append(
+        {
+            **row(1),
+            "x": [programmed.rpm],
+            "y": [_MM * programmed.depth_m],
+            "mode": "markers",
+            "name": "programmed",
+            "marker": {"color": DESIRED, "size": 11, "symbol": "x"},
+        }
+    )
+    traces.append(
+        {
+            **row(2),
+            "x": rpm,
+            "y": np.array([np.nan if v is None else v for v in chart.frequency_Hz]),
+            "mode": "markers",
+            "name": "frequency",
+            "marker": {"color": GREEN, "size": 4},
+        }
+    )
+    axes["yaxis"]["range"] = [0.0, highest]
+    return drawn(traces, 520, **axes)
+
+
+def _top(limits: Sequence[float], depth: float) -> float:
+    """Return where the axis of depths ends [mm]: the limits' upper part is of no use."""
+    middle = float(np.quantile(limits, 0.9)) if limits else 2.0 * depth
+    return 1.1 * _MM * max(middle, 1.3 * depth)
+
+
+def path_figure(points: Sequence[StabilityPoint]) -> go.Figure:
+    """Draw depth and limit along the path."""
+    time = [point.time or 0.0 for point in points]
+    depth = np.array([_MM * point.depth_m for point in points])
+    limit = _MM * np.array([p.limit_m if np.isfinite(p.limit_m) else np.nan for p in points])
+    colours = [AFTER if point.stable else BEFORE for point in points]
+    traces = [
+        {
+            "x": time,
+            "y": limit,
+            "mode": "lines",
+            "name": "limit",
+            "line": {"color": AFTER, "width": 2},
+        },
+        {
+            "x": time,
+            "y": depth,
+            "mode": "lines+markers",
+            "name": "programmed",
+            "line": {"color": DESIRED, "width": 1},
+            "marker": {"color": colours, "size": 6},
+        },
+    ]
+    finite = [p.limit_m for p in points if np.isfinite(p.limit_m)]
+    top = _top(finite, float(depth.max()) / _MM)
+    upright = {"title": "depth [mm]", "range": [0.0, top]}
+    return drawn(traces, 340, xaxis={"title": "time [s]"}, yaxis=upright)
+
+
+def feed_figure(angles: Sequence[float], limits: Sequence[float | None]) -> go.Figure:
+    """Draw limits over the direction of the feed."""
+    values = np.array([np.nan if v is None else _MM * v for v in limits])
+    trace = {
+        "x": list(angles),
+        "y": values,
+        "mode": "lines+markers",
+        "name": "limit",
+        "line": {"color": AFTER, "width": 2},
+    }
+    return drawn(
+        [trace],
+        320,
+        xaxis={"title": "feed from the part's x axis [deg]"},
+        yaxis={"title": "limit [mm]", "rangemode": "tozero"},
+        shapes=[rule("x", 180.0, color=QUIET, width=1)],
+    )
+
+
+def _millimetres(values: Grid) -> Grid:
+    return tuple(tuple(None if v is None else _MM * v for v in line) for line in values)
+
+
+def _mm(depth: float) -> str:
+    return f"{_MM * depth:.3g}" if np.isfinite(depth) else "none"

@@ -1,0 +1,18 @@
+"""Whether the cut of a run chatters, where it is worst."""
+
+from __future__ import annotations
+
+from coupling.results.base import ResultPart, Unbounded
+
+
+class CutStability(ResultPart):
+    """Stability of the cut along a path, at its worst place."""
+
+    sentence: str
+    stable: bool
+    time_s: float | None
+    rpm: float
+    depth_m: float
+    limit_m: Unbounded
+    frequency_Hz: float
+    growth_1_s: float

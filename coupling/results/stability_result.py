@@ -1,0 +1,99 @@
+"""stability.json: which cuts chatter, from which depth on, and what gives way."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from coupling.results.base import ResultFile, ResultPart, Unbounded
+from coupling.results.modes_result import Grid
+
+Numbers = tuple[float, ...]
+Limits = tuple[float | None, ...]
+
+
+class StabilityPoint(ResultPart):
+    """A cut in a posture; a limit of None is none up to the deepest cut that was looked at."""
+
+    time: float | None
+    posture_deg: Numbers
+    feed_deg: float
+    rpm: float
+    depth_m: float
+    stable: bool
+    growth_1_s: float
+    frequency_Hz: float
+    border: Literal["Hopf", "flip", "none"]
+    limit_m: Unbounded
+    zero_order_m: Unbounded
+    unloaded_joints: tuple[int, ...]
+
+
+class ChartResult(ResultPart):
+    """Limits over the speed of the spindle at the worst place."""
+
+    rpm: Numbers
+    limit_m: Limits
+    frequency_Hz: Limits
+    zero_order_m: Limits
+    robot_alone_m: Limits
+
+
+class FeedChartResult(ResultPart):
+    """Limits over the direction of the feed, from the part's x axis."""
+
+    feed_deg: Numbers
+    limit_m: Limits
+
+
+class PartChartResult(ResultPart):
+    """Limits over the part; None where there is none or the robot cannot be."""
+
+    x_m: Numbers
+    y_m: Numbers
+    limit_m: Grid
+    least_m: Grid
+
+
+class SensitivityResult(ResultPart):
+    """Limit with another robot."""
+
+    name: str
+    limit_m: Unbounded
+    least_m: Unbounded
+
+
+class MarchResult(ResultPart):
+    """The cut marched in time with edges that leave it."""
+
+    seconds: float
+    stable: bool
+    growth_1_s: float
+    out_of_cut: float
+
+
+class StabilityResult(ResultFile):
+    """Stability of a case's cuts; docs/milling.md says what the figures are."""
+
+    what = "the stability of cuts"
+    sparse: ClassVar = ("chart", "over_feed", "over_part", "sensitivities", "march")
+
+    case: str
+    robot: str
+    sentence: str
+    motors: Literal["locked"] = "locked"
+    tool_modes: int
+    deepest_m: float
+    points: Annotated[tuple[StabilityPoint, ...], Field(min_length=1)]
+    worst: int
+    joints: Numbers
+    tool_share: float
+    stable_rpm: tuple[tuple[float, float], ...] = ()
+    chart: ChartResult | None = None
+    over_feed: FeedChartResult | None = None
+    over_part: PartChartResult | None = None
+    sensitivities: tuple[SensitivityResult, ...] | None = None
+    march: MarchResult | None = None
+    remarks: tuple[str, ...] = ()
+    version: str

@@ -1,0 +1,177 @@
+"""elastic-robot stability: the cuts of a case along its path, or one cut in a posture, as figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import elastic_robot
+from coupling.errors import StabilityError
+from coupling.events import Progress, Watch, unwatched
+from coupling.results.modes_result import Grid
+from coupling.results.stability_result import (
+    ChartResult,
+    FeedChartResult,
+    Limits,
+    MarchResult,
+    PartChartResult,
+    SensitivityResult,
+    StabilityPoint,
+    StabilityResult,
+)
+from coupling.stability.case_cut import CaseCuts, PlacedCut
+from coupling.stability.chart import (
+    limits_over_feed,
+    part_chart,
+    sensitivities,
+    speed_chart,
+)
+from coupling.stability.judgement import Judgement
+from coupling.stability.marching import march
+from coupling.stability.path_stability import PathStability
+
+# Places along a path that are judged with their limits.
+_PLACES = 60
+# A chart that begins so much above the lowest speed leaves speeds out.
+_SLOWER = 1.001
+
+
+def stability_in_posture(
+    cuts: CaseCuts, placed: PlacedCut, seconds: float = 0.0
+) -> StabilityResult:
+    """Return the figures of one cut.
+
+    Args:
+        cuts: Cuts of the case.
+        placed: The cut.
+        seconds: Time to march it [s]; 0: not at all.
+
+    Raises:
+        StabilityError: If the robot has no equilibrium there, or the cut cannot be marched.
+    """
+    path = PathStability((Judgement.of(cuts, placed),))
+    more: dict[str, object] = {"remarks": cuts.beyond_limits(placed.q)}
+    if seconds:
+        more["march"] = _marched(path.worst, seconds)
+    return _result(cuts, path).model_copy(update=more)
+
+
+def stability_along_path(
+    cuts: CaseCuts, watch: Watch = unwatched, seconds: float = 0.0
+) -> StabilityResult:
+    """Return the figures of a case's cuts along its path, with charts at the worst place.
+
+    Args:
+        cuts: Cuts of the case.
+        watch: Function called with the progress of the work.
+        seconds: Time to march the worst cut [s]; 0: not at all.
+
+    Raises:
+        PlanningError: If the robot cannot follow the path.
+        StabilityError: If it never cuts, or the robot has no equilibrium at a place.
+    """
+
+    def report(what: str, completed: int, total: int) -> None:
+        watch(Progress(what, completed, total))
+
+    path = PathStability.of(cuts, _PLACES)
+    if path is None:
+        raise StabilityError(
+            f"{cuts.case.name}: expected a tool path that cuts, got one that stays above surface_z_m ="
+            f" {cuts.milling.surface:g} or never feeds: lower it, or name a cut with --posture-deg"
+        )
+    for number, judgement in enumerate(path.judgements):
+        report("limits along the path", number, len(path.judgements))
+        _ = judgement.limit  # kept there
+    worst = path.worst
+    result = _result(cuts, path)
+    chart = speed_chart(worst, report)
+    directions, by_direction = limits_over_feed(worst, report)
+    over_part = part_chart(worst, report)
+    report("limits over the part", 1, 1)
+    slowest = float(chart.rpm[0]) if len(chart.rpm) else np.inf
+    more: dict[str, object] = {
+        "remarks": ()
+        if slowest <= _SLOWER * cuts.speeds[0]
+        else (f"speeds below {slowest:.0f} 1/min are too slow for the fastest mode, and left out",),
+        "stable_rpm": tuple(chart.stable_speeds(worst.placed.cut.depth)),
+        "chart": ChartResult(
+            rpm=tuple(chart.rpm.tolist()),
+            limit_m=_limits(chart.limit),
+            frequency_Hz=_limits(chart.frequency),
+            zero_order_m=_limits(chart.zero_order),
+            robot_alone_m=_limits(chart.robot_alone),
+        ),
+        "over_feed": FeedChartResult(
+            feed_deg=tuple(np.rad2deg(directions).tolist()), limit_m=_limits(by_direction)
+        ),
+        "over_part": PartChartResult(
+            x_m=tuple(over_part.x.tolist()),
+            y_m=tuple(over_part.y.tolist()),
+            limit_m=_grid(over_part.limit),
+            least_m=_grid(over_part.least),
+        ),
+        "sensitivities": tuple(
+            SensitivityResult(name=other.name, limit_m=other.limit, least_m=other.least)
+            for other in sensitivities(worst)
+        ),
+    }
+    if seconds:
+        more["march"] = _marched(worst, seconds)
+    return result.model_copy(update=more)
+
+
+def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
+    worst = path.worst
+    joints, tool_share = worst.shares(worst.at_limit)
+    return StabilityResult(
+        case=cuts.case.name,
+        robot=cuts.case.robots[0].description.name,
+        sentence=path.sentence,
+        tool_modes=len(cuts.tool),
+        deepest_m=cuts.deepest,
+        points=tuple(_point(judgement) for judgement in path.judgements),
+        worst=path.judgements.index(worst),
+        joints=tuple(joints.tolist()),
+        tool_share=tool_share,
+        version=elastic_robot.__version__,
+    )
+
+
+def _point(judgement: Judgement) -> StabilityPoint:
+    placed, vibration = judgement.placed, judgement.vibration
+    return StabilityPoint(
+        time=placed.time,
+        posture_deg=tuple(np.rad2deg(placed.q).round(9).tolist()),
+        feed_deg=float(np.rad2deg(placed.feed)),
+        rpm=placed.cut.rpm,
+        depth_m=placed.cut.depth,
+        stable=vibration.is_stable,
+        growth_1_s=vibration.growth,
+        frequency_Hz=vibration.frequency,
+        border=vibration.border,
+        limit_m=judgement.limit,
+        zero_order_m=judgement.zero_order,
+        unloaded_joints=judgement.there.unloaded,
+    )
+
+
+def _marched(judgement: Judgement, seconds: float) -> MarchResult:
+    placed = judgement.placed
+    marched = march(judgement.there.whole, placed.cut, placed.feed_per_tooth, seconds)
+    late = marched.out_of_cut[-max(1, len(marched.out_of_cut) // 10) :]
+    return MarchResult(
+        seconds=seconds,
+        stable=marched.is_stable,
+        growth_1_s=marched.growth,
+        out_of_cut=float(late.mean()),
+    )
+
+
+def _limits(values: np.ndarray) -> Limits:
+    return tuple(value if np.isfinite(value) else None for value in values.tolist())
+
+
+def _grid(values: Sequence[np.ndarray] | np.ndarray) -> Grid:
+    return tuple(_limits(row) for row in values)

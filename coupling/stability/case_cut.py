@@ -1,0 +1,298 @@
+"""The cuts of a case: where its tool cuts, how deep, in which posture, and what vibrates there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from coupling.case.case import Case
+from coupling.errors import StabilityError
+from coupling.modes.case_places import MOST_ROWS
+from coupling.modes.locked_robot import LockedRobot
+from coupling.modes.measured_response import read_responses
+from coupling.path.histories import ToolPath
+from coupling.process.cutting_force import Engagement, mean_wrench
+from coupling.process.milling_force import ARCS, Milling, MillingForceTable
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.stability.cut import ProcessDamping, SteadyCut
+from coupling.stability.fitted_response import fitted_modes
+from coupling.stability.structure import Structure, ToolMode
+from elastic_robot.linearisation import Linearisation
+
+# A shallower cut is none [m], nor is one whose tool moves less from tooth to tooth [m].
+_TOUCHES, _STANDING = 1e-6, 1e-9
+# Depth up to which limits are looked for, in diameters of the cutter.
+_DEEPEST = 4.0
+# The chart's speeds, in programmed ones.
+_SPEEDS = (0.25, 2.0)
+
+
+@dataclass(frozen=True)
+class PlacedCut:
+    """A cut at a place, with the posture of the robot.
+
+    Attributes:
+        time: Time along the path [s]; None for a posture that was named.
+        q: Joint angles of the undeflected robot [rad], (joints,).
+        feed: Direction of the feed in the part's x-y plane, from its x axis [rad].
+        cut: The cut, as deep as it is programmed.
+        feed_per_tooth: Way of the tool from tooth to tooth [m].
+    """
+
+    time: float | None
+    q: np.ndarray
+    feed: float
+    cut: SteadyCut
+    feed_per_tooth: float
+
+
+@dataclass(frozen=True)
+class StructureThere:
+    """What vibrates at a place.
+
+    Attributes:
+        linear: The robot, linearised under the mean wrench of the cut.
+        robot: Its modes.
+        whole: Modes of robot and tool in series.
+        unloaded: Numbers of the joints, from 1, whose gears the mean wrench leaves in their backlash;
+            they are taken as engaged.
+    """
+
+    linear: Linearisation
+    robot: Structure
+    whole: Structure
+    unloaded: tuple[int, ...]
+
+
+class CaseCuts:
+    """Cuts of a milling case.
+
+    Args:
+        case: The case.
+
+    Raises:
+        StabilityError: If its process is no milling, or its tool's response cannot be read.
+    """
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.milling = case, milling_of(case)
+        self._placed = case.robots[0]
+        table = case.stability
+        teeth = self.milling.cutter.teeth
+        if table.pitch_deg is not None and len(table.pitch_deg) != teeth:
+            raise StabilityError(
+                f"{case.name}: stability: pitch_deg: expected {teeth} angles, one for each tooth, got"
+                f" {len(table.pitch_deg)}"
+            )
+        self._locked = LockedRobot(self._placed.description, self._placed.torque_curve)
+        self._engaged = LockedRobot(self._placed.description, "linear")
+
+    @cached_property
+    def tool(self) -> tuple[ToolMode, ...]:
+        """Modes of tool, holder and spindle; none where the case has none."""
+        table = self.case.stability
+        modes = [
+            ToolMode(mode.frequency_Hz, mode.damping_ratio, mode.stiffness_N_m)
+            for mode in table.tool_mode
+        ]
+        if table.tool_response is not None:
+            modes += fitted_modes(read_responses(table.tool_response), str(table.tool_response))
+        return tuple(modes)
+
+    @property
+    def deepest(self) -> float:
+        """Depth up to which limits are looked for [m]."""
+        return self.case.stability.max_depth_m or _DEEPEST * 2.0 * self.milling.cutter.radius
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed of the spindle to look at [1/min]."""
+        table = self.case.stability
+        if table.spindle_rpm is not None:
+            return table.spindle_rpm[0], table.spindle_rpm[1]
+        rpm = self.milling.cutter.speed * 30.0 / np.pi
+        return _SPEEDS[0] * rpm, _SPEEDS[1] * rpm
+
+    @cached_property
+    def base_from_part(self) -> np.ndarray:
+        """Rotation from the part to the robot's base, (3, 3)."""
+        turn = self._placed.world_from_base.rotation.inv() * self.case.task.part.rotation
+        matrix: np.ndarray = turn.as_matrix()
+        return matrix
+
+    @cached_property
+    def along_path(self) -> tuple[PlacedCut, ...]:
+        """Cuts along the desired path, a few thousand at most; none where it never cuts.
+
+        Raises:
+            PlanningError: If the robot cannot follow the path.
+        """
+        desired = self.case.desired
+        directions = self.milling.feed_directions()
+        engagement = self.milling.cut(desired, desired.time, directions)
+        way = np.linalg.norm(engagement.chip, axis=1)
+        cutting = np.flatnonzero(
+            (engagement.depth > _TOUCHES) & (way > _STANDING) & (engagement.end > engagement.start)
+        )
+        if len(cutting) == 0:
+            return ()
+        rows = cutting[np.unique(np.linspace(0, len(cutting) - 1, MOST_ROWS).astype(int))]
+        path = desired.tools[0].at_rows(rows)
+        in_base = path.transformed(self._placed.world_from_base.inverse())
+        q = InverseKinematics(self._placed.description, self._placed.home).plan(in_base).q[0]
+        return tuple(
+            PlacedCut(
+                float(desired.time[row]),
+                q[k],
+                float(np.arctan2(directions[row, 1], directions[row, 0])),
+                self._cut(
+                    float(engagement.start[row]),
+                    float(engagement.end[row]),
+                    float(engagement.depth[row]),
+                ),
+                float(way[row]),
+            )
+            for k, row in enumerate(rows.tolist())
+        )
+
+    @property
+    def path_of_cuts(self) -> tuple[ToolPath, np.ndarray]:
+        """Path of the tool where it cuts, base frame, and joint angles [rad], (n, joints)."""
+        path = self.case.desired.tools[0].transformed(self._placed.world_from_base.inverse())
+        time = np.array([placed.time for placed in self.along_path])
+        q = np.stack([placed.q for placed in self.along_path])
+        return path.at_rows(np.searchsorted(path.time, time)), q
+
+    def _cut(self, start: float, end: float, depth: float) -> SteadyCut:
+        table, milling = self.case.stability, self.milling
+        damping = table.process_damping
+        return SteadyCut(
+            milling.cutter,
+            milling.coefficients,
+            start,
+            end,
+            depth,
+            None if table.pitch_deg is None else tuple(np.deg2rad(table.pitch_deg).tolist()),
+            None
+            if damping is None
+            else ProcessDamping(damping.indentation_N_m3, damping.wear_land_m, damping.friction),
+        )
+
+    def in_posture(self, q: np.ndarray, feed: float, rpm: float, depth: float) -> PlacedCut:
+        """Return a cut in a posture, with engagement and feed rate as on the path.
+
+        Args:
+            q: Joint angles [rad], (joints,).
+            feed: Direction of the feed in the part's x-y plane, from its x axis [rad].
+            rpm: Speed of the spindle [1/min].
+            depth: Axial depth [m].
+
+        Raises:
+            StabilityError: If the number of angles is another one.
+        """
+        joints = len(self._placed.description.joints)
+        if len(q) != joints:
+            raise StabilityError(
+                f"posture: expected {joints} angles, one for each joint of"
+                f" {self._placed.description.name}, got {len(q)}"
+            )
+        milling = self.milling
+        radial = np.array([milling.radial_depth])
+        start, end = ARCS[milling.engagement](radial, milling.cutter.radius)
+        cut = self._cut(float(start[0]), float(end[0]), depth).at_speed(rpm)
+        return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period)
+
+    def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
+        """Return a sentence for each joint whose angle [rad], (joints,), is beyond its limits."""
+        limits = [joint.limits or (-np.inf, np.inf) for joint in self._placed.description.joints]
+        return tuple(
+            f"joint {number}: expected {np.rad2deg(low):.4g} to {np.rad2deg(high):.4g} deg, its limits,"
+            f" got {np.rad2deg(angle):.4g}"
+            for number, (angle, (low, high)) in enumerate(zip(q.tolist(), limits, strict=True), 1)
+            if not low <= angle <= high
+        )
+
+    @cached_property
+    def _feed_rate(self) -> float:
+        """Feed of the path in its cuts, the median, or its highest speed [m/s]."""
+        desired, milling = self.case.desired, self.milling
+        points = milling.part.coordinates(desired.position[0])
+        speed = np.linalg.norm(np.gradient(points[:, :2], desired.time, axis=0), axis=1)
+        is_cut = (points[:, 2] < milling.surface - _TOUCHES) & (speed > 0.0)
+        return float(np.median(speed[is_cut])) if is_cut.any() else float(speed.max())
+
+    def base_from_cut(self, feed: float) -> np.ndarray:
+        """Return the rotation from axes of a cut (feed, left of it, spindle) to the base, (3, 3).
+
+        Args:
+            feed: Direction of the feed in the part's x-y plane, from its x axis [rad].
+        """
+        cos, sin = np.cos(feed), np.sin(feed)
+        return self.base_from_part @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+    def mean_wrench(self, placed: PlacedCut) -> np.ndarray:
+        """Return the mean wrench of a cut, base axes [N, N m], (6,)."""
+        cut = placed.cut
+        engagement = Engagement(
+            np.array([[placed.feed_per_tooth, 0.0]]),
+            *(np.array([value]) for value in (cut.start, cut.end, cut.depth)),
+        )
+        in_cut = mean_wrench(cut.cutter, cut.coefficients, engagement)[0]
+        in_base: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
+        return in_base
+
+    def structure(
+        self, placed: PlacedCut, damping: float = 1.0, stiffness: float = 1.0
+    ) -> StructureThere:
+        """Return what vibrates in a cut.
+
+        Args:
+            placed: The cut.
+            damping, stiffness: Factors of the damping and of the stiffness of the robot's gears.
+
+        Raises:
+            StabilityError: If the robot has no equilibrium there, nothing gives way, or its modes are
+                not independent.
+        """
+        wrench = self.mean_wrench(placed)
+        linear = self._locked.linear(placed.q, wrench)
+        unloaded = self._locked.unloaded_joints(linear)
+        if unloaded and self._locked.torque_curve == "backlash":
+            linear = self._engaged.linear(placed.q, wrench)
+        linear = replace(
+            linear, damping=damping * linear.damping, stiffness=stiffness * linear.stiffness
+        )
+        if len(linear.mass) == 0 and not self.tool:
+            raise StabilityError(
+                f"{self.case.name}: expected a robot or a tool that gives way, got neither: add"
+                " stiffness and damping under [[joint]] of the robot file, or [[stability.tool_mode]]"
+            )
+        robot = Structure.of_robot(linear, self.base_from_cut(placed.feed))
+        parts = [robot, *([Structure.of_modes(list(self.tool))] if self.tool else [])]
+        return StructureThere(linear, robot, Structure.in_series(*parts), unloaded)
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Number of the joint of each of the robot's elastic coordinates, from 1."""
+        return self._locked.joints
+
+
+def milling_of(case: Case) -> Milling:
+    """Return the milling of a case.
+
+    Raises:
+        StabilityError: If its process is another one.
+    """
+    if not isinstance(case.process_table, MillingForceTable):
+        raise StabilityError(
+            f"{case.name}: process: model: expected 'milling-force', whose cut has teeth, got"
+            f" {case.process_table.model!r}"
+        )
+    return case.process_table.process(case.task).milling
+
+
+def is_milling(case: Case) -> bool:
+    """Return whether a case's process is a milling cut that is computed here."""
+    return isinstance(case.process_table, MillingForceTable)

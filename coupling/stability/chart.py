@@ -1,0 +1,165 @@
+"""Charts at a cut: over the speed of the spindle, the direction of the feed, the part, and the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.errors import StabilityError
+from coupling.modes.part_grid import PartGrid
+from coupling.stability.case_cut import CaseCuts, PlacedCut
+from coupling.stability.floquet import vibration_of
+from coupling.stability.judgement import Judgement
+from coupling.stability.limit import first_border
+from coupling.stability.zero_order import ZeroOrder
+
+# Speeds of a chart, directions of the feed, places along each side of the part's map.
+_SPEEDS, _DIRECTIONS, _GRID = 100, 24, 9
+# Factors of damping and stiffness of the robot's gears.
+_DAMPING, _STIFFNESS = (0.5, 2.0), (0.75, 1.25)
+
+Report = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class SpeedChart:
+    """Limits over the speed of the spindle, at one place.
+
+    Attributes:
+        rpm: Speeds [1/min], rising, without those that are too slow for the fastest mode, (n,).
+        limit: Limiting depths [m], infinite where there is none, (n,).
+        frequency: Frequency of the vibration there [Hz], NaN where there is none, (n,).
+        zero_order: The same depths by zero order [m], (n,).
+        robot_alone: Those of the robot without the tool's modes by zero order [m], (n,).
+    """
+
+    rpm: np.ndarray
+    limit: np.ndarray
+    frequency: np.ndarray
+    zero_order: np.ndarray
+    robot_alone: np.ndarray
+
+    def stable_speeds(self, depth: float) -> list[tuple[float, float]]:
+        """Return the ranges of speeds at which a depth [m] and all smaller ones are stable [1/min]."""
+        is_stable = self.limit > depth
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], is_stable.astype(int), [0]])))
+        return [
+            (float(self.rpm[low]), float(self.rpm[high - 1]))
+            for low, high in zip(edges[::2], edges[1::2], strict=True)
+        ]
+
+
+def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
+    """Return the limits of a cut over the range of the spindle's speeds.
+
+    Args:
+        judgement: The cut.
+        report: Called with what is done, and how much of it.
+    """
+    cuts, there, cut = judgement.cuts, judgement.there, judgement.placed.cut
+    rpm = np.geomspace(*cuts.speeds, _SPEEDS)
+    quick = ZeroOrder.of(there.whole, cut)
+    alone = ZeroOrder.of(there.robot, cut) if len(there.robot.eigenvalue) else None
+    limit, frequency = np.full(_SPEEDS, np.inf), np.full(_SPEEDS, np.nan)
+    zero_order, robot_alone = np.full(_SPEEDS, np.inf), np.full(_SPEEDS, np.inf)
+    for k, speed in enumerate(rpm.tolist()):
+        report("limits over the speed", k, _SPEEDS)
+        cut_there = cut.at_speed(speed)
+        try:
+            limit[k] = first_border(there.whole, cut_there, cuts.deepest, quick)
+        except StabilityError:  # too slow for the fastest mode
+            limit[k] = np.nan
+            continue
+        zero_order[k] = quick.limit(cut_there.cutter.tooth_period)
+        if alone is not None:
+            robot_alone[k] = alone.limit(cut_there.cutter.tooth_period)
+        if 0.0 < limit[k] < np.inf:
+            frequency[k] = vibration_of(there.whole, cut_there.at_depth(float(limit[k]))).frequency
+    is_known = ~np.isnan(limit)
+    return SpeedChart(
+        *(values[is_known] for values in (rpm, limit, frequency, zero_order, robot_alone))
+    )
+
+
+def limits_over_feed(judgement: Judgement, report: Report) -> tuple[np.ndarray, np.ndarray]:
+    """Return directions of the feed [rad], (n,), and the limits with it turned there [m], (n,)."""
+    placed, cuts = judgement.placed, judgement.cuts
+    angles = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)
+    limits = np.empty(_DIRECTIONS)
+    for k, angle in enumerate(angles.tolist()):
+        report("limits over the direction of the feed", k, _DIRECTIONS)
+        limits[k] = Judgement.of(cuts, replace(placed, feed=angle)).limit
+    return angles, limits
+
+
+@dataclass(frozen=True)
+class PartChart:
+    """Limits over the part, with tool and feed as at one place.
+
+    Attributes:
+        x, y: Places in the part frame [m], (a,) and (b,).
+        limit: Limits [m], infinite where there is none, NaN where the robot cannot be, (b, a).
+        least: Limits that no speed of the range falls below, by zero order [m], likewise, (b, a).
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    limit: np.ndarray
+    least: np.ndarray
+
+
+def part_chart(judgement: Judgement, report: Report) -> PartChart:
+    """Return the limits of a cut at places about the path, at the programmed speed."""
+    cuts, placed = judgement.cuts, judgement.placed
+    robot = cuts.case.robots[0]
+    in_base = robot.world_from_base.inverse()
+    path, q = cuts.path_of_cuts
+    grid = PartGrid.around(robot.description, in_base @ cuts.case.task.part, path, q, _GRID)
+    limit = np.full(grid.q.shape[:2], np.nan)
+    least = limit.copy()
+    for number, (row, column) in enumerate(np.ndindex(*limit.shape)):
+        report("limits over the part", number, limit.size)
+        posture = grid.q[row, column]
+        if np.isfinite(posture).all():
+            limit[row, column], least[row, column] = _limits(cuts, replace(placed, q=posture))
+    return PartChart(grid.x, grid.y, limit, least)
+
+
+def _limits(cuts: CaseCuts, placed: PlacedCut) -> tuple[float, float]:
+    """Return the limit of a cut and what no speed falls below [m]; NaN without equilibrium."""
+    try:
+        judgement = Judgement.of(cuts, placed)
+    except StabilityError:
+        return np.nan, np.nan
+    return judgement.limit, judgement.least
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Limit of a cut with another robot.
+
+    Attributes:
+        name: The difference, in words.
+        limit: Limiting depth at the programmed speed [m].
+        least: Depth that no speed of the range falls below, by zero order [m].
+    """
+
+    name: str
+    limit: float
+    least: float
+
+
+def sensitivities(judgement: Judgement) -> list[Sensitivity]:
+    """Return how the limit moves with damping and stiffness of the robot's gears."""
+    cuts, placed = judgement.cuts, judgement.placed
+    differences = [("as in the robot file", 1.0, 1.0)]
+    differences += [(f"damping x {factor:g}", factor, 1.0) for factor in _DAMPING]
+    differences += [(f"stiffness x {factor:g}", 1.0, factor) for factor in _STIFFNESS]
+    limits = []
+    for name, damping, stiffness in differences:
+        there = cuts.structure(placed, damping, stiffness)
+        other = Judgement(cuts, placed, there)
+        limits.append(Sensitivity(name, other.limit, other.least))
+    return limits

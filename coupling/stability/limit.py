@@ -1,0 +1,54 @@
+"""The limiting depth of a cut: the first border of stability from below."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from coupling.stability.cut import SteadyCut
+from coupling.stability.floquet import NEUTRAL, growth_of
+from coupling.stability.structure import Structure
+from coupling.stability.zero_order import ZeroOrder
+
+# The search begins at this part of what zero order has, which is up to 20 times too much where
+# vibrations flip; steps far below it are wide, near it and beyond it narrow.
+_START, _NEAR, _WIDE, _NARROW = 1.0 / 30.0, 0.4, 1.6, 1.2
+# The border lies this close [1].
+_CLOSE = 1e-3
+# Depths that are less are none [m].
+_NONE = 1e-8
+
+
+def first_border(
+    structure: Structure, cut: SteadyCut, deepest: float, quick: ZeroOrder | None = None
+) -> float:
+    """Return the depth at which a cut, made deeper, becomes unstable first [m].
+
+    Depths beyond it may be stable again (islands); what lies within a step of the search is not seen.
+
+    Args:
+        structure: Modes of robot and tool.
+        cut: The cut, whose depth does not count.
+        deepest: Depth up to which it is looked for [m].
+        quick: The same by zero order; None: it is computed.
+
+    Returns:
+        The depth, infinite where the cut is stable up to the deepest one, and 0 where it never is.
+    """
+    quick = quick or ZeroOrder.of(structure, cut)
+    expected = quick.limit(cut.cutter.tooth_period)
+    low = max(_START * min(expected, deepest), _NONE)
+
+    def growth(depth: float) -> float:
+        return growth_of(structure, cut.at_depth(depth)) - NEUTRAL
+
+    while growth(low) >= 0.0:
+        low /= _WIDE**3
+        if low < _NONE:
+            return 0.0
+    while low < deepest:
+        high = min(low * (_WIDE if low < _NEAR * expected else _NARROW), deepest)
+        if growth(high) >= 0.0:
+            return float(brentq(growth, low, high, xtol=_CLOSE * low, rtol=_CLOSE))
+        low = high
+    return np.inf

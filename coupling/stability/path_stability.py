@@ -1,0 +1,108 @@
+"""Stability along the path of a case: every place judged, the worst one looked at closely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from coupling.case.case import Case
+from coupling.results.cut_stability import CutStability
+from coupling.stability.case_cut import CaseCuts, is_milling
+from coupling.stability.judgement import Judgement, in_words
+
+# Places of a path that are judged in brief.
+_FEW = 8
+
+
+@dataclass(frozen=True)
+class PathStability:
+    """Cuts along a path, judged at their programmed depth and speed.
+
+    Attributes:
+        judgements: Cuts in order of time, one at least.
+    """
+
+    judgements: tuple[Judgement, ...]
+
+    @classmethod
+    def of(cls, cuts: CaseCuts, places: int) -> PathStability | None:
+        """Return the stability along a path.
+
+        Args:
+            cuts: Cuts of the case.
+            places: Number of places at most.
+
+        Returns:
+            The judgements; None where the tool never cuts.
+
+        Raises:
+            PlanningError: If the robot cannot follow the path.
+            StabilityError: If it has no equilibrium at a place.
+        """
+        along = cuts.along_path
+        if not along:
+            return None
+        rows = np.unique(np.linspace(0, len(along) - 1, places).astype(int))
+        return cls(tuple(Judgement.of(cuts, along[row]) for row in rows.tolist()))
+
+    @cached_property
+    def worst(self) -> Judgement:
+        """The cut that grows fastest where any grows, else the one nearest to its limit."""
+        fastest = max(self.judgements, key=lambda judgement: judgement.vibration.growth)
+        if not fastest.is_stable:
+            return fastest
+        # By zero order where none has a limit.
+        return min(
+            self.judgements,
+            key=lambda judgement: (
+                judgement.margin,
+                judgement.zero_order / judgement.placed.cut.depth,
+            ),
+        )
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether no cut chatters."""
+        return self.worst.is_stable
+
+    @property
+    def sentence(self) -> str:
+        """Whether it chatters and where, in words."""
+        worst = self.worst
+        whose = "robot and tool" if worst.cuts.tool else "the robot alone, its tool taken as rigid"
+        is_or_not = "is " if worst.is_stable else ""
+        time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
+        return (
+            f"The cut {is_or_not}{in_words(worst)}{time}; programmed"
+            f" {1e3 * worst.placed.cut.depth:.3g} mm; linear, motors locked, of {whose}"
+        )
+
+    @property
+    def brief(self) -> CutStability:
+        """The worst cut, with its sentence."""
+        worst, vibration = self.worst, self.worst.vibration
+        return CutStability(
+            sentence=self.sentence,
+            stable=vibration.is_stable,
+            time_s=worst.placed.time,
+            rpm=worst.placed.cut.rpm,
+            depth_m=worst.placed.cut.depth,
+            limit_m=worst.limit,
+            frequency_Hz=vibration.frequency,
+            growth_1_s=vibration.growth,
+        )
+
+
+def stability_in_brief(case: Case) -> CutStability | None:
+    """Return the stability along a case's path, at a few places; None where nothing is milled.
+
+    Raises:
+        PlanningError: If the robot cannot follow the path.
+        StabilityError: If it has no equilibrium at a place, or nothing gives way.
+    """
+    if not is_milling(case):
+        return None
+    path = PathStability.of(CaseCuts(case), _FEW)
+    return None if path is None else path.brief

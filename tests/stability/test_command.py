@@ -1,0 +1,280 @@
+"""elastic-robot stability, and what other commands say of a cut that chatters."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.case.file import load_case
+from coupling.cli.main import main
+from coupling.errors import CaseError, StabilityError
+from coupling.stability.case_cut import CaseCuts
+from coupling.stability.chart import speed_chart
+from coupling.stability.judgement import Judgement
+from coupling.stability.path_stability import stability_in_brief
+
+# A slot in titanium with a robot that chatters at 2 mm and does not at 0.5 mm.
+SLOT = """
+[robot]
+description = "fanuc_r2000ic"
+home_deg    = [0.0, 10.0, -10.0, 0.0, -70.0, 0.0]
+
+[part]
+position_m = [1.6, 0.0, 0.6]
+
+[tool_path]
+kind     = "line"
+points_m = [[0.0, 0.0, 0.001], [0.01, 0.0, -{depth}], [0.02, 0.0, -{depth}], [0.03, 0.0, 0.001]]
+feed_m_s = 0.02
+blend_s  = 0.1
+sample_s = 0.0015
+
+[process]
+model             = "milling-force"
+cutter_diameter_m = 0.016
+teeth             = 2
+helix_deg         = 30.0
+spindle_speed_rpm = 3000.0
+engagement        = "slot"
+K_tc_Pa           = 1.9e9
+K_rc_Pa           = 6.0e8
+K_ac_Pa           = 3.0e8
+K_te_N_m          = 2.4e4
+K_re_N_m          = 4.3e4
+K_ae_N_m          = 7.0e2
+"""
+ONE = ["--posture-deg", "0,10,-20,0,-60,0", "--feed-deg", "30", "--rpm", "3000"]
+
+
+def slot(folder: Path, depth: float = 0.002, more: str = "") -> Path:
+    file = folder / "slot.toml"
+    file.write_text(SLOT.format(depth=depth) + more)
+    return file
+
+
+def run(*words: object) -> int:
+    with pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return int(end.value.code or 0)
+
+
+def judged(folder: Path, *words: object, more: str = "") -> dict:
+    out = folder / f"out{len(list(folder.iterdir()))}"
+    assert run("stability", slot(folder, more=more), "-o", out, *words) == 0
+    return json.loads((out / "stability.json").read_text())
+
+
+def test_one_posture_is_judged_by_growth_and_limit(tmp_path, capsys):
+    shallow = judged(tmp_path, *ONE, "--depth-mm", "0.5")["points"]
+    deep = judged(tmp_path, *ONE, "--depth-mm", "2.0")["points"]
+    assert [len(shallow), len(deep)] == [1, 1]
+    keys = {
+        "time",
+        "posture_deg",
+        "rpm",
+        "depth_m",
+        "stable",
+        "growth_1_s",
+        "frequency_Hz",
+        "limit_m",
+    }
+    assert keys <= set(deep[0])
+    assert (shallow[0]["stable"], deep[0]["stable"]) == (True, False)
+    assert shallow[0]["growth_1_s"] < 0.0 < deep[0]["growth_1_s"]
+    np.testing.assert_allclose(deep[0]["posture_deg"], [0, 10, -20, 0, -60, 0], atol=1e-9)
+    # Mean wrenches of both depths press all gears, so that the limit is that of one robot.
+    assert shallow[0]["limit_m"] == pytest.approx(deep[0]["limit_m"], rel=5e-3)
+    assert 0.5e-3 < deep[0]["limit_m"] < 2e-3
+    said = capsys.readouterr().out
+    assert re.search(r"stable, limit [\d.]+ mm at 3000 1/min", said)
+    assert re.search(r"chatters at [\d.]+ Hz from depth [\d.]+ mm", said)
+
+
+def test_feed_back_and_forth_in_a_slot_is_alike_but_for_the_axial_force(tmp_path):
+    """Turned by half a turn chip and force across the axis change sign, the axial force does not."""
+    text = SLOT.format(depth=0.002)
+    posture = np.deg2rad([0.0, 10.0, -20.0, 0.0, -60.0, 0.0])
+
+    def limit(degrees: float, axial: float) -> float:
+        file = tmp_path / "slot.toml"
+        file.write_text(text.replace("K_ac_Pa           = 3.0e8", f"K_ac_Pa = {axial}"))
+        cuts = CaseCuts(load_case(file))
+        placed = cuts.in_posture(posture, np.deg2rad(degrees), 3000.0, 1e-3)
+        return Judgement.of(cuts, placed).limit
+
+    # The moment about the axis does not either, with an arm of the cutter's radius alone.
+    assert limit(180.0, 0.0) == pytest.approx(limit(0.0, 0.0), rel=0.06)
+    assert limit(180.0, 3e8) > 1.1 * limit(0.0, 3e8)
+    assert limit(90.0, 3e8) > 1.1 * limit(0.0, 3e8)
+
+
+def test_a_tool_that_is_softer_than_the_robot_decides(tmp_path):
+    tool = "\n[[stability.tool_mode]]\nfrequency_Hz = 60.0\ndamping_ratio = 0.02\nstiffness_N_m = 2e5\n"
+    alone = judged(tmp_path, *ONE, "--depth-mm", "1")
+    with_tool = judged(tmp_path, *ONE, "--depth-mm", "1", more=tool)
+    assert with_tool["points"][0]["limit_m"] < 0.5 * alone["points"][0]["limit_m"]
+    assert with_tool["tool_share"] > 0.8
+    assert (alone["tool_share"], alone["tool_modes"]) == (0.0, 0)
+
+
+def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
+    frequency = np.arange(20.0, 300.0, 0.5)
+    s, omega = 2j * np.pi * frequency, 2.0 * np.pi * 60.0
+    response = omega**2 / 2e5 / (s**2 + 0.04 * omega * s + omega**2)
+    table = np.column_stack([frequency, response.real, response.imag])
+    header = "frequency_Hz,xx_real_m_N,xx_imag_m_N"
+    np.savetxt(tmp_path / "tap.csv", table, delimiter=",", header=header, comments="")
+    cuts = CaseCuts(load_case(slot(tmp_path, more='\n[stability]\ntool_response = "tap.csv"\n')))
+    (mode,) = cuts.tool
+    expected = (60.0, 0.02, 2e5)
+    np.testing.assert_allclose(
+        (mode.frequency, mode.damping_ratio, mode.stiffness), expected, rtol=1e-5
+    )
+
+
+def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, monkeypatch):
+    for name, value in (
+        ("analysis._PLACES", 6),
+        ("chart._SPEEDS", 8),
+        ("chart._DIRECTIONS", 4),
+        ("chart._GRID", 2),
+    ):
+        monkeypatch.setattr(f"coupling.stability.{name}", value)
+    result = judged(tmp_path)
+    times = [point["time"] for point in result["points"]]
+    assert times == sorted(times)
+    worst = result["points"][result["worst"]]
+    assert worst["growth_1_s"] == max(point["growth_1_s"] for point in result["points"])
+    assert not worst["stable"]
+    chart = result["chart"]
+    assert len(chart["rpm"]) == len(chart["limit_m"]) == 8
+    assert chart["robot_alone_m"] == pytest.approx(chart["zero_order_m"])
+    assert len(result["over_feed"]["limit_m"]) == 4
+    by_name = {moved["name"]: moved["limit_m"] for moved in result["sensitivities"]}
+    assert by_name["damping x 0.5"] < by_name["as in the robot file"] < by_name["damping x 2"]
+    said = capsys.readouterr().out
+    assert "Stable speeds at 2 mm" in said
+    assert "tool decides" in said
+
+
+def test_a_posture_beyond_the_joints_limits_is_judged_and_remarked(tmp_path, capsys):
+    judged(tmp_path, "--posture-deg", "0,10,-20,0,-60,900", "--depth-mm", "1")
+    assert re.search(r"Remark: joint 6: expected .* its limits, got 900", capsys.readouterr().out)
+
+
+def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path, monkeypatch):
+    monkeypatch.setattr("coupling.stability.chart._SPEEDS", 6)
+    more = "\n[stability]\nspindle_rpm = [20.0, 6000.0]\n\n[[stability.tool_mode]]\n"
+    more += "frequency_Hz = 3e3\ndamping_ratio = 0.03\nstiffness_N_m = 5e7\n"
+    cuts = CaseCuts(load_case(slot(tmp_path, more=more)))
+    posture = np.deg2rad([0.0, 10.0, -20.0, 0.0, -60.0, 0.0])
+    judgement = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 3000.0, 1e-3))
+    chart = speed_chart(judgement, lambda what, done, total: None)
+    assert 20.0 < chart.rpm[0] < 6000.0
+    assert not np.isnan(chart.limit).any()
+    with pytest.raises(StabilityError, match="raise the speed"):
+        _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 20.0, 1e-5)).vibration
+
+
+def test_a_cut_is_marched_in_time_where_asked(tmp_path):
+    result = judged(tmp_path, *ONE, "--depth-mm", "2", "--march", "2")
+    assert result["march"]["stable"] is False
+    assert result["march"]["growth_1_s"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--rpm", "3000"], "--posture-deg"),
+        ([*ONE], "--depth-mm"),
+        ([*ONE, "--depth-mm", "-1"], "expected a number > 0, got -1"),
+        ([*ONE, "--depth-mm", "nan"], "--depth-mm"),
+        (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
+        (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
+        ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "finite angle"),
+    ],
+)
+def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
+    assert run("stability", slot(tmp_path), "-o", tmp_path / "out", *words) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("\n[stability]\nspindle_rpm = [9000.0, 3000.0]\n", "lowest < highest"),
+        ("\n[stability]\npitch_deg = [170.0, 180.0]\n", "360 deg in all"),
+        ("\n[stability]\nmodes = 3\n", "modes"),
+        (
+            "\n[[stability.tool_mode]]\nfrequency_Hz = 1e3\ndamping_ratio = 2.0\nstiffness_N_m = 1e7\n",
+            "damping_ratio",
+        ),
+        (
+            "\n[stability.process_damping]\nindentation_N_m3 = 0.0\nwear_land_m = 1e-4\n",
+            "indentation",
+        ),
+    ],
+)
+def test_a_wrong_table_is_refused_with_its_key(tmp_path, more, said):
+    with pytest.raises(CaseError, match=said):
+        load_case(slot(tmp_path, more=more))
+
+
+def test_a_pitch_for_another_number_of_teeth_and_another_process_are_refused(tmp_path):
+    pitch = "\n[stability]\npitch_deg = [100.0, 120.0, 140.0]\n"
+    with pytest.raises(StabilityError, match="expected 2 angles"):
+        CaseCuts(load_case(slot(tmp_path, more=pitch)))
+    with pytest.raises(StabilityError, match="expected 'milling-force'"):
+        CaseCuts(load_case("examples/cases/cone.toml"))
+    assert stability_in_brief(load_case("examples/cases/cone.toml")) is None
+
+
+def test_a_path_that_never_cuts_is_refused_by_the_command_and_passed_over_by_others(
+    tmp_path, capsys
+):
+    file = slot(tmp_path)
+    file.write_text(file.read_text().replace("-0.002", "0.0005"))
+    assert stability_in_brief(load_case(file)) is None
+    assert run("stability", file, "-o", tmp_path / "out") == 2
+    assert "surface_z_m" in capsys.readouterr().err
+
+
+def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
+    assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 0
+    said = capsys.readouterr().out
+    assert re.search(
+        r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", said
+    )
+    assert run("check", slot(tmp_path, 0.0005), "-o", tmp_path / "check.html") == 0
+    said = capsys.readouterr().out
+    assert "Warning: The cut" not in said
+    assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
+
+
+def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
+    coupling = '\n[coupling]\nscheme = "constant"\nmax_evaluations = 2\n'
+    folder = tmp_path / "run"
+    run("couple", slot(tmp_path, more=coupling), "-o", folder, "--no-store")
+    verdict = next(line for line in capsys.readouterr().out.splitlines() if "CONVERGED" in line)
+    assert re.search(r"; the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
+    stored = json.loads((folder / "result.json").read_text())["stability"]
+    assert not stored["stable"]
+    assert 1e-3 < stored["limit_m"] < 2e-3
+
+
+def test_place_optimises_the_stability_of_milling_alone(tmp_path, capsys):
+    words = [
+        "place",
+        "examples/cases/cone.toml",
+        "-o",
+        tmp_path / "placed",
+        "--optimise",
+        "stability",
+    ]
+    assert run(*words) == 2
+    assert "expected the process milling-force" in capsys.readouterr().err
