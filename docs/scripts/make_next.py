@@ -18,7 +18,6 @@ from docs.scripts.next_histories import (
     CONE,
     EXTRAS,
     ISO,
-    NONE,
     PYRAMID,
     Trial,
     TrialResult,
@@ -33,7 +32,6 @@ TRIALS = (
     (Trial(PYRAMID, 12, 0.25), "extras"),
     (Trial(ISO, 19), "extras"),
     (Trial(CONE, 52, 0.5, ANEW), "extras, and 10 um not repeatable"),
-    (Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", backlash=1e-4), "backlash of 0.1 mrad"),
 )
 # Seeds of the robots whose parameters are learned.
 SEEDS = (11, 12, 13, 14, 15)

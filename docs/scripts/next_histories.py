@@ -258,8 +258,8 @@ def _robot_text(trial: Trial) -> str:
     data = tomllib.loads(find_robot(trial.robot).read_text(encoding="utf-8"))
     for joint in data["joint"]:
         for table in (joint, *joint.get("tilt", ())):
-            for key in [own for own in table if own.startswith("stiffness")]:
-                table[key] *= trial.stiffness
+            if "stiffness" in table:
+                table["stiffness"] *= trial.stiffness
         if trial.backlash and joint.get("stiffness") and not joint.get("backlash"):
             joint["backlash"] = trial.backlash
     data.pop("sources", None)
