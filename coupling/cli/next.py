@@ -99,8 +99,8 @@ def next_command(
     move: Annotated[
         str,
         typer.Option(
-            help="What is learned: auto, parameters, path, both; auto: parameters from the first run,"
-            " then the path."
+            help="What is learned: auto, parameters, path, both; auto: parameters from two runs,"
+            " and the path."
         ),
     ] = "auto",
     frame_known: Known = None,

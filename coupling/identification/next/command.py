@@ -1,4 +1,4 @@
-"""The next command of a robot that was measured: its parameters once, then learning along the path."""
+"""The next command of a measured robot: its parameters from two runs, then learning along the path."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import Contraction, LearningStep
 from coupling.run.models import Models
 
+# Parameters are fitted to the first runs, up to this number: the second command crosses the backlash of
+# gears at other times, which the first run does not show.
+_FITTED_RUNS = 2
 # Prior of the measuring frame where it is not known better.
 _FRAME = FramePrior()
 
@@ -113,7 +116,7 @@ def _robot(
     if options.move == "path":
         return file_model(history, options), None
     before = model_of_run(history, len(history.runs) - 1, options)
-    if len(history.runs) > 1 and options.move == "auto":
+    if len(history.runs) > _FITTED_RUNS and options.move == "auto":
         return before, None
     learned = _learn(history, options, models, watch)
     return (before if learned.refusal else learned_model(history, learned, options)), learned
