@@ -1,4 +1,4 @@
-"""Nonlinear least squares of all fits: Gauss-Newton between bounds, damped as by Marquardt.
+"""Nonlinear least squares of deflections, loops and motion: damped Gauss-Newton between bounds.
 
     minimise  |r(x)|^2 / 2,    low <= x <= high
 
@@ -104,10 +104,9 @@ def estimate(
         most_steps: Steps at most.
         settled: Predicted gain of log likelihood below which it ends.
     """
-    point, damping, undamped = start, 0.0, 0.0
+    point, damping = start, 0.0
     while True:
         step, gain = bounded_step(*point.rows, bounds[0] - point.x, bounds[1] - point.x, damping)
-        undamped = undamped if damping else gain
         is_settled = gain <= settled * point.unit
         if (is_settled and point.is_exact) or not most_steps:
             break
@@ -125,7 +124,9 @@ def estimate(
             point = point.recompute()
         else:
             damping = max(_GROWS * damping, _DAMPING)
-    converged = point.is_exact and undamped < CONVERGED * point.unit
+    if damping:
+        _, gain = bounded_step(*point.rows, bounds[0] - point.x, bounds[1] - point.x)
+    converged = point.is_exact and gain < CONVERGED * point.unit
     return Estimate(point, converged, is_settled and point.is_exact)
 
 

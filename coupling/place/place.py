@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +15,7 @@ from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import filled, refined
 from coupling.place.stations import Stations
+from coupling.run.check import timed
 
 # Settings this close are one, over the box.
 _ALIKE = 0.02
@@ -67,13 +66,13 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     def reported(what: str) -> Callable[[int, int], None]:
         return lambda completed, total: watch(Progress(what, completed, total))
 
-    with _timed("selection", durations):
+    with timed("selection", durations):
         watch(Progress("choosing samples of the path", 0, 1))
         screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
-    with _timed("search", durations):
+    with timed("search", durations):
         report = reported("evaluating settings")
         settings = filled(screen, ranges, goal, table.settings, table.seed, report)
-    with _timed("last steps", durations):
+    with timed("last steps", durations):
         report = reported("refining the best settings")
         settings = refined(screen, goal, ranges, settings, table.seed, report)
     if len(settings.settings) == 0:
@@ -82,10 +81,10 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
             f"{placing.case.name}: expected a feasible setting, got none of {settings.looked_at}"
             f" ({reasons}): widen the ranges in [place], or require less margin"
         )
-    with _timed("whole path", durations):
+    with timed("whole path", durations):
         present = _present(placing, process_of)
         best = best_of(placing, settings.settings, process_of, watch)
-    with _timed("maps", durations):
+    with timed("maps", durations):
         shown = [("present", placing.present), ("best", best[0].setting)]
         maps = []
         for k, (name, setting) in enumerate(shown):
@@ -160,10 +159,3 @@ def _present(placing: Placing, process_of: ProcessOf) -> EvaluatedSetting | None
         return evaluate_setting(placing, placing.present, process_of)
     except PlanningError:
         return None
-
-
-@contextmanager
-def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    durations[name] = time.perf_counter() - start

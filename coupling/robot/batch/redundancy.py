@@ -130,11 +130,6 @@ class SelfMotion:
         return -(self.directions @ along)[:, :, 0]
 
     @property
-    def least_curvature(self) -> np.ndarray:
-        """Smallest curvature of c along the self-motion [1], (k,)."""
-        return np.linalg.eigvalsh(self._curvature)[:, 0]
-
-    @property
     def _curvature(self) -> np.ndarray:
         curvature = self.bend @ self.directions
         return 0.5 * (curvature + curvature.swapaxes(1, 2))

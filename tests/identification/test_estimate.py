@@ -1,0 +1,105 @@
+"""The least-squares solver against closed forms and SciPy's: steps, damping, bounds, stale Jacobians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from coupling.identification.estimate import bounded_step, estimate
+
+FREE = (np.full(2, -np.inf), np.full(2, np.inf))
+# Predicted gains of the cost below it are rounding for residuals around one.
+SETTLED = 1e-12
+
+
+@dataclass(frozen=True)
+class Rosenbrock:
+    """r = (10 (x2 - x1^2), 1 - x1), whose minimum at (1, 1) lies in a bent valley."""
+
+    x: np.ndarray
+    jacobian_at: np.ndarray
+    unit: float = 1.0
+
+    @property
+    def residual(self) -> np.ndarray:
+        return np.array([10.0 * (self.x[1] - self.x[0] ** 2), 1.0 - self.x[0]])
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        matrix = np.array([[-20.0 * self.jacobian_at[0], 10.0], [-1.0, 0.0]])
+        return matrix, self.residual
+
+    @property
+    def cost(self) -> float:
+        return float(0.5 * self.residual @ self.residual)
+
+    @property
+    def is_exact(self) -> bool:
+        return bool(np.array_equal(self.x, self.jacobian_at))
+
+    def try_step(self, step: np.ndarray) -> Self:
+        return replace(self, x=self.x + step)
+
+    def move_to(self, trial: Self) -> Self:
+        return trial.recompute()
+
+    def recompute(self) -> Self:
+        return replace(self, jacobian_at=self.x)
+
+
+class LazyRosenbrock(Rosenbrock):
+    """The same with the Jacobian of an earlier point until it is asked to be computed again."""
+
+    def move_to(self, trial: Self) -> Self:
+        return trial
+
+
+def around(x: tuple[float, float], kind: type[Rosenbrock] = Rosenbrock) -> Rosenbrock:
+    return kind(np.array(x), np.array(x))
+
+
+@pytest.mark.parametrize("kind", [Rosenbrock, LazyRosenbrock])
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (5.0, -3.0), (0.0, 0.0)])
+def test_a_bent_valley_is_followed_to_its_end(kind, start):
+    fit = estimate(around(start, kind), FREE, 200, SETTLED)
+    assert fit.converged
+    np.testing.assert_allclose(fit.x, [1.0, 1.0], rtol=0, atol=1e-6)  # root of SETTLED
+
+
+@pytest.mark.parametrize("high", [0.5, 0.9, -0.3])
+def test_between_bounds_it_ends_where_scipy_does(high):
+    bounds = (np.array([-2.0, -2.0]), np.array([high, 2.0]))
+    fit = estimate(around((-1.2, 1.0)), bounds, 200, SETTLED)
+    expected = least_squares(
+        lambda x: around((x[0], x[1])).residual, [-1.2, 1.0], bounds=bounds, xtol=1e-15, ftol=1e-15
+    )
+    np.testing.assert_allclose(fit.x, expected.x, rtol=0, atol=1e-6)
+
+
+def test_too_few_steps_have_not_converged():
+    fit = estimate(around((-1.2, 1.0)), FREE, 2, SETTLED)
+    assert not fit.converged
+    assert not fit.is_settled
+
+
+def test_a_damped_last_step_does_not_decide_that_a_fit_has_converged():
+    """The predicted gain that counts is that of the last point, without damping."""
+    for most in range(1, 40):
+        fit = estimate(around((-1.2, 1.0)), FREE, most, SETTLED)
+        matrix, residual = fit.linearisation.rows
+        gain = bounded_step(matrix, residual, *FREE)[1]
+        assert fit.converged == (gain < 1e-2)
+
+
+def test_an_undamped_step_is_that_of_linear_least_squares():
+    random = np.random.default_rng(3)
+    matrix, residual = random.normal(size=(7, 2)) * [1.0, 1e6], random.normal(size=7)
+    step, gain = bounded_step(matrix, residual, *FREE)
+    expected = np.linalg.lstsq(matrix, -residual, rcond=None)[0]
+    np.testing.assert_allclose(step, expected, rtol=1e-9)
+    after = residual + matrix @ expected
+    assert gain == pytest.approx(0.5 * (residual @ residual - after @ after), rel=1e-9)
