@@ -75,7 +75,10 @@ def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:
 
 def _require_kind(place: Path, kind: FolderKind) -> None:
     if not is_free(place) and not kind.is_of(place):
-        raise kind.error(f"{place}: holds files that are not {kind.content}: name another folder")
+        example = min(entry.name for entry in place.iterdir())
+        raise kind.error(
+            f"{place}: holds files that are not {kind.content} ({example}): name another folder"
+        )
 
 
 @contextmanager

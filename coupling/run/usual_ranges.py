@@ -143,6 +143,25 @@ EXPECTED = {
     "study.force_factor": _FACTOR,
     "study.payload_kg": _CARRIED,
     "study.payload_position_m": _ON_BODY,
+    "stability.spindle_rpm": UsualRange(100.0, 2e5, "1/min", "spindles for milling"),
+    "stability.max_depth_m": UsualRange(1e-4, 0.2, "m", "depths up to the length of an edge"),
+    "stability.pitch_deg": UsualRange(10.0, 300.0, "deg", "angles from a tooth to the next"),
+    "stability.tool_mode.frequency_Hz": UsualRange(
+        20.0, 2e4, "Hz", "modes of tools, holders and spindles"
+    ),
+    "stability.tool_mode.damping_ratio": UsualRange(
+        1e-3, 0.3, "", "damping of tools, holders and spindles"
+    ),
+    "stability.tool_mode.stiffness_N_m": UsualRange(
+        1e5, 1e9, "N/m", "stiffness of tools in their holders"
+    ),
+    "stability.process_damping.indentation_N_m3": UsualRange(
+        1e11, 1e15, "N/m3", "indentation of metals, some 4e13 in steel"
+    ),
+    "stability.process_damping.wear_land_m": UsualRange(1e-6, 2e-3, "m", "lands of worn flanks"),
+    "stability.process_damping.friction": UsualRange(
+        0.02, 2.0, "", "friction of a flank", or_none=True
+    ),
     "place.x_m": _IN_CELL,
     "place.y_m": _IN_CELL,
     "place.z_m": _IN_CELL,

@@ -16,9 +16,9 @@ import elastic_robot
 from coupling.cli import app, main
 from coupling.cli.console import console
 from coupling.export.exported import TOLERANCE
-from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.identification.next.options import KINDS
 from coupling.programs.languages import LANGUAGES
+from coupling.robot.robot_fmu import DEFAULT_KIND
 from elastic_robot.fmi.interface import MODEL_NAME
 
 COMMANDS = typer.main.get_command(app).commands

@@ -19,12 +19,12 @@ from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.robot_fmu import DEFAULT_KIND
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models

@@ -19,7 +19,7 @@ def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
     assert "PythonFMU has libraries for, linux64, win64, got 'darwin64'" in capsys.readouterr().err
     assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python", "--sources"]) == 2
     assert "leave out --kind python" in capsys.readouterr().err
-    with pytest.raises(BuildError, match="kind: expected one of python, native, got 'java'"):
+    with pytest.raises(BuildError, match="kind: expected one of native, python, got 'java'"):
         build_fmu(example, tmp_path / "R.fmu", BuildOptions("java"))
     assert not list(tmp_path.iterdir())
 

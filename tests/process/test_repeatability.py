@@ -13,7 +13,8 @@ from line_case import moving_line
 from places import LINE_CASE
 
 from coupling.check.estimate import repeated
-from coupling.path.histories import WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability
 
 # 300 N against the tool below the sheet, and noise that is another one every time.
@@ -189,8 +190,10 @@ def test_check_asks_twice_and_says_so(tmp_path):
 
 def test_check_asks_once_what_takes_a_minute():
     class Never:
-        def evaluate(self, path):
+        def computed(self, path):
             raise AssertionError("asked again")
 
-    said = repeated(Never(), None, answer(np.zeros((2, 3))), 61.0)  # type: ignore[arg-type]
+    path = ToolPath(np.array([0.0, 1.0]), np.zeros((2, 7)))
+    request = ProcessRequest(path, answer(np.zeros((2, 3))), 61.0)
+    said = repeated(Never(), request)  # type: ignore[arg-type]
     assert "evaluated once, as an evaluation takes 61 s (twice below 60 s)" in said

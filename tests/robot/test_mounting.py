@@ -187,7 +187,10 @@ def test_a_sphere_on_a_tool_that_is_turned_along_its_path_is_led_by_its_centre(t
         ({"robot": {"base_rpy_deg": [1.0]}}, "base_rpy_deg: expected at least 3"),
         ({"place": {"x_m": [2.0, 1.0]}}, r"x_m: expected \[low, high\], low <= high, got"),
         ({"place": {"lean_deg": [-95.0, 0.0]}}, "lean_deg: expected angles between -89 and 89"),
-        ({"place": {"optimise": "speed"}}, "optimise: expected 'stiffness', 'backlash' or 'both'"),
+        (
+            {"place": {"optimise": "speed"}},
+            "optimise: expected 'stiffness', 'backlash', 'both' or 'stability'",
+        ),
         ({"place": {"roll": [0.0, 1.0]}}, "expected one of x_m"),
     ],
 )

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.cell import Cell
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from coupling.run.sampling import SamplingCheck, flatter, parabolic, sampling_of, steeper
+from coupling.run.sampling import SAMPLING, SamplingCheck, flatter, parabolic, sampling_of, steeper
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 
@@ -139,8 +140,14 @@ def test_what_is_told_belongs_to_the_desired_path(tmp_path):
         told = sampling_of(case, cell, found)
     assert told.replay.name == "sampling"
     assert told.replay.deviation.maximum == pytest.approx(told.error, rel=0.05)
-    assert told.warnings(1.1 * told.error) == []
-    (warning,) = told.warnings(0.5 * told.error)
+
+    def warnings(tolerance: float):
+        method = SimpleNamespace(tolerance_m=tolerance)
+        command = SimpleNamespace(of=lambda check: told, case=SimpleNamespace(method=method))
+        return SAMPLING.warnings(command)
+
+    assert warnings(1.1 * told.error) == []
+    (warning,) = warnings(0.5 * told.error)
     assert warning.name == "sampling"
     assert f"{1e6 * told.error:.4g} um" in str(warning)
     assert "sample_s" in str(warning)
