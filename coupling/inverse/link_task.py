@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.spline import UniformSpline
+from coupling.native.desk_links import GaussNewtonStep
 from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, spline_through
 from coupling.path.joint_path import JointPath
@@ -106,33 +107,6 @@ class LinkTask:
     def nodes(self) -> np.ndarray:
         """Times of the nodes [s], (intervals + 1,)."""
         return self.start + self.spacing * np.arange(self.intervals + 1)
-
-    def part(self, first: int, last: int) -> LinkTask:
-        """Return the task between two nodes; where it is cut the motion is free."""
-        return replace(
-            self,
-            start=self.start + self.spacing * first,
-            intervals=last - first,
-            guess=self.guess[first : last + 1],
-            begins=self.begins if first == 0 else "free",
-            ends=self.ends if last == self.intervals else "free",
-        )
-
-
-@dataclass(frozen=True)
-class GaussNewtonStep:
-    """One iteration of Gauss and Newton's method.
-
-    Attributes:
-        position, rotation: Largest error of the tool's pose before the iteration [m], [rad].
-        torque: Largest torque missing in a tilt before it [N m].
-        step: Largest change of an angle in it [rad].
-    """
-
-    position: float
-    rotation: float
-    torque: float
-    step: float
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import (
     DEGREE,
     WEIGHTS,
-    GaussNewtonStep,
     LinkMotion,
     LinkTask,
     interpolating,
@@ -28,6 +27,7 @@ from coupling.native.desk_links import (
     REACH,
     DesiredPoses,
     EndConditions,
+    GaussNewtonStep,
     LinkIterations,
     LinkPath,
 )
@@ -102,20 +102,21 @@ def solve_links(
     log, before = list[GaussNewtonStep](), 0.0
     iterations = LinkIterations(model.desk, path, lag)
     while len(log) < _MOST:
-        change = iterations.change(motion.coefficients)
-        change = change or iterations.change(motion.coefficients, _DAMPING)
-        if change is None:
+        solved = iterations.change(motion.coefficients)
+        solved = solved or iterations.change(motion.coefficients, _DAMPING)
+        if solved is None:
             raise LinAlgError("the links' equations are not positive definite")
-        if change.cut > max(_AGREED, _MINDED * change.step):
+        change, figures = solved
+        if figures.cut > max(_AGREED, _MINDED * figures.step):
             lag *= 2
             iterations = LinkIterations(model.desk, path, lag)
             continue
-        motion = replace(motion, coefficients=motion.coefficients + change.coefficients)
-        log.append(GaussNewtonStep(change.position, change.rotation, change.torque, change.step))
+        motion = replace(motion, coefficients=motion.coefficients + change)
+        log.append(figures)
         progress(len(log), max(len(log) + 1, _USUAL))
-        if change.step**2 <= _TOLERANCE * max(before, _TOLERANCE) and change.cut <= _AGREED:
+        if figures.step**2 <= _TOLERANCE * max(before, _TOLERANCE) and figures.cut <= _AGREED:
             break
-        before = change.step
+        before = figures.step
     progress(len(log), len(log))
     return LinkMotion(motion, tuple(log), _distances(model, path, motion))
 

@@ -129,15 +129,14 @@ class _Report(ctypes.Structure):
 
 
 @dataclass(frozen=True)
-class LinkChange:
-    """An iteration's change of the links' motion.
+class GaussNewtonStep:
+    """One iteration of Gauss and Newton's method for the links' motion.
 
     Attributes:
         position, rotation: Largest error of the tool's pose before the iteration [m], [rad].
         torque: Largest torque missing in a tilt before it [N m].
         step: Largest change of an angle in it [rad].
         cut: Largest difference of changes that were solved for twice, behind a cut [rad].
-        coefficients: Changes of the coefficients [rad], (intervals + 5, angles).
     """
 
     position: float
@@ -145,7 +144,6 @@ class LinkChange:
     torque: float
     step: float
     cut: float
-    coefficients: np.ndarray
 
 
 class LinkIterations:
@@ -198,8 +196,12 @@ class LinkIterations:
         self._handle = ctypes.c_void_p(handle)
         weakref.finalize(self, self._library.er_link_iterations_free, self._handle)
 
-    def change(self, coefficients: np.ndarray, damping: float = 0.0) -> LinkChange | None:
-        """Return an iteration's change; None where rounding has left no positive definite matrix.
+    def change(
+        self, coefficients: np.ndarray, damping: float = 0.0
+    ) -> tuple[np.ndarray, GaussNewtonStep] | None:
+        """Return an iteration's change of coefficients [rad], (intervals + 5, angles), and its figures.
+
+        None where rounding has left no positive definite matrix.
 
         Args:
             coefficients: The motion before the iteration [rad], (intervals + 5, angles).
@@ -217,6 +219,6 @@ class LinkIterations:
         )
         if not solved:
             return None
-        return LinkChange(
-            report.position, report.rotation, report.torque, report.step, report.cut, step
+        return step, GaussNewtonStep(
+            report.position, report.rotation, report.torque, report.step, report.cut
         )

@@ -71,11 +71,11 @@ def test_an_iteration_is_that_of_the_dense_problem(seed):
     task = replace(task_of(robot, 0.02, end=0.4 + 0.02 * seed), **kinds)
     path, motion = link_path(model, task), rigid_motion(model, task)
     coefficients = motion.coefficients + 1e-4 * rng.normal(size=motion.coefficients.shape)
-    found = LinkIterations(model.desk, path, lag=1000).change(coefficients)
+    change, _ = LinkIterations(model.desk, path, lag=1000).change(coefficients)
     residuals, rows = link_oracle.equations(model, task, path.rigid, coefficients)
     expected = np.linalg.lstsq(rows, -residuals, rcond=None)[0]
     # What both make of the residuals: coefficients beyond a free end are hardly determined.
-    apart = rows @ (found.coefficients.ravel() - expected)
+    apart = rows @ (change.ravel() - expected)
     assert np.linalg.norm(apart) < 1e-6 * np.linalg.norm(rows @ expected)
 
 
@@ -102,7 +102,7 @@ def test_the_plain_kernel_gives_the_same_iteration(robot, model):
     task = task_of(robot, 0.004)
     path, motion = link_path(model, task), rigid_motion(model, task)
     one, other = (
-        LinkIterations(desk, path, lag=1000).change(motion.coefficients).coefficients
+        LinkIterations(desk, path, lag=1000).change(motion.coefficients)[0]
         for desk in (model.desk, DeskRobot(robot, plain=True))
     )
     np.testing.assert_allclose(one, other, atol=1e-4 * np.abs(one).max())
