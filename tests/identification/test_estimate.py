@@ -86,10 +86,11 @@ def test_too_few_steps_have_not_converged():
     assert not fit.is_settled
 
 
-def test_a_damped_last_step_does_not_decide_that_a_fit_has_converged():
-    """The predicted gain that counts is that of the last point, without damping."""
+@pytest.mark.parametrize("settled", [SETTLED, 0.1, 10.0])
+def test_it_has_converged_where_the_last_point_promises_little(settled):
+    """The predicted gain that counts is that of the last point, however early it ended there."""
     for most in range(1, 40):
-        fit = estimate(around((-1.2, 1.0)), FREE, most, SETTLED)
+        fit = estimate(around((-1.2, 1.0)), FREE, most, settled)
         matrix, residual = fit.linearisation.rows
         gain = bounded_step(matrix, residual, *FREE)[1]
         assert fit.converged == (gain < 1e-2)
