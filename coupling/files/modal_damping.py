@@ -47,7 +47,7 @@ def with_damping_ratio(robot: Robot, ratio: float) -> Robot:
         >>> from coupling.files.robot_file import load_robot, shipped_robots
         >>> robot = load_robot(shipped_robots()["fanuc_r2000ic"])
         >>> round(with_damping_ratio(robot, 0.04).joints[0].damping)
-        0
+        1753
     """
     stiffness = Parameters.of(robot).stiffness
     if len(stiffness) == 0:

@@ -39,7 +39,7 @@ class PostureResponse:
     Attributes:
         mass: M of the elastic coordinates [kg m^2], (m, m).
         constant: G, the stiffness that is not of springs [N m/rad], (m, m).
-        active: a, 1 where a spring acts, (m,).
+        active: Mask a of the coordinates whose spring acts, 1 or 0, (m,).
         lever: Displacement of the TCP by the elastic coordinates, base axes [m/rad], (3, m).
         measured: The measured responses.
     """
@@ -184,7 +184,7 @@ class ResponseLinearisation:
         experiment: The experiment.
         x: The values, their units, (P,).
         residual: Weighted log of model over measurement [1], complex, (n,).
-        columns: Its derivatives by them, complex, (n, P).
+        columns: Its derivatives by them [1 per unit of x], complex, (n, P).
     """
 
     experiment: ResponseExperiment

@@ -53,7 +53,7 @@ def fit_responses(
     """Fit a robot to its frequency responses.
 
     Args:
-        experiment: What was measured.
+        experiment: The experiment.
         fixed: Values that are known, NaN for those that are fitted, units of the parameters, (P,).
         start: A fit to begin with; None: restarts over a common factor of all stiffnesses.
     """
