@@ -72,7 +72,9 @@ def test_a_good_answer_passes():
 
 
 def test_what_fails_in_it_is_named_with_its_line():
-    with pytest.raises(ProcessError, match=r"mine failed: KeyError: 'x' \(test_validation.py, line"):
+    with pytest.raises(
+        ProcessError, match=r"mine failed: KeyError: 'x' \(test_validation.py, line"
+    ):
         evaluate_validated(Own(KeyError("x")), PATH, "mine")
     with pytest.raises(CaseError, match="as it is"):
         evaluate_validated(Own(CaseError("as it is")), PATH, "mine")
@@ -86,7 +88,9 @@ def test_what_would_end_the_whole_command_ends_the_process_alone():
             os._exit(0)
 
     end = os._exit
-    with pytest.raises(ProcessError, match=r"mine failed: SystemExit: 0 \(test_validation.py, line"):
+    with pytest.raises(
+        ProcessError, match=r"mine failed: SystemExit: 0 \(test_validation.py, line"
+    ):
         evaluate_validated(Ends(), PATH, "mine")
     assert os._exit is end
 
