@@ -45,11 +45,13 @@ def check(
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
+    from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
     from coupling.report.terminal import print_sections
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
+    from coupling.run.cut_figures import cut_result
     from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robots import touch_off_of
@@ -91,6 +93,7 @@ def check(
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
     sections = [
         *check_summary(robots, loads),
+        *cut_section(cut_result(loaded)),
         modes,
         *warned(chatter, (*moving, *said)),
         Section("", others),

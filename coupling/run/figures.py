@@ -88,6 +88,7 @@ def figures_of(
         ),
         outlook=outlook_of(run, before),
         stability=run.of(CUT_STABILITY).stability,
+        cut=run.of(CUT_STABILITY).cut,
         forecast=run.forecast,
         plant=None if plant is None else plant.stored(tool),
         backlash_reversals=None

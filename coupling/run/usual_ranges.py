@@ -122,6 +122,17 @@ EXPECTED = {
     "process.radial_depth_m": UsualRange(1e-5, 0.3, "m", "up to a cutter's diameter"),
     "process.surface_z_m": UsualRange(0.0, 1.0, "m", "raw surfaces of parts"),
     "process.spindle_speed_rpm": UsualRange(100.0, 2e5, "1/min", "spindles for milling"),
+    "process.spindle_max_rpm": UsualRange(1000.0, 2e5, "1/min", "spindles for milling"),
+    "process.spindle_power_W": UsualRange(100.0, 2e5, "W", "spindles for milling"),
+    "process.spindle_torque_Nm": UsualRange(0.05, 2e3, "N m", "spindles for milling"),
+    "process.stock_m": _ON_PART,
+    "process.raster_m": UsualRange(1e-5, 1e-3, "m", "a hundredth to a tenth of a cutter's radius"),
+    "process.kc11_Pa": UsualRange(
+        1e8, 5e9, "Pa", "plastics at the lower end, nickel alloys at the upper"
+    ),
+    "process.kienzle_exponent": UsualRange(0.05, 0.5, "", "metals", or_none=True),
+    "process.radial_ratio": UsualRange(0.1, 1.5, "", "radial by tangential forces", or_none=True),
+    "process.axial_ratio": UsualRange(0.05, 1.0, "", "axial by tangential forces", or_none=True),
     "process.K_tc_Pa": UsualRange(2e7, 1e10, "Pa", _CUTTING),
     "process.K_rc_Pa": _ACROSS,
     "process.K_ac_Pa": _ACROSS,
