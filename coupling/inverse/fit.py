@@ -123,7 +123,7 @@ class SplineFit:
 
     @property
     def whole_stretch(self) -> np.ndarray:
-        """All intervals between rows, as a stretch, (1, 2)."""
+        """Numbers of the first interval between rows and of that behind the last one, (1, 2)."""
         return np.array([[0, self.drive.layout.count]])
 
     @cached_property
@@ -138,7 +138,7 @@ class SplineFit:
 
         Args:
             coefficients, misses: Unknowns [rad], (n,) and (nodes,).
-            changing: Stretches of intervals, (k, 2).
+            changing: Numbers of intervals, begin and end of each stretch, (k, 2).
         """
         return self._in_c.value(coefficients, misses, changing)
 
@@ -165,7 +165,8 @@ class SplineFit:
         Args:
             coefficients, misses: Start of the step [rad], (n,) and (nodes,).
             damping: Weight of the change of the command's bends.
-            changing: Stretches of intervals outside which nothing changes, (k, 2).
+            changing: Numbers of intervals, begin and end of each stretch; elsewhere nothing changes,
+                (k, 2).
         """
         return self._in_c.step(coefficients, misses, damping, changing)
 
@@ -200,7 +201,7 @@ class SplineFit:
         return self.descend(coefficients, misses, SplineFit.band_step, SplineFit.changing)
 
     def changing(self, change: np.ndarray, about: SplineFit) -> np.ndarray:
-        """Return the stretches of intervals in which the next step changes something, (k, 2).
+        """Return in which stretches the next step changes something: numbers of intervals, (k, 2).
 
         Args:
             change: Last step of all unknowns [rad], (size,).

@@ -269,7 +269,7 @@ class DeskFit:
 
         Args:
             coefficients, misses: Unknowns [rad], as of the drive, (n,) each.
-            stretches: First interval and that behind the last one, rising, (k, 2).
+            stretches: Numbers of the first interval and of that behind the last one, rising, (k, 2).
         """
         value = self._library.er_drive_fit_value
         unknowns = self._drive.unknowns(coefficients, misses)
@@ -285,8 +285,8 @@ class DeskFit:
         Args:
             coefficients, misses: Start of the step [rad], as of the drive, (n,) each.
             damping: Weight of the change of the command's bends.
-            stretches: First interval and that behind the last one, rising, (k, 2): nothing changes
-                outside.
+            stretches: Numbers of the first interval and of that behind the last one, rising, (k, 2);
+                nothing changes outside.
 
         Raises:
             LinAlgError: If the matrix is not positive definite.

@@ -185,7 +185,7 @@ class DeskRobot:
         """Return angles of the chain with the TCP at poses; of those given the joints' alone change.
 
         Args:
-            rules: How the poses are approached.
+            rules: Rules by which the poses are approached.
             position: Positions of the TCP [m], (k, 3).
             quaternion: Quaternions of base_from_tool, x, y, z, w [1], (k, 4).
             theta: Angles of the chain to begin with [rad], (k, angles).

@@ -229,7 +229,7 @@ class InverseKinematics:
     def _nearest(
         self, near: NearHome, pose: np.ndarray, guess: np.ndarray
     ) -> tuple[np.ndarray, bool, float]:
-        """Return the joint angles at a pose that are nearest to home, whether it came, how far it was."""
+        """Return the joint angles at a pose nearest to home, whether it came, and how far it was [m]."""
         target, q, best = pin.XYZQUATToSE3(pose), guess.copy(), np.inf
         scale = np.repeat([1.0 / self._reach, 1.0], 3)
         for _ in range(_MAX_ITERATIONS):
