@@ -55,7 +55,7 @@ class WrittenTables:
         self._tables: dict[Path, tuple[list[str], np.ndarray]] = {}
 
     def write(self, file: Path, columns: Sequence[str], data: np.ndarray) -> None:
-        """Write a table, as `write_table`."""
+        """Write numbers of any unit, (rows, columns), as `write_table`."""
         write_table(file, columns, data)
         self._tables[file] = (list(columns), data)
 
@@ -64,7 +64,7 @@ class WrittenTables:
         return self._tables[file][0] if file in self._tables else read_header(file, error)
 
     def read(self, file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:
-        """Return the named columns of a table, as `read_table`."""
+        """Return the named columns of a table, any unit, (rows, columns), as `read_table`."""
         if file not in self._tables:
             return read_table(file, columns, error)
         header, data = self._tables[file]

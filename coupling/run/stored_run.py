@@ -111,7 +111,7 @@ def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
 
     Args:
         folder: The folder.
-        tables: What has just written its tables; None: they are read from their files.
+        tables: Tables of it that were just written; None: all are read from their files.
 
     Raises:
         ResultError: If a file is missing or broken.
