@@ -8,7 +8,20 @@ from rich import table
 from rich.console import Console
 from rich.text import Text
 
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Answer, Note, Section, Table
+
+_COLOURS = {True: "green", False: "yellow", None: None}
+
+
+def print_answer(console: Console, answer: Answer) -> None:
+    """Print a first screen: a line each for verdict, reason, figures and what to do next."""
+    console.print(Text(answer.sentence), style=_COLOURS[answer.good])
+    if answer.reason:
+        console.print(Text(answer.reason))
+    figures = "; ".join(f"{figure.label}: {figure.value}" for figure in answer.figures)
+    console.print(Text(f"{figures}."))
+    for step in answer.steps:
+        console.print(Text(f"  {step.words} {step.command}".rstrip()))
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

@@ -33,7 +33,7 @@ def checked(monkeypatch, command):
 
     def check(case: Path, *options: str) -> tuple[int, str]:
         monkeypatch.chdir(case.parent)
-        done = command("check", case, *options)
+        done = command("check", case, "-v", *options)
         return done.returncode, done.stdout + done.stderr
 
     return check
