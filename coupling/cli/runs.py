@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from coupling.run.execute import Run
 
 NOT_CONVERGED = 1
-# Warnings and remarks that are printed without -v.
-_WARNINGS = 3
 
 
 def couple(
@@ -109,19 +107,13 @@ def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> Non
         verbose: Whether all that its report says is printed.
     """
     from coupling.report.run_report import answer_of, run_summary, run_warnings
-    from coupling.report.terminal import print_answer, print_sections
+    from coupling.report.terminal import print_answer, print_sections, print_warnings
 
     print_answer(console, answer_of(finished.stored))
     if verbose:
         print_sections(console, run_summary(finished.stored))
     else:
-        texts = run_warnings(finished.stored)
-        for text in texts[:_WARNINGS]:
-            console.print(text, style="yellow")
-        if len(texts) > _WARNINGS:
-            console.print(
-                f"{len(texts) - _WARNINGS} further warnings and remarks: see the report, or -v"
-            )
+        print_warnings(console, run_warnings(finished.stored))
     seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.check.checked import CheckedRobot
+from coupling.check.robot_findings import RobotFindings
 from coupling.report.lengths import in_words
 from coupling.results.section import Answer, KeyFigure, NextStep
 
@@ -18,7 +18,7 @@ _NEAR = np.deg2rad(5.0)
 
 
 def check_answer(
-    robots: Sequence[CheckedRobot],
+    robots: Sequence[RobotFindings],
     case: Mapping[str, Any],
     file: Path,
     chatter: Sequence[str] = (),

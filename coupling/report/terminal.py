@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich import table
 from rich.console import Console
@@ -10,6 +10,8 @@ from rich.text import Text
 
 from coupling.results.section import Answer, Note, Section, Table
 
+# Warnings and remarks that are printed beside a first screen.
+_WARNINGS = 3
 _COLOURS = {True: "green", False: "yellow", None: None}
 
 
@@ -22,6 +24,14 @@ def print_answer(console: Console, answer: Answer) -> None:
     console.print(Text(f"{figures}."))
     for step in answer.steps:
         console.print(Text(f"  {step.words} {step.command}".rstrip()))
+
+
+def print_warnings(console: Console, texts: Sequence[str]) -> None:
+    """Print the first of warnings and remarks, and how many more there are."""
+    for text in texts[:_WARNINGS]:
+        console.print(Text(text), style="yellow")
+    if len(texts) > _WARNINGS:
+        console.print(f"{len(texts) - _WARNINGS} more warnings and remarks: see the page, or -v")
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

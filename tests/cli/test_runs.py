@@ -39,7 +39,7 @@ def finished(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
 def test_compensation_succeeds_and_says_so(finished):
     folder, done = finished
     assert done.returncode == 0, done.stderr
-    assert "on the real robot" in done.stdout
+    assert "If the file is right: " in done.stdout
     assert "path change max" in done.stdout
     assert "gravity alone" in done.stdout
     assert "process (loaded minus unloaded)" in done.stdout
