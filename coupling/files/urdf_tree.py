@@ -9,7 +9,7 @@ which a parser in native code follows without end, is refused here.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -133,6 +133,18 @@ class UrdfTree:
             link = joints[-1].parent
         return joints[::-1]
 
+    def carried(self, link: str, on_way: Collection[str]) -> Iterator[tuple[str, pin.SE3]]:
+        """Yield a link, those behind it up to a way's joints, and their frames in its own."""
+        waiting = [(link, pin.SE3.Identity())]
+        while waiting:
+            name, placement = waiting.pop()
+            yield name, placement
+            waiting += [
+                (behind.child, placement * behind.parent_from_joint)
+                for behind in self.child_joints[name]
+                if behind.name not in on_way
+            ]
+
     def inertia(self, link: str) -> pin.Inertia:
         """Return mass, centre of mass and inertia about it of a link, in its frame; zero for none.
 
@@ -148,7 +160,7 @@ class UrdfTree:
                 raise ValueError(f"mass: expected >= 0 [kg], got {mass:g}")
             moments = _child(inertial, "inertia")
             xx, yy, zz, xy, xz, yz = (_number(moments, key) for key in _MOMENTS)
-            placement = _placement(inertial)
+            placement = placement_of(inertial)
         except ValueError as cause:
             raise ValueError(f"link {link!r}: inertial: {cause}") from cause
         matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -251,7 +263,7 @@ def _joint(element: Element) -> TreeJoint:
             kind=kind,
             parent=_link_of(element, "parent"),
             child=_link_of(element, "child"),
-            parent_from_joint=_placement(element),
+            parent_from_joint=placement_of(element),
             axis=_axis(element, kind),
             limits=limits,
             max_rate=max_rate,
@@ -345,7 +357,7 @@ def _child(element: Element, tag: str) -> Element:
     return child
 
 
-def _placement(element: Element) -> pin.SE3:
+def placement_of(element: Element) -> pin.SE3:
     """Return the placement that an element's <origin> gives; none is the identity."""
     origin = element.find("origin")
     if origin is None:
