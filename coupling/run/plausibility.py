@@ -15,7 +15,8 @@ from coupling.process import NoisySchema
 from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.run.cut_figures import cut_result, cut_warnings, material_remark
-from coupling.run.usual_ranges import EXPECTED, range_key, remark
+from coupling.run.mistaken_units import remark
+from coupling.run.usual_ranges import EXPECTED, range_key
 from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot, triangle_excess
 from elastic_robot.fmi.interface import IDEAL
