@@ -23,7 +23,7 @@ real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 expected-deviation: script = -m benchmarks.expected_deviation --page
 
-.PHONY: precice notebooks run lint check test fuzz emulators docs site $(PAGES) masters clean
+.PHONY: web precice notebooks run lint check test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -54,6 +54,10 @@ docs: run $(PAGES)
 
 $(PAGES): .venv/installed
 	.venv/bin/python $(script)
+
+# Needs Node.js. What it writes, coupling/report/browser/, is in the repository.
+web:
+	cd web && npm ci --ignore-scripts && npm run build
 
 site: .venv/site
 	.venv/bin/python -m docs.site.build -o results/site

@@ -9,7 +9,7 @@ which a parser in native code follows without end, is refused here.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -131,6 +131,18 @@ class UrdfTree:
             joints.append(self.parent_joint[link])
             link = joints[-1].parent
         return joints[::-1]
+
+    def carried(self, link: str, on_way: Collection[str]) -> Iterator[tuple[str, pin.SE3]]:
+        """Yield a link, those behind it up to a way's joints, and their frames in its own."""
+        waiting = [(link, pin.SE3.Identity())]
+        while waiting:
+            name, placement = waiting.pop()
+            yield name, placement
+            waiting += [
+                (behind.child, placement * behind.parent_from_joint)
+                for behind in self.child_joints[name]
+                if behind.name not in on_way
+            ]
 
     def inertia(self, link: str) -> pin.Inertia:
         """Return mass, centre of mass and inertia about it of a link, in its frame; zero for none.
