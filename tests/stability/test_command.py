@@ -241,7 +241,7 @@ def test_a_path_that_never_cuts_is_refused_by_the_command_and_passed_over_by_oth
     file.write_text(file.read_text().replace("-0.002", "0.0005"))
     assert stability_in_brief(load_case(file)) is None
     assert run("stability", file, "-o", tmp_path / "out") == 2
-    assert "surface_z_m" in capsys.readouterr().err
+    assert "stays off the stock" in capsys.readouterr().err
 
 
 def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
