@@ -78,7 +78,7 @@ class Learned:
         sources: Runs and measurements.
         runs: The measured runs, on their runs' clocks.
         fit: The fit.
-        before: What the robot file leaves, behind the frame that fits it best.
+        before: Residual of the robot file, behind the frame that fits it best.
         parameters: Verdict on each parameter.
         spread: Uncertainty of their log factors.
         gears: Diagnosis of the gears where it was measured.

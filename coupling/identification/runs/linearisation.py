@@ -42,7 +42,7 @@ class FitPoint:
         residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `Residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6), + c of motors.
-        rows: The same, whitened [m].
+        rows: The same, whitened [m], (k, 3) or (k, 6), + c of motors.
         scale: Cauchy's scale [m].
         squares: Robust sum of squares with that, and the prior's.
     """
@@ -138,7 +138,7 @@ class FitObjective:
         return FitPoint(z, tuple(simulated), tuple(residuals), tuple(slow), tuple(rows), *squares)
 
     def whitened(self, number: int, rows: np.ndarray) -> np.ndarray:
-        """Return rows of a run, or their columns, whitened but for those of motors, (k, c, ...)."""
+        """Return rows of a run [m], or their columns, whitened but for motors', (k, c, ...)."""
         poses = self.problem.runs[number].coordinates
         whitened = self.whitening[number](rows[:, :poses], self.spectrum)
         return np.concatenate([whitened, rows[:, poses:]], axis=1)
@@ -179,7 +179,13 @@ class FitObjective:
         return slopes
 
     def columns(self, now: FitPoint, number: int, slopes: np.ndarray) -> np.ndarray:
-        """Return by how much a run's slow rows fall with its unknowns, (k, c, P + its frame's)."""
+        """Return by how much a run's slow rows fall with its unknowns [m], (k, c, P + its frame's).
+
+        Args:
+            now: The point.
+            number: Number of the run, from 0.
+            slopes: Derivatives of its slow rows by log factors [m], (k, c, P).
+        """
         time = self.slow[number].time + self.problem.frame_values(now.z, number)[6]
         frame = self._residuals[number].by_frame(
             now.simulated[number], time, self.problem.frame_size
@@ -215,7 +221,7 @@ class FitObjective:
 
         Args:
             now: The point it begins at.
-            slopes: Derivatives of the slow rows of every measured run.
+            slopes: Derivatives of the slow rows of every measured run [m], (k, c, P).
             step: Step of the log factors [1], (P,); 0 of those that are fitted to it.
             fmu: FMU that simulates.
         """
@@ -252,7 +258,12 @@ class FitObjective:
     def try_at(
         self, z: np.ndarray, scale: float | None = None, fmu: RobotFmu | None = None
     ) -> FitPoint | None:
-        """Return what some unknowns leave; None of a robot that gives way under its own weight."""
+        """Return what some unknowns leave, as `at` does; None of a robot that gives way.
+
+        Args:
+            z: Unknowns, as in `FitPoint` [1, m, rad, s], (U,).
+            scale, fmu: As for `at`.
+        """
         try:
             return self.at(z, scale, fmu)
         except SimulationError:
@@ -271,7 +282,7 @@ class RunLinearisation:
         objective: Their objective.
         point: Residuals and cost there.
         change: Change of a log factor over which derivatives are simulated [1].
-        slopes: Derivatives of the slow rows of every run by log factors, (k, c, P).
+        slopes: Derivatives of the slow rows of every run by log factors [m], (k, c, P).
         exact_at: Log factors where those were simulated [1], (P,); None: nowhere.
     """
 
@@ -288,7 +299,7 @@ class RunLinearisation:
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """Jacobian, (U, U), and residual, (U,), of all rows and the prior, reduced to U rows."""
+        """Jacobian, (U, U), and residual [1], (U,), of all rows and the prior, reduced to U rows."""
         matrix, right = self.objective.equations(self.point, self.slopes)
         size = np.sqrt(np.diag(matrix))
         factor = cholesky(matrix / np.outer(size, size)) * size

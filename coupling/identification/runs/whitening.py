@@ -119,7 +119,7 @@ class WhitenedRun:
     Attributes:
         whitening: Filter of its rows.
         rows: Slow part of the residual [m], (k, c).
-        columns: Its decrease by the unknowns, (k, c, U).
+        columns: Its decrease by the unknowns, [m] by their units, (k, c, U).
     """
 
     whitening: Whitening
