@@ -35,8 +35,8 @@ def check(
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
-    from coupling.check.checked import checked
     from coupling.check.estimate import forewarned, repeated
+    from coupling.check.robot_findings import examine_robots
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
     from coupling.modes.analysis import places_in_brief
@@ -82,7 +82,7 @@ def check(
                 alike = [repeated(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = checked(loaded, wrench, view.watch)
+        robots = examine_robots(loaded, wrench, view.watch)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)

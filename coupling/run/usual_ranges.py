@@ -185,6 +185,7 @@ EXPECTED = {
     "place.joint_margin_deg": UsualRange(0.5, 45.0, "deg", "distances from a limit", or_none=True),
     "place.least_conditioning": UsualRange(1e-3, 0.5, "", "postures that are not singular"),
     "gravity": UsualRange(9.7, 9.9, "m/s2", "on Earth", or_none=True),
+    "modal_damping.ratio": UsualRange(0.01, 0.15, "", "modes of robots, measured: 0.02 to 0.08"),
     "payload_N": UsualRange(4.0, 3e4, "N", "the heaviest robots carry 23 kN"),
     "payload.mass": _CARRIED,
     "payload.com": _ON_BODY,
