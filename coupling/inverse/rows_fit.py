@@ -53,7 +53,7 @@ def dense_times(rows: CommandRows) -> np.ndarray:
 
 
 def dense_chunks(rows: CommandRows) -> Iterator[tuple[slice, np.ndarray]]:
-    """Yield the `dense_times` [s], (k,), with their places among all, so many that they are few at once."""
+    """Yield the places of some `dense_times` among all and these times [s], (k,), few at once."""
     step, size = rows.cycle / _parts(rows), _parts(rows) * rows.count + 1
     for first in range(0, size, _CHUNK):
         numbers = np.arange(first, min(first + _CHUNK, size))
