@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -14,12 +15,13 @@ from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
-from coupling.process.base import ProcessResponse, ProcessSchema, WithIdentity
+from coupling.process.base import Memory, ProcessResponse, ProcessSchema, WithIdentity
 from coupling.process.corners import level_crossings
 from coupling.process.cutting_force import (
     Cutter,
     CuttingCoefficients,
     Engagement,
+    Way,
     mean_wrench,
     tooth_wrench,
 )
@@ -28,6 +30,8 @@ from coupling.toolpaths.task import Task
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
 _SAMPLES_PER_TOOTH = 6
+# Longest step that tells a robot's vibrations, at 200 Hz ten in each [s].
+_LONGEST = 5e-4
 # Gauss points and weights of the mean over a step.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 # A tool slower than this has no direction of feed of its own [m/s].
@@ -93,6 +97,20 @@ class Milling:
         at = np.where(last < 0, int(np.argmax(moving)), last)
         return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
 
+    def feed_at(self, time: np.ndarray) -> np.ndarray:
+        """Return the directions of the desired feed at times [s], (m,): of the step there, (m, 2)."""
+        rows = np.searchsorted(self.desired.time, time)
+        return self._feed[np.minimum(rows, len(self._feed) - 1)]
+
+    @cached_property
+    def _feed(self) -> np.ndarray:
+        return self.feed_directions()
+
+    @cached_property
+    def _desired(self) -> np.ndarray:
+        """Desired positions in the part [m], (n, 3)."""
+        return self.part.coordinates(self.desired.position[0])
+
     def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Engagement:
         """Return the cutter's engagement on an actual path.
 
@@ -101,15 +119,15 @@ class Milling:
             time: Instants [s], (m,).
             feed: Directions of the desired feed there, (m, 2).
         """
-        actual, desired = (
-            self.part.coordinates(tool_path.position[0]) for tool_path in (path, self.desired)
-        )
+        actual = self.part.coordinates(path.position[0])
         now = interpolated(time, path.time, actual)
         before = interpolated(time - self.cutter.tooth_period, path.time, actual)
         way = (now - before)[:, :2]
         leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
-        offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * leftward, axis=1)
+        offset = np.sum(
+            (now - interpolated(time, self.desired.time, self._desired))[:, :2] * leftward, axis=1
+        )
         radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
         start, end = ARCS[self.engagement](radial, self.cutter.radius)
         return Engagement(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
@@ -122,55 +140,82 @@ class Milling:
         return self.part.rotate(in_part).reshape(-1, 6)
 
 
-def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
-    """Return the force of every tooth as it passes; each sample is the mean over its step.
-
-    Args:
-        milling: The cut.
-        path: Actual path.
-        feed: Directions of the desired feed, (n, 2).
-
-    Returns:
-        Wrenches in the axes of the cut, (n, 6).
-    """
-    steps = np.diff(path.time, prepend=path.time[0])
-    total = np.zeros((len(path.time), 6))
-    for node, weight in zip(_NODES, 0.5 * _WEIGHTS, strict=True):
-        time = path.time - 0.5 * (1.0 - node) * steps
-        cut = milling.cut(path, time, feed)
-        total += weight * tooth_wrench(milling.cutter, milling.coefficients, cut, time)
-    return total
-
-
-def mean_of_a_turn(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
-    """Return the wrench averaged over a revolution [N, N m], (n, 6), for samples far apart."""
-    cut = milling.cut(path, path.time, feed)
-    return mean_wrench(milling.cutter, milling.coefficients, cut)
-
-
-FORCES = {"tooth-passing": tooth_by_tooth, "mean": mean_of_a_turn}
-
-
 @dataclass(frozen=True)
 class MillingForce(WithIdentity):
-    """Force of a milling cut.
+    """Force of a milling cut, averaged over a revolution, for samples far apart.
 
     Attributes:
         milling: The cut.
-        force: One of FORCES.
     """
 
     milling: Milling
-    force: Callable[[Milling, ToolPath, np.ndarray], np.ndarray]
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""
-        feed = self.milling.feed_directions()
-        wrench = self.force(self.milling, path, feed)
-        in_base = self.milling.in_base(wrench, feed)
+        milling = self.milling
+        feed = milling.feed_at(path.time)
+        cut = milling.cut(path, path.time, feed)
+        wrench = mean_wrench(milling.cutter, milling.coefficients, cut)
+        in_base = milling.in_base(wrench, feed)
+        return ProcessResponse(
+            WrenchHistory(path.time, in_base), period=milling.cutter.tooth_period
+        )
+
+
+@dataclass(frozen=True)
+class ToothPassing(WithIdentity):
+    """Force of every tooth as it passes, which remembers what the passes before have left.
+
+    Attributes:
+        milling: The cut.
+    """
+
+    milling: Milling
+
+    @property
+    def marched(self) -> ToothPassing:
+        """Itself: it is coupled marching in time."""
+        return self
+
+    @property
+    def memory(self) -> Memory:
+        """How far it looks back, and how its time is divided."""
+        cutter = self.milling.cutter
+        step = min(cutter.tooth_period / _SAMPLES_PER_TOOTH, _LONGEST)
+        return Memory(step, cutter.period, cutter.turn_period, cutter.memory)
+
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        """Return the wrench along the actual path of the tool."""
         # Teeth come and go within a step: their impulse over it counts.
-        history = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
-        return ProcessResponse(history(path.time, in_base), period=self.milling.cutter.tooth_period)
+        history = WrenchHistory.of_means(path.time, self.means(path, 0)[0])
+        return ProcessResponse(history, period=self.milling.cutter.period)
+
+    def means(self, path: ToolPath, since: int) -> np.ndarray:
+        """Return the mean wrenches over the steps that end at the rows from one on [N, N m].
+
+        Args:
+            path: Actual path, from `memory` before that row on, or from its beginning.
+            since: Number of that row.
+
+        Returns:
+            Wrenches in base axes, (1, n - since, 6).
+        """
+        milling = self.milling
+        ends = path.time[since:]
+        steps = ends - path.time[np.maximum(np.arange(since, len(path.time)) - 1, 0)]
+        time = (ends[:, None] - 0.5 * (1.0 - _NODES) * steps[:, None]).ravel()
+        feed = milling.feed_at(time)
+        cut = milling.cut(path, time, feed)
+        way = Way(path.time, milling.part.coordinates(path.position[0])[:, :2])
+        wrench = tooth_wrench(milling.cutter, milling.coefficients, cut, way, feed, time)
+        in_base = milling.in_base(wrench, feed).reshape(len(ends), len(_NODES), 6)
+        return np.einsum("g,ngw->nw", 0.5 * _WEIGHTS, in_base)[None]
+
+
+FORCES: dict[str, type[MillingForce | ToothPassing]] = {
+    "tooth-passing": ToothPassing,
+    "mean": MillingForce,
+}
 
 
 class MillingForceTable(ProcessSchema):
@@ -217,7 +262,7 @@ class MillingForceTable(ProcessSchema):
         """Return the times at which the tool's tip crosses the raw surface."""
         return level_crossings(task.forming, task.part, (self.surface_z_m,))
 
-    def process(self, task: Task) -> MillingForce:
+    def process(self, task: Task) -> MillingForce | ToothPassing:
         """Return the milling force along a task's path.
 
         Raises:
@@ -256,4 +301,4 @@ class MillingForceTable(ProcessSchema):
         )
         if not np.any(milling.feed_directions()):
             raise CaseError("process: the tool path never moves in the part's x-y plane")
-        return MillingForce(milling, FORCES[self.force], identity=self.identity(task))
+        return FORCES[self.force](milling, identity=self.identity(task))

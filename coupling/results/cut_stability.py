@@ -6,9 +6,15 @@ from coupling.results.base import ResultPart, Unbounded
 
 
 class CutStability(ResultPart):
-    """Stability of the cut along a path, at its worst place."""
+    """Stability of the cut along a path, at its worst place.
+
+    Attributes:
+        sentence: Whether it chatters and where.
+        alternative: What would be stable, in words; empty where it is.
+    """
 
     sentence: str
+    alternative: str = ""
     stable: bool
     time_s: float | None
     rpm: float

@@ -22,7 +22,7 @@ from coupling.robot.cell import Cell
 from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
-from coupling.run.cut_check import CUT_STABILITY
+from coupling.run.cut_check import CUT_STABILITY, told_of_chatter
 from coupling.run.models import Models, cell_of
 from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
 from coupling.run.motor_loads import within_motors
@@ -221,7 +221,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
-            correction=within_motors(command),
+            correction=told_of_chatter(command, within_motors(command)),
             mode=case.mode,
             findings=command.findings,
             warnings=(*cell.rate_warnings(correction.joints), *warnings),

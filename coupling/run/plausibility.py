@@ -14,7 +14,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.process import NoisySchema
 from coupling.process.milling_force import MillingForceTable
 from coupling.robot.parameter_table import PARAMETER_KINDS
-from coupling.run.usual_ranges import EXPECTED, range_key, remark
+from coupling.run.usual_ranges import EXPECTED, out_of_range, range_key, remark
 from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot, triangle_excess
 from elastic_robot.fmi.interface import IDEAL
@@ -57,6 +57,16 @@ class Quantity:
     def remark(self) -> str:
         """What there is to say of it, "" where it is usual."""
         return remark(self.place, self.key, self.value)
+
+
+@dataclass(frozen=True)
+class ComputedQuantity(Quantity):
+    """A number that a formula has computed, in whose unit nobody was mistaken."""
+
+    @property
+    def remark(self) -> str:
+        """What there is to say of it, "" where it is usual."""
+        return out_of_range(self.place, self.key, self.value)
 
 
 # Share of a mean force along the tool's approach from which on it is remarked: within 60 degrees of it.
@@ -202,7 +212,8 @@ def _quantities(case: Case, wrench: WrenchHistory | None) -> Iterator[Quantity]:
         yield from _of_column(placed, case.desired.pose[tool][:, :3])
     yield from _of_milling(case)
     if wrench is not None:
-        yield Quantity("process: largest force", "answer.peak_force", wrench.peak_force)
+        quantity = ComputedQuantity if case.process_table.FORMULA else Quantity
+        yield quantity("process: largest force", "answer.peak_force", wrench.peak_force)
 
 
 def _of_tables(case: Case) -> Iterator[Quantity]:
