@@ -39,7 +39,7 @@ check: lint
 	tests=$$(.venv/bin/python .ci/changed.py) && { test -z "$$tests" || .venv/bin/pytest -q -n 2 --dist worksteal $$tests; }
 
 test: lint
-	.venv/bin/pytest -n 2 --dist worksteal --durations=40
+	.venv/bin/pytest -n 3 --dist worksteal --durations=40  # on two cores: many tests wait for processes
 
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
 # damaged trajectory files under address and undefined-behaviour sanitizers.

@@ -25,6 +25,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from fixture_store import prune
 from fresh_processes import Fresh
 from hypothesis import settings
 from places import HELPERS, HOSTS, REFERENCE
@@ -43,6 +44,11 @@ collect_ignore = ["fmu/hosts", "fmu/stock"]
 def pytest_collection_finish() -> None:
     gc.freeze()
     gc.enable()
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if not hasattr(session.config, "workerinput"):  # once, after the workers
+        prune()
 
 
 def reference(name: str) -> np.ndarray:

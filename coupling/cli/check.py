@@ -35,8 +35,8 @@ def check(
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
-    from coupling.check.checked import checked
     from coupling.check.estimate import forewarned, repeated
+    from coupling.check.robot_findings import examine_robots
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
     from coupling.modes.analysis import places_in_brief
@@ -45,11 +45,13 @@ def check(
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
+    from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
     from coupling.report.terminal import print_sections
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
+    from coupling.run.cut_figures import cut_result
     from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robots import touch_off_of
@@ -80,7 +82,7 @@ def check(
                 alike = [repeated(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = checked(loaded, wrench, view.watch)
+        robots = examine_robots(loaded, wrench, view.watch)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
@@ -91,6 +93,7 @@ def check(
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
     sections = [
         *check_summary(robots, loads),
+        *cut_section(cut_result(loaded)),
         modes,
         *warned(chatter, (*moving, *said)),
         Section("", others),

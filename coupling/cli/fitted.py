@@ -14,6 +14,7 @@ from coupling.files.output_file import require_output
 from coupling.report.terminal import print_sections
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
+from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import Section
 
 _REFUSED = 1
@@ -37,7 +38,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
 
 def write_findings(
     target: Path,
-    result: IdentifiedResult | MotionResult,
+    result: IdentifiedResult | MotionResult | ResponseFitResult,
     summary: Sequence[Section],
     page: str,
     error: type[CouplingError],

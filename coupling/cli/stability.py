@@ -53,6 +53,7 @@ def stability(
     from coupling.report.stability_report import stability_page, stability_summary
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
+    from coupling.run.usual_ranges import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
     from coupling.stability.case_cut import CaseCuts
 
@@ -80,6 +81,8 @@ def stability(
             feed = np.deg2rad(feed_deg or 0.0)
             placed = cuts.in_posture(posture, float(feed), float(speed), 1e-3 * depth_mm)
             result = stability_in_posture(cuts, placed, march)
+            said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
+            result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     begin_result(folder, "stability", overwrite)
     claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
     claimed(folder / "report.html").write_text(stability_page(result), encoding="utf-8")

@@ -44,7 +44,8 @@ def _program(name: str, ending: str, pattern: str) -> FileFormat:
     )
 
 
-# The first that matches is it; those that begin with a signature come first.
+# The first that matches is it; those that begin with a signature come first.  Repetitions before a
+# choice are possessive: a page of blanks would else be tried from every blank.
 _FORMATS = (
     _format("a STEP file", None, _SHAPE, r"\A\s*ISO-10303-21\s*;"),
     _format("an IGES file", None, _SHAPE, r"\A.{72}S +1\s*$"),
@@ -78,7 +79,7 @@ _FORMATS = (
         "a Heidenhain dialogue program",
         None,
         "post-process the part for DIN/ISO",
-        r"^[ \t]*\d*\s*(?:BEGIN PGM\b|TOOL CALL\b|CYCL DEF\b|(?:L|CC|LN)\s+[XYZ][-+])",
+        r"^[ \t]*+(?:\d++\s*+)?+(?:BEGIN PGM\b|TOOL CALL\b|CYCL DEF\b|(?:L|CC|LN)\s+[XYZ][-+])",
     ),
     _format(
         "an APT/CLDATA file",
@@ -91,7 +92,7 @@ _FORMATS = (
         "an HPGL plot",
         None,
         _DRAWING,
-        r"\A[\s\x1b]*(?:[^\n]*\n)?(?:IN|DF|SP\d|PA|P[UD])[-\d, ]*;",
+        r"\A[\s\x1b]*+(?:[^\n]*+\n)?(?:IN|DF|SP\d|PA|P[UD])[-\d, ]*;",
     ),
     _format("JSON", None, _TO_GCODE, r'\A\s*(?:\{\s*"|\[\s*[\[{"\d-])'),
     _format("a TOML file", None, "give the file that it names", r"^\[{1,2}[a-z_][\w.]*\]{1,2}\s*$"),
@@ -105,7 +106,7 @@ _FORMATS = (
         "G-code",
         "gcode",
         'give it as kind = "gcode"',
-        r"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?(?:G[ \t]*\d+(?:\.\d)?|M[ \t]*\d+|[TO]\d+)"
+        r"^[ \t]*+(?:/[ \t]*+)?+(?:N[ \t]*+\d++[ \t]*+)?+(?:G[ \t]*\d+(?:\.\d)?|M[ \t]*\d+|[TO]\d+)"
         r"\s*(?:[A-Z][-+.\d ]|[(;*]|$)",
     ),
     _format(

@@ -40,7 +40,7 @@ class SimulationJob:
 
 @dataclass(frozen=True)
 class MarchJob(SimulationJob):
-    """A simulation whose steps are not known when it begins: `Window`s follow.
+    """A simulation whose steps are not known when it begins: `StepWindow`s follow.
 
     Its times are start and end, its row of inputs is that of initialisation; the answer is one row of
     outputs, those at the start.
@@ -48,7 +48,7 @@ class MarchJob(SimulationJob):
 
 
 @dataclass(frozen=True)
-class Window:
+class StepWindow:
     """Some steps of a `MarchJob`, from the end of those before, or once more from their start.
 
     Attributes:

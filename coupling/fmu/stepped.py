@@ -12,7 +12,7 @@ import numpy as np
 
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import Driver, load
-from coupling.fmu.job import FmuError, MarchJob, SimulationJob, Window
+from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import unpack
 
 
@@ -85,7 +85,7 @@ class SteppedInstance:
         self.time += size
         return self.read()
 
-    def run(self, window: Window) -> np.ndarray:
+    def run(self, window: StepWindow) -> np.ndarray:
         """Move on by the steps of a window and return the outputs at their ends, any unit, (n, outputs).
 
         Raises:

@@ -16,11 +16,11 @@ from typing import BinaryIO
 import numpy as np
 
 from coupling.fmu.driver import Driver, load
-from coupling.fmu.job import FmuError, MarchJob, Progress, SimulationJob, Window
+from coupling.fmu.job import FmuError, MarchJob, Progress, SimulationJob, StepWindow
 from coupling.fmu.stepped import SteppedInstance
 from coupling.process_tree import ProcessTree, inherited_mark
 
-Job = SimulationJob | Window
+Job = SimulationJob | StepWindow
 
 
 class Server:
@@ -40,7 +40,7 @@ class Server:
         Raises:
             FmuError: If the FMU refuses.
         """
-        if isinstance(job, Window):
+        if isinstance(job, StepWindow):
             if self._march is None:
                 raise FmuError("expected a simulation that goes on, got none: begin it anew")
             return self._march.run(job)

@@ -12,7 +12,7 @@ from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import own_blocks
-from coupling.process.milling_force import MillingForce, ToothPassing
+from coupling.process.milling_force import MeanForce, ToothPassing
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Rows of a path at most that postures are planned for.
@@ -73,7 +73,7 @@ def places_of(case: Case) -> CasePlaces:
     if case.process_table.FORMULA:
         process = case.process
         if isinstance(process, ToothPassing):
-            process = MillingForce(process.milling)
+            process = MeanForce(process.milling)
         response = process.evaluate(desired)
         in_base = placed.world_from_base.inverse()
         wrench = _at(response.wrench, desired, rows, placed.world_from_base.rotation.as_matrix())

@@ -75,7 +75,7 @@ def own_blocks(stiffness: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Memory:
+class ProcessMemory:
     """How far a process looks back, and how the time of its coupling is divided.
 
     Attributes:
@@ -110,7 +110,7 @@ class MarchedProcess(Process, Protocol):
     """A process that answers to what its tools did before: it is coupled marching in time."""
 
     @property
-    def memory(self) -> Memory:
+    def memory(self) -> ProcessMemory:
         """How far it looks back."""
 
     def means(self, path: ToolPath, since: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.check.checked import CheckedRobot
+from coupling.check.robot_findings import RobotFindings
 from coupling.errors import ResultError
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
@@ -19,8 +19,8 @@ from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
 from coupling.results.section import Note, Section, Table, warned
 from coupling.run.gear_check import gear_sections
-from coupling.run.motor_demands import COLD, WARM, MotorDemand
-from coupling.run.motor_loads import motor_limit
+from coupling.run.predicted_motor_torques import COLD, WARM, PredictedMotorTorque
+from coupling.run.simulated_motor_torques import motor_limit
 
 _REACH = "#009E73"
 _NOTE = Note(
@@ -32,7 +32,7 @@ _NOTE = Note(
 
 
 def write_check_page(
-    file: Path, title: str, robots: Sequence[CheckedRobot], sections: Sequence[Section]
+    file: Path, title: str, robots: Sequence[RobotFindings], sections: Sequence[Section]
 ) -> Path:
     """Write the page of a case that was checked; return the file.
 
@@ -50,7 +50,7 @@ def write_check_page(
     return file
 
 
-def check_summary(robots: Sequence[CheckedRobot], loads: str) -> list[Section]:
+def check_summary(robots: Sequence[RobotFindings], loads: str) -> list[Section]:
     """Return what there is to say of robots.
 
     Args:
@@ -60,7 +60,7 @@ def check_summary(robots: Sequence[CheckedRobot], loads: str) -> list[Section]:
     return [section for robot in robots for section in _of_robot(robot, loads)]
 
 
-def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
+def _of_robot(robot: RobotFindings, loads: str) -> list[Section]:
     ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.clearance.free.items())
     sentences = (
         f"Path: {robot.path_length:.3f} m in {robot.path.time[-1]:.1f} s.",
@@ -78,7 +78,7 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
     ]
 
 
-def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
+def motor_table(motors: Sequence[PredictedMotorTorque]) -> list[Section]:
     """Return what a path asks of motors beside their limits, warm and cold."""
     if not motors:
         return []
@@ -105,7 +105,7 @@ _MOTORS = Note(
 )
 
 
-def _of_gears(robot: CheckedRobot) -> Iterator[str]:
+def _of_gears(robot: RobotFindings) -> Iterator[str]:
     """Yield what a wrong backlash and hysteresis would leave, and whether any gear reverses."""
     if any(gear.backlash for gear in robot.gears):
         yield _worst_deviation("backlash", robot.backlash, robot.unknown)
@@ -129,7 +129,7 @@ def _worst_deviation(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     )
 
 
-def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
+def workspace(robots: Sequence[RobotFindings]) -> go.Figure:
     """Links, paths and outlines of what is reached, in the world."""
     traces = []
     for number, robot in enumerate(robots):
@@ -170,15 +170,13 @@ def joint_table(demands: Sequence[DriveMotion]) -> Table:
             *map(
                 degrees,
                 (
-                    demand.lowest,
-                    demand.highest,
-                    demand.lower_limit,
-                    demand.upper_limit,
+                    *demand.range_rad,
+                    *demand.range_limit_rad,
                     demand.margin,
-                    demand.rate,
-                    demand.rate_limit,
-                    demand.acceleration,
-                    demand.acceleration_limit,
+                    demand.rate_rad_s,
+                    demand.rate_limit_rad_s,
+                    demand.acceleration_rad_s2,
+                    demand.acceleration_limit_rad_s2,
                 ),
             ),
             ", ".join(demand.exceeded) or "-",

@@ -20,6 +20,7 @@ from coupling.report.background import (
     touched_off,
 )
 from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.cut_report import cut_section
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import write_page
@@ -77,7 +78,8 @@ def run_summary(run: StoredRun) -> list[Section]:
     """Return what a run found, of one robot or of a whole cell."""
     head = cell_head(run) if run.gap is not None else robot_head(run, run.first)
     answers = Section("", cost(run.figures, case_of(run), run.answers))
-    return [*head, *check_sections(run.figures), answers]
+    cut = cut_section(run.figures.cut, with_pictures=False)
+    return [*head, *cut, *check_sections(run.figures), answers]
 
 
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
@@ -142,6 +144,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             "robot",
             robot_views(robot_figures.robots, [robot.desired]),
         ),
+        *cut_section(robot_figures.cut),
         *check_sections(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.base import ResultFile, ResultPart
+from coupling.results.cut_result import CutResult
 from coupling.results.cut_stability import CutStability
 from coupling.results.drive_result import CommandResult
 from coupling.results.forecast import RunForecast
@@ -123,7 +124,7 @@ class RunResult(ResultFile):
     """Figures of a run; docs/run_folder.md says what they are."""
 
     what = "the figures of a run"
-    sparse: ClassVar = ("pinch_gap_m", "stability")
+    sparse: ClassVar = ("pinch_gap_m", "stability", "cut")
 
     case: str
     kind: Kind
@@ -143,6 +144,7 @@ class RunResult(ResultFile):
     robustness: tuple[Replay, ...]
     outlook: WorstReplay | None = None
     stability: CutStability | None = None
+    cut: CutResult | None = None
     forecast: RunForecast | None = None
     plant: PlantResult | None
     backlash_reversals: tuple[BacklashReversal, ...] | None

@@ -16,7 +16,7 @@ from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.job import FmuError, MarchJob, SimulationJob, Window
+from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -355,7 +355,7 @@ class FmuMarch:
         time = loads.instants
         if not again:
             self._start = self._end
-        window = Window(time, _with_spring(loads)[1:], again)
+        window = StepWindow(time, _with_spring(loads)[1:], again)
         with _simulation_errors():
             self._process.send(window)
             rows = self._process.receive(_unheard)

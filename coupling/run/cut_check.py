@@ -1,14 +1,14 @@
-"""Whether the cut of a command chatters, where its process is milling."""
+"""The cut of a command, where its process is milling: its figures, and whether it chatters."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from coupling.errors import PlanningError, StabilityError
+from coupling.results.cut_result import CutResult
 from coupling.results.cut_stability import CutStability
 from coupling.run.check import Check, CheckedCommand
-from coupling.solve.correction import Correction
-from coupling.solve.outcome import Outcome
+from coupling.run.cut_figures import cut_result
 from coupling.stability.path_stability import stability_in_brief
 
 
@@ -18,34 +18,22 @@ class CutFinding:
 
     Attributes:
         stability: Stability of the cut; None where nothing is milled, or it is not known.
-        remarks: Reason why it is not known, as sentences.
+        cut: Figures of the cut; None where nothing is milled.
+        remarks: Reason why its stability is not known, as sentences.
     """
 
     stability: CutStability | None = None
+    cut: CutResult | None = None
     remarks: tuple[str, ...] = ()
 
 
 def _compute(command: CheckedCommand) -> CutFinding:
     """Return whether it chatters, or why that is not known, which spoils no result."""
+    cut = cut_result(command.case)
     try:
-        return CutFinding(stability_in_brief(command.case))
+        return CutFinding(stability_in_brief(command.case), cut)
     except (PlanningError, StabilityError) as error:
-        return CutFinding(remarks=(f"whether the cut chatters is not known: {error}",))
-
-
-def told_of_chatter(command: CheckedCommand, correction: Correction) -> Correction:
-    """Return a correction whose verdict says that the cut chatters, where it does.
-
-    Then it is the cut that is at fault, whatever the iteration has come to.
-    """
-    stability = command.of(CUT_STABILITY).stability
-    if stability is None or stability.stable:
-        return correction
-    reason = (
-        f"{stability.sentence[:1].lower()}{stability.sentence[1:]}; stable would be"
-        f" {stability.alternative}; the iteration: {correction.reason}"
-    )
-    return replace(correction, outcome=Outcome.CHATTERS, reason=reason)
+        return CutFinding(None, cut, (f"whether the cut chatters is not known: {error}",))
 
 
 CUT_STABILITY = Check("stability", _compute, CutFinding())

@@ -13,7 +13,7 @@ from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.process.base import MarchedProcess, Memory, Process, ProcessResponse, marched
+from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
 from coupling.results.deviation_table import deviation_table
 from coupling.results.run_result import PlantCouplingResult, PlantResult, RunResult
 from coupling.results.section import Section
@@ -69,7 +69,7 @@ class ScaledMarch(ScaledProcess):
     process: MarchedProcess
 
     @property
-    def memory(self) -> Memory:
+    def memory(self) -> ProcessMemory:
         """That of the other one."""
         return self.process.memory
 

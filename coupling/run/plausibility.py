@@ -12,8 +12,9 @@ from coupling.case.case import Case, PlacedRobot
 from coupling.files.sources import Number, kind, places
 from coupling.path.histories import WrenchHistory
 from coupling.process import NoisySchema
-from coupling.process.milling_force import MillingForceTable
+from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
+from coupling.run.cut_figures import cut_result, cut_warnings, material_remark
 from coupling.run.usual_ranges import EXPECTED, out_of_range, range_key, remark
 from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot, triangle_excess
@@ -79,7 +80,10 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     Args:
         wrench: Response of the process; None where it was not evaluated.
     """
-    texts = [text for quantity in _quantities(case, wrench) if (text := quantity.remark)]
+    cut = cut_result(case)
+    texts = [text for quantity in _quantities(case, cut, wrench) if (text := quantity.remark)]
+    texts += [] if cut is None else cut_warnings(case, cut)
+    texts += material_remark(case)
     stated = case.resolved["process"].get("stiffness_N_m") == 0.0
     if wrench is not None and wrench.peak_force == 0.0 and not stated:
         texts.append(
@@ -201,7 +205,9 @@ def _of_ideal_drives(case: Case) -> Iterator[str]:
             )
 
 
-def _quantities(case: Case, wrench: WrenchHistory | None) -> Iterator[Quantity]:
+def _quantities(
+    case: Case, cut: CutResult | None, wrench: WrenchHistory | None
+) -> Iterator[Quantity]:
     """Yield all of a case that is looked at."""
     yield from _of_tables(case)
     # A robot that both tools share is looked at once.
@@ -210,7 +216,8 @@ def _quantities(case: Case, wrench: WrenchHistory | None) -> Iterator[Quantity]:
         yield from _of_file(placed.description.name, placed.provenance.numbers)
     for tool, placed in enumerate(case.robots):
         yield from _of_column(placed, case.desired.pose[tool][:, :3])
-    yield from _of_milling(case)
+    if cut is not None:
+        yield from _of_cut(cut, case)
     if wrench is not None:
         quantity = ComputedQuantity if case.process_table.FORMULA else Quantity
         yield quantity("process: largest force", "answer.peak_force", wrench.peak_force)
@@ -351,16 +358,10 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
         )
 
 
-def _of_milling(case: Case) -> Iterator[Quantity]:
+def _of_cut(cut: CutResult, case: Case) -> Iterator[Quantity]:
     """Yield what follows from tool path and cutter of a milling case."""
-    table = case.process_table
-    if not isinstance(table, MillingForceTable):
-        return
-    height = case.task.part.coordinates(case.task.forming.position[0])[:, 2]
-    depth = max(table.surface_z_m - float(height.min()), 0.0) / table.cutter_diameter_m
-    yield Quantity("process: depth below surface_z_m", "milling.axial_depth", depth)
-    feed = case.resolved["tool_path"].get("feed_m_s")
-    if feed is not None:
-        teeth_per_second = table.spindle_speed_rpm / 60.0 * table.teeth
-        per_tooth = feed / teeth_per_second
-        yield Quantity("process: feed per tooth", "milling.feed_per_tooth", per_tooth)
+    diameter = case.resolved["process"]["cutter_diameter_m"]
+    depth, feed = cut.figures["depth_m"].largest, cut.figures["feed_per_tooth_m"].largest
+    yield Quantity("process: axial depth", "milling.axial_depth", depth / diameter)
+    yield Quantity("process: feed per tooth", "milling.feed_per_tooth", feed)
+    yield Quantity("process: speed of the spindle", "process.spindle_speed_rpm", cut.rpm)

@@ -78,8 +78,8 @@ def stability_along_path(
     path = PathStability.of(cuts, _PLACES)
     if path is None:
         raise StabilityError(
-            f"{cuts.case.name}: expected a tool path that cuts, got one that stays above surface_z_m ="
-            f" {cuts.milling.surface:g} or never feeds: lower it, or name a cut with --posture-deg"
+            f"{cuts.case.name}: expected a tool path that cuts, got one that stays off the stock or"
+            f" never feeds: lower it, or name a cut with --posture-deg"
         )
     for number, judgement in enumerate(path.judgements):
         report("limits along the path", number, len(path.judgements))

@@ -14,9 +14,11 @@ from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
-from coupling.process.milling_force import ARCS, Milling, MillingForceTable
+from coupling.process.engaged_arcs import Arcs, StatedArcs
+from coupling.process.milling_force import Milling, MillingForce
+from coupling.process.milling_table import MillingForceTable
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.stability.cut import ProcessDamping, SteadyCut
+from coupling.stability.cut import ProcessDamping, ShallowArc, SteadyCut
 from coupling.stability.fitted_response import fitted_modes
 from coupling.stability.structure import Structure, ToolMode
 from elastic_robot.linearisation import Linearisation
@@ -131,11 +133,11 @@ class CaseCuts:
         """
         desired = self.case.desired
         directions = self.milling.feed_directions()
-        engagement = self.milling.cut(desired, desired.time, directions)
-        way = np.linalg.norm(engagement.chip, axis=1)
-        cutting = np.flatnonzero(
-            (engagement.depth > _TOUCHES) & (way > _STANDING) & (engagement.end > engagement.start)
-        )
+        arcs = self.milling.engaged.at(desired.time)
+        way = np.linalg.norm(np.gradient(self.milling.tips[:, :2], desired.time, axis=0), axis=1)
+        way *= self.milling.cutter.tooth_period
+        cuts = np.any(arcs.is_cut & (arcs.depth > _TOUCHES), axis=1)
+        cutting = np.flatnonzero(cuts & (way > _STANDING))
         if len(cutting) == 0:
             return ()
         rows = cutting[np.unique(np.linspace(0, len(cutting) - 1, MOST_ROWS).astype(int))]
@@ -147,11 +149,7 @@ class CaseCuts:
                 float(desired.time[row]),
                 q[k],
                 float(np.arctan2(directions[row, 1], directions[row, 0])),
-                self._cut(
-                    float(engagement.start[row]),
-                    float(engagement.end[row]),
-                    float(engagement.depth[row]),
-                ),
+                self._cut(arcs, row),
                 float(way[row]),
             )
             for k, row in enumerate(rows.tolist())
@@ -165,9 +163,18 @@ class CaseCuts:
         q = np.stack([placed.q for placed in self.along_path])
         return path.at_rows(np.searchsorted(path.time, time)), q
 
-    def _cut(self, start: float, end: float, depth: float) -> SteadyCut:
+    def _cut(self, arcs: Arcs, row: int) -> SteadyCut:
+        """Return the cut at a place of a path by its number."""
+        which = np.flatnonzero(arcs.is_cut[row])
+        return self._steady_cut(
+            np.column_stack([arcs.start[row, which], arcs.end[row, which], arcs.depth[row, which]])
+        )
+
+    def _steady_cut(self, arcs: np.ndarray) -> SteadyCut:
+        """Return the cut of arcs by start, end [rad] and depth [m], (arcs, 3)."""
         table, milling = self.case.stability, self.milling
         damping = table.process_damping
+        (start, end, depth), *others = arcs[np.argsort(-arcs[:, 2])].tolist()
         return SteadyCut(
             milling.cutter,
             milling.coefficients,
@@ -178,10 +185,11 @@ class CaseCuts:
             None
             if damping is None
             else ProcessDamping(damping.indentation_N_m3, damping.wear_land_m, damping.friction),
+            tuple(ShallowArc(first, last, low / depth) for first, last, low in others),
         )
 
     def in_posture(self, q: np.ndarray, feed: float, rpm: float, depth: float) -> PlacedCut:
-        """Return a cut in a posture, with engagement and feed rate as on the path.
+        """Return a cut in a posture, engaged as in the path's largest section, with the path's feed.
 
         Args:
             q: Joint angles [rad], (joints,).
@@ -190,7 +198,7 @@ class CaseCuts:
             depth: Axial depth [m].
 
         Raises:
-            StabilityError: If the number of angles is another one.
+            StabilityError: If the number of angles is another one, or the path cuts nowhere.
         """
         joints = len(self._placed.description.joints)
         if len(q) != joints:
@@ -198,10 +206,19 @@ class CaseCuts:
                 f"posture: expected {joints} angles, one for each joint of"
                 f" {self._placed.description.name}, got {len(q)}"
             )
-        milling = self.milling
-        radial = np.array([milling.radial_depth])
-        start, end = ARCS[milling.engagement](radial, milling.cutter.radius)
-        cut = self._cut(float(start[0]), float(end[0]), depth).at_speed(rpm)
+        engaged = self.milling.engaged
+        if isinstance(engaged, StatedArcs):
+            cut = self._steady_cut(np.array([[engaged.start, engaged.end, depth]]))
+        else:
+            arcs = engaged.at(self.case.desired.time)
+            section = arcs.section(self.milling.cutter.radius)
+            if not section.any():
+                raise StabilityError(
+                    f"{self.case.name}: expected a path that cuts, got one that stays off the stock:"
+                    ' lower it, or state engagement = "slot", "up" or "down"'
+                )
+            cut = self._cut(arcs, int(np.argmax(section))).at_depth(depth)
+        cut = cut.at_speed(rpm)
         return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period)
 
     def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
@@ -217,10 +234,9 @@ class CaseCuts:
     @cached_property
     def _feed_rate(self) -> float:
         """Feed of the path in its cuts, the median, or its highest speed [m/s]."""
-        desired, milling = self.case.desired, self.milling
-        points = milling.part.coordinates(desired.position[0])
-        speed = np.linalg.norm(np.gradient(points[:, :2], desired.time, axis=0), axis=1)
-        is_cut = (points[:, 2] < milling.surface - _TOUCHES) & (speed > 0.0)
+        time = self.case.desired.time
+        speed = np.linalg.norm(np.gradient(self.milling.tips[:, :2], time, axis=0), axis=1)
+        is_cut = np.any(self.milling.engaged.at(time).is_cut, axis=1) & (speed > 0.0)
         return float(np.median(speed[is_cut])) if is_cut.any() else float(speed.max())
 
     def base_from_cut(self, feed: float) -> np.ndarray:
@@ -235,11 +251,9 @@ class CaseCuts:
     def mean_wrench(self, placed: PlacedCut) -> np.ndarray:
         """Return the mean wrench of a cut, base axes [N, N m], (6,)."""
         cut = placed.cut
-        engagement = Engagement(
-            np.array([[placed.feed_per_tooth, 0.0]]),
-            *(np.array([value]) for value in (cut.start, cut.end, cut.depth)),
-        )
-        in_cut = mean_wrench(cut.cutter, cut.coefficients, engagement)[0]
+        chip = np.tile([placed.feed_per_tooth, 0.0], (len(cut.arcs), 1))
+        engagement = Engagement(chip, *np.transpose(cut.arcs))
+        in_cut = mean_wrench(cut.cutter, cut.coefficients, engagement).sum(axis=0)
         in_base: np.ndarray = (in_cut.reshape(2, 3) @ self.base_from_cut(placed.feed).T).ravel()
         return in_base
 
@@ -290,7 +304,10 @@ def milling_of(case: Case) -> Milling:
             f"{case.name}: process: model: expected 'milling-force', whose cut has teeth, got"
             f" {case.process_table.model!r}"
         )
-    return case.process_table.process(case.task).milling
+    process = case.process
+    return (
+        process if isinstance(process, MillingForce) else case.process_table.process(case.task)
+    ).milling
 
 
 def is_milling(case: Case) -> bool:

@@ -62,16 +62,31 @@ class Channel:
 
 
 @dataclass(frozen=True)
+class ShallowArc:
+    """An arc of a cut besides its deepest one.
+
+    Attributes:
+        start, end: Engaged angles phi, within 0 and pi [rad].
+        share: Its depth in that of the cut [1].
+    """
+
+    start: float
+    end: float
+    share: float
+
+
+@dataclass(frozen=True)
 class SteadyCut:
     """A cut in steady feed.
 
     Attributes:
         cutter: The tool.
         coefficients: Cutting coefficients of the material.
-        start, end: Engaged angles phi, within 0 and pi [rad].
-        depth: Axial depth [m], >= 0.
+        start, end: Engaged angles phi of the deepest arc, within 0 and pi [rad].
+        depth: Its axial depth [m], >= 0.
         pitch: Angles from each tooth to the next [rad], (teeth,), a whole turn in all; None: even.
         damping: Process damping; None: none.
+        shallow: Further arcs, whose depths go with that of the deepest one.
 
     Example:
         >>> mill = Cutter(radius=8e-3, teeth=2, helix=0.0, speed=100.0)
@@ -87,6 +102,13 @@ class SteadyCut:
     depth: float
     pitch: tuple[float, ...] | None = None
     damping: ProcessDamping | None = None
+    shallow: tuple[ShallowArc, ...] = ()
+
+    @property
+    def arcs(self) -> tuple[tuple[float, float, float], ...]:
+        """Start, end [rad] and depth [m] of all arcs."""
+        others = ((arc.start, arc.end, arc.share * self.depth) for arc in self.shallow)
+        return ((self.start, self.end, self.depth), *others)
 
     def at_depth(self, depth: float) -> SteadyCut:
         """Return the cut with another axial depth [m]."""
@@ -116,7 +138,7 @@ class SteadyCut:
     @cached_property
     def channels(self) -> tuple[Channel, ...]:
         """Parts of the force; empty where no tooth is in the cut."""
-        if self.depth <= 0.0 or self.end - self.start < _NOTHING:
+        if self.depth <= 0.0 or all(end - start < _NOTHING for start, end, _ in self.arcs):
             return ()
         if self.pitch is None:
             even = 2.0 * np.pi / self.cutter.teeth
@@ -136,8 +158,14 @@ class SteadyCut:
     def _pieces(self, tips: np.ndarray) -> np.ndarray:
         """Return the times between which teeth, or some of them, are in the cut, (p, 2)."""
         turn = self.period * self.cutter.speed
-        lag = self.cutter.lag * self.depth
-        corners = np.array([self.start, self.end, self.start + lag, self.end + lag])
+        corners = np.array(
+            [
+                angle + lag
+                for start, end, depth in self.arcs
+                for angle in (start, end)
+                for lag in (0.0, self.cutter.lag * depth)
+            ]
+        )
         angles = np.unique(np.append((corners[:, None] - tips).ravel() % turn, [0.0, turn]))
         angles = angles[np.append(True, np.diff(angles) > _NOTHING)]
         angles[-1] = turn
@@ -154,16 +182,17 @@ class SteadyCut:
         return inside
 
     def _engaged(self, tip: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield heights between which edges are in the cut, turn by turn of a long edge."""
+        """Yield heights between which edges are in the cut, by arc and by turn of a long edge."""
         lag, tip = self.cutter.lag, tip % (2.0 * np.pi)
-        if lag == 0.0:
-            inside = (self.start < tip) & (tip < self.end)
-            yield np.zeros_like(tip), np.where(inside, self.depth, 0.0)
-            return
-        for turn in range(int(np.ceil(lag * self.depth / (2.0 * np.pi))) + 1):
-            behind = tip + 2.0 * np.pi * turn
-            low = np.clip((behind - self.end) / lag, 0.0, self.depth)
-            yield low, np.clip((behind - self.start) / lag, 0.0, self.depth)
+        for start, end, depth in self.arcs:
+            if lag == 0.0:
+                inside = (start < tip) & (tip < end)
+                yield np.zeros_like(tip), np.where(inside, depth, 0.0)
+                continue
+            for turn in range(int(np.ceil(lag * depth / (2.0 * np.pi))) + 1):
+                behind = tip + 2.0 * np.pi * turn
+                low = np.clip((behind - end) / lag, 0.0, depth)
+                yield low, np.clip((behind - start) / lag, 0.0, depth)
 
     def gain(self, channel: Channel, time: np.ndarray) -> np.ndarray:
         """Return the wrench by what the tool does, of all teeth of a channel.
@@ -197,12 +226,14 @@ class SteadyCut:
     def mean_gain(self) -> np.ndarray:
         """Regeneration's gain, the mean over a turn [N/m, N], (6, 2)."""
         nodes, weights = np.polynomial.legendre.leggauss(24)
-        phi = 0.5 * (self.start + self.end) + 0.5 * (self.end - self.start) * nodes
         K = self.coefficients
-        wrench = wrench_of_edge(
-            self.cutter.radius, (K.K_tc, K.K_rc, K.K_ac), phi, np.full_like(phi, 0.5 * self.depth)
-        )
-        chip = np.column_stack([np.sin(phi), np.cos(phi)])
-        share = 0.5 * (self.end - self.start) * weights / (2.0 * np.pi)
-        total: np.ndarray = np.einsum("p,pw,pc->wc", share, wrench, chip)
-        return self.cutter.teeth * self.depth * total
+        total = np.zeros((6, 2))
+        for start, end, depth in self.arcs:
+            phi = 0.5 * (start + end) + 0.5 * (end - start) * nodes
+            wrench = wrench_of_edge(
+                self.cutter.radius, (K.K_tc, K.K_rc, K.K_ac), phi, np.full_like(phi, 0.5 * depth)
+            )
+            chip = np.column_stack([np.sin(phi), np.cos(phi)])
+            share = depth * 0.5 * (end - start) * weights / (2.0 * np.pi)
+            total += np.einsum("p,pw,pc->wc", share, wrench, chip)
+        return self.cutter.teeth * total

@@ -153,7 +153,7 @@ def march(
             cuts = chip > 0.0
             surface[place, slices] += np.where(cuts, chip, 0.0)
             force = force_of(place, chip)
-            is_in_arc = table.is_in_arc[place]
+            is_in_arc = table.is_in_arc[place, slices]
             engaged += int(is_in_arc.sum())
             missed += int((is_in_arc & ~cuts).sum())
             state = advance * state + by_force @ force + by_change @ (force - last)
@@ -189,7 +189,7 @@ class _EdgeTable:
         behind: Steps by which the edge of each slice lags behind the tip, (slices,).
         sin, cos: Sines and cosines of the angles, (angles,).
         by_chip, by_edge: Wrench of a slice by chip [N/m, N] and without [N, N m], (angles, slices, 6).
-        is_in_arc: Mask of the angles that are engaged, (angles,).
+        is_in_arc: Mask of what is engaged, (angles, slices).
     """
 
     behind: np.ndarray
@@ -209,26 +209,24 @@ class _EdgeTable:
         step = cut.depth if slices == 1 else apart / cut.cutter.lag
         edges = np.minimum(step * np.arange(slices + 1), cut.depth)
         height, thick = 0.5 * (edges[:-1] + edges[1:]), np.diff(edges)
-        # The part of a step's angle that is within the arc.
-        inside = np.clip(
-            (np.minimum(angle + 0.5 * apart, cut.end) - np.maximum(angle - 0.5 * apart, cut.start))
-            / apart,
-            0.0,
-            1.0,
-        )
-        # The first angle reaches to either side of a whole turn.
-        inside[0] = max(inside[0], np.clip((0.5 * apart - cut.start) / apart, 0.0, 0.5))
+        share = np.zeros((count, slices))
+        for start, end, depth in cut.arcs:
+            # The part of a step's angle that is within the arc.
+            inside = np.minimum(angle + 0.5 * apart, end) - np.maximum(angle - 0.5 * apart, start)
+            inside = np.clip(inside / apart, 0.0, 1.0)
+            # The first angle reaches to either side of a whole turn.
+            inside[0] = max(inside[0], np.clip((0.5 * apart - start) / apart, 0.0, 0.5))
+            share += inside[:, None] * np.clip(depth - edges[:-1], 0.0, thick)
         K = cut.coefficients
         phi, at = np.broadcast_arrays(angle[:, None], height)
-        share = (inside[:, None] * thick)[..., None]
         radius = cut.cutter.radius
         return cls(
             np.arange(slices),
             np.sin(angle),
             np.cos(angle),
-            share * wrench_of_edge(radius, (K.K_tc, K.K_rc, K.K_ac), phi, at),
-            share * wrench_of_edge(radius, (K.K_te, K.K_re, K.K_ae), phi, at),
-            inside > 0.5,
+            share[..., None] * wrench_of_edge(radius, (K.K_tc, K.K_rc, K.K_ac), phi, at),
+            share[..., None] * wrench_of_edge(radius, (K.K_te, K.K_re, K.K_ae), phi, at),
+            share > 0.5 * thick,
         )
 
     def surface(self, before: np.ndarray, feed_per_tooth: float) -> np.ndarray:

@@ -86,7 +86,8 @@ class GcodePath(ToolPathTable):
                 f"{self.file.name}: where moves are passed without a rest, the tool's angular velocity"
                 f" jumps, by up to {turn_jump:.3g} deg/s"
             )
-        return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
+        task = super().task(part, corners, untilted)
+        return replace(task, remarks=tuple(remarks), spindle=self._program.spindle)
 
     @cached_property
     def _passed(self) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from coupling.path.frame import Frame
 from coupling.toolpaths.arcs import Arc
 from coupling.toolpaths.rotary import Coordinates
 from coupling.toolpaths.segments import Curve, Segment, straight
+from coupling.toolpaths.spindle import ProgrammedSpindle
 
 _STRAIGHT = np.zeros(3)
 
@@ -116,6 +117,7 @@ class GcodeProgram:
         assumptions: Sentences without a full stop.
         coordinates: Meaning of X, Y, Z with a tilted tool: its tip in the part, or the linear axes.
         plane: Frame of X, Y, Z in the part; None where it is the part's.
+        spindle: Speed of its spindle in its feeds; None where it has none.
     """
 
     steps: tuple[GcodeMove | Dwell, ...]
@@ -123,3 +125,4 @@ class GcodeProgram:
     assumptions: tuple[str, ...] = ()
     coordinates: Coordinates = "tool-tip"
     plane: Frame | None = None
+    spindle: ProgrammedSpindle | None = None

@@ -33,6 +33,7 @@ from coupling.toolpaths.gcode_rotary import OTHERS
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_words import Block, read_blocks
 from coupling.toolpaths.rotary import RotaryTable
+from coupling.toolpaths.spindle import SpindleWords
 
 _AXES, _OFFSETS = "XYZ", "IJK"
 _PLACES, _CENTRES = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
@@ -90,6 +91,7 @@ def read_program(
         tuple(notes.assumptions),
         "machine" if rotary and rotary.coordinates == "machine" else "tool-tip",
         machine.tool.plane,
+        machine.spindle.programmed(file.name),
     )
 
 
@@ -99,6 +101,7 @@ class _Machine:
     Attributes:
         has_moved: Whether it has moved from one known point to another.
         tool: Direction of the tool.
+        spindle: Speeds of its spindle.
     """
 
     def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
@@ -108,6 +111,7 @@ class _Machine:
         self._plane = 17.0
         self._motion: float | None = None
         self._feed = Feed(notes)
+        self.spindle = SpindleWords()
         self._place, self._is_known = np.full(3, np.nan), False
         self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
@@ -142,6 +146,7 @@ class _Machine:
         require_functions(block.m)
         if not block.g and are_of_printers(block.m, values):
             values = {}  # theirs alone
+        self.spindle.take(block.line, block.g, block.m, values)
         idle = self._idle_words(block, values)
         self._feed.begin_line()
         if block.g:
@@ -352,6 +357,8 @@ class _Machine:
             way = turn.angle if stays and turn else arc.length if arc else math.dist(before, target)
             feed = self._feed.over(way, stays)
         self.has_moved = True
+        if feed is not None:
+            self.spindle.cut()
         yield GcodeMove(start, end, feed, arc, turn)
 
     @staticmethod

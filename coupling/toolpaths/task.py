@@ -13,6 +13,7 @@ from coupling.events import Watch, unwatched
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.support import SupportingTool
 from coupling.toolpaths.tilt import APPROACH
 
@@ -39,6 +40,7 @@ class Task:
         workspace: Folder for files that a process leaves; a new temporary one unless given.
         watch: Function called with what happens in an evaluation.
         remarks: Remarks on the tool path for the user, sentences.
+        spindle: Speed of the spindle that a program has; None where it has none.
     """
 
     part: Frame
@@ -52,6 +54,7 @@ class Task:
     workspace: Path = field(default_factory=_temporary_folder)
     watch: Watch = unwatched
     remarks: tuple[str, ...] = ()
+    spindle: ProgrammedSpindle | None = None
 
     def __post_init__(self) -> None:
         if len(self.sample_rows) == 0:

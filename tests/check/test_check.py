@@ -118,7 +118,7 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
             for name, size in deviations.items()
         )
 
-    monkeypatch.setattr("coupling.check.checked.gear_replays", wrong)
+    monkeypatch.setattr("coupling.check.robot_findings.gear_replays", wrong)
     gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
     text = find_robot("icme2008").read_text()
     (tmp_path / "robot.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))

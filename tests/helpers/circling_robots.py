@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from fixture_store import stored
 from scipy.spatial.transform import Rotation
 from tuned_fmu import simulate_tuned
 
 from coupling.events import unwatched
 from coupling.identification.runs.effect import ParameterEffect
-from coupling.identification.runs.fit import Fitter
+from coupling.identification.runs.fit import Fitter, ParameterFit
 from coupling.identification.runs.measurement import MeasuredPath, Measurement
 from coupling.identification.runs.parameters import learnable, prior_of
 from coupling.identification.runs.problem import FitProblem
@@ -44,6 +45,21 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> DesiredMo
     # It steps from sample to sample, which shakes what is to be learned.
     steps = np.hstack([force, np.zeros_like(force)])
     return DesiredMotion(path, rigid, WrenchHistory.of_means(time, steps))
+
+
+def stored_fit(fitter: Fitter, start: np.ndarray) -> ParameterFit:
+    """What is fitted to measured runs, from log factors to begin at."""
+    problem = fitter.problem
+    fmu = (problem.fmu.fingerprint, problem.fmu.torque_curve, problem.fmu.drive)
+    runs = [
+        (own.command, own.wrench, own.desired, own.desired_motion, own.measured)
+        for own in problem.runs
+    ]
+    return stored(_fit, (fmu, problem.parameters, runs), start, using=(fitter,))
+
+
+def _fit(problem: object, start: np.ndarray, fitter: Fitter) -> ParameterFit:
+    return fitter.fit(start)
 
 
 class Robots:

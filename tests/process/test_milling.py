@@ -16,17 +16,18 @@ from steady_feed import steady_wrench
 from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
 from coupling.process import MillingForceTable
+from coupling.process.cut_course import CutCourse
 from coupling.process.cutting_force import (
     Cutter,
     CuttingCoefficients,
     Engagement,
     mean_wrench,
 )
-from coupling.process.milling_force import ARCS
 from coupling.run.execute import run_coupling
 from coupling.run.figures import shares_of
-from coupling.toolpaths import Task
+from coupling.toolpaths import GcodePath, Task
 from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
@@ -112,7 +113,8 @@ def test_a_vanishing_helix_is_a_straight_edge():
 def test_spindle_power_is_that_of_the_chips_and_the_edges(engagement):
     """K_tc times the volume removed per second, and K_te at cutting speed while in the cut."""
     c, a_p, a_e, mill = 1e-4, 3e-3, 5e-3 if engagement != "slot" else 2 * RADIUS, cutter(3)
-    start, end = (float(x[0]) for x in ARCS[engagement](np.array([a_e]), RADIUS))
+    arc = np.arccos(1.0 - a_e / RADIUS)
+    start, end = {"up": (0.0, arc), "down": (np.pi - arc, np.pi), "slot": (0.0, np.pi)}[engagement]
     n = 4000
     cut = constant_cut(n, (c, 0.0), start, end, a_p)
     power = SPEED * steady_wrench(mill, ALUMINIUM, cut, revolution(n))[:, 5].mean()
@@ -283,7 +285,7 @@ def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
 
 
 BAD_KEYS = [
-    ({"radial_depth_m": 1e-3}, "none for a slot, got 0.001 for slot"),
+    ({"radial_depth_m": 1e-3}, "none for a slot or a stock, got 0.001 for slot"),
     ({"engagement": "up"}, "expected a depth for up and down, .* got none for up"),
     ({"engagement": "down", "radial_depth_m": 0.02}, "at most cutter_diameter_m"),
 ]
@@ -357,3 +359,118 @@ def test_both_milling_cases_differ_in_the_speed_alone():
     different = [pair for pair in zip(*rows, strict=True) if pair[0] != pair[1]]
     assert len(different) == 1
     assert [re.sub(r"\D", "", row) for row in different[0]] == ["200000", "400000"]
+
+
+def levels(offset: float = 0.0, of_second: float = 0.0) -> tuple[Task, ToolPath]:
+    """Return two slots above each other, 3 and 5 mm deep, and the path of a tool that is off [m]."""
+    time = np.arange(2401) * 1e-3
+    x = 0.05 * np.concatenate(
+        [np.linspace(0, 1, 1001), np.linspace(1, 0, 401), np.linspace(0, 1, 999)]
+    )
+    z = np.select([time < 1.0, time < 1.4], [-3e-3, 2e-3], -5e-3)
+    points = np.column_stack([x, 0 * x, z])
+    of = Task(PART, tool_path(PART, time, points))
+    away = np.where(time < 1.2, offset, of_second)[:, None] * PART.rotation.apply([0.0, 0.0, -1.0])
+    return of, of.desired.displaced(np.hstack([away, np.zeros((len(time), 3))]))
+
+
+def test_a_second_level_is_as_deep_as_the_robot_sags_more_than_in_the_first():
+    """The floor below it was made by the tool that sagged as well."""
+    engagement = {"engagement": "stock", "force": "mean"}
+    of, as_desired = levels()
+    process = milling(of, **engagement)
+    (middle,) = np.flatnonzero(of.desired.time == 2.0)
+
+    def force(path: ToolPath) -> np.ndarray:
+        return process.evaluate(path).wrench.wrench[0][middle]
+
+    exact = force(as_desired)
+    np.testing.assert_allclose(force(levels(3e-4, 3e-4)[1]), exact, rtol=1e-6)
+    deeper = force(levels(3e-4, 7e-4)[1])
+    np.testing.assert_allclose(deeper[:3], 1.2 * exact[:3], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("engagement", "side"), [("up", 1.0), ("down", -1.0)])
+def test_a_block_beside_the_path_is_milled_as_it_is_stated(engagement, side):
+    of = task(duration=0.12)
+    corner = Frame(np.zeros(3), Rotation.from_euler("z", np.arctan2(*HEADING[::-1])))
+    # The block's sides are along the part's axes: the path is turned to its x axis.
+    turned = PART.coordinates(of.desired.position[0]) @ corner.rotation.as_matrix()
+    along_x = Task(PART, tool_path(PART, of.desired.time, turned))
+    edge = side * (RADIUS - 4e-3)
+    raw = [[-1.0, min(edge, side)], [1.0, max(edge, side)]]
+    met, stated = (
+        milling(along_x, force="mean", **keys).evaluate(along_x.desired).wrench.wrench[0][600:]
+        for keys in (
+            {"engagement": "stock", "stock_m": raw},
+            {"engagement": engagement, "radial_depth_m": 4e-3},
+        )
+    )
+    np.testing.assert_allclose(met, stated, rtol=0, atol=0.01 * np.abs(stated).max())
+
+
+def test_a_material_a_specific_force_and_six_coefficients_are_alike_and_exclude_each_other():
+    of = task()
+    assert milling(of, **NONE_STATED, material="aluminium-7075").milling.coefficients.K_tc == 767e6
+    force = {"kc11_Pa": 7e8, "kienzle_exponent": 0.25}
+    kienzle = milling(of, **NONE_STATED, **force).milling
+    chip = 2.0 / np.pi * FEED * kienzle.cutter.tooth_period
+    expected = 7e8 * chip * (chip / 1e-3) ** -0.25
+    assert kienzle.coefficients.K_tc * chip + kienzle.coefficients.K_te == pytest.approx(expected)
+    for keys, words in (
+        ({"material": "aluminium-7075"}, "got material and K_tc_Pa"),
+        ({**NONE_STATED}, "got none"),
+        ({**NONE_STATED, "material": "aluminum-7075"}, "aluminium-7075"),
+        ({"K_re_N_m": None}, "K_re_N_m: expected all six"),
+        ({**NONE_STATED, "kc11_Pa": 7e8}, "give both"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            milling(of, **keys)
+
+
+NONE_STATED = {key: None for key in KEYS if key.startswith("K_")}
+
+
+def test_the_course_of_a_slot_is_that_of_its_feed_and_depth():
+    of = task(duration=0.12)
+    course = CutCourse.of(milling(of, engagement="stock").milling)
+    middle, chip = 900, FEED * 60.0 / 20000.0 / 2.0
+    assert course.feed_per_tooth[middle] == pytest.approx(chip) == course.peak_chip[middle]
+    assert course.mean_chip[middle] == pytest.approx(chip * 2.0 / np.pi)
+    assert course.removal_rate[middle] == pytest.approx(2.0 * RADIUS * 3e-3 * FEED)
+    K = ALUMINIUM
+    power = K.K_tc * course.removal_rate[middle] + 3e-3 * K.K_te * course.cutting_speed
+    assert course.power[middle] == pytest.approx(
+        power
+    )  # two teeth: one is in the slot at all times
+
+
+@pytest.mark.parametrize(
+    ("line", "stated", "words"),
+    [
+        ("S12000 M3", None, ""),
+        ("S12000 M3", 12000.0, ""),
+        ("S20000 M3", 12000.0, "expected S20000 of line 2 of pocket.ngc, got 12000"),
+        ("M3", None, "no S in a program"),
+        ("S12000 M4", None, "line 2: expected M3, got M4"),
+        ("S12000 M5", None, "line 2: expected no feed behind M5"),
+        ("G96 S300 M3", None, "got m/min, as G96 has it"),
+        ("S0 M3", None, "expected a speed above 0"),
+    ],
+)
+def test_the_speed_of_a_program_is_used_and_not_contradicted(tmp_path, line, stated, words):
+    program = tmp_path / "pocket.ngc"
+    program.write_text(f"G21 G90 G94\n{line}\nG0 X0 Y0 Z5\nG1 Z-1 F600\nX5\nX10\nM30\n")
+    table = GcodePath.model_validate({"kind": "gcode", "file": str(program)})
+    of = table.task(PART)
+    keys = {"engagement": "stock", "force": "mean", "spindle_speed_rpm": stated}
+    if words:
+        with pytest.raises(CaseError, match=words):
+            milling(of, **keys)
+    else:
+        speed = milling(of, **keys).milling.cutter.speed
+        assert speed == pytest.approx(12000.0 * 2.0 * np.pi / 60.0)
+    program.write_text("G21 G90 G94\nS9000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F600\nX5\nS8000\nX10\nM30\n")
+    changes = GcodePath.model_validate({"kind": "gcode", "file": str(program)}).task(PART)
+    with pytest.raises(CaseError, match=r"S9000 in line 2 .* and S8000 in line 6"):
+        milling(changes, **{**keys, "spindle_speed_rpm": None})

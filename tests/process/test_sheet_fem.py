@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from calculix_disc import Disc, disc_force
 from calculix_plate import CCX, Plate, plunge_force
+from fixture_store import stored
 from killing import start
 from line_case import changed_text
 from places import CASES
@@ -23,7 +24,8 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.linear import interpolated
 from coupling.path.workpiece import Workpiece
-from coupling.process import PROCESSES
+from coupling.process import PROCESSES, ProcessResponse
+from coupling.process.sheet_fem import SheetFem
 from coupling.run.stored_run import read_run
 from coupling.sheet_fem.formed_sheet import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
 from coupling.sheet_fem.schedule import schedule
@@ -47,6 +49,14 @@ def stroke(part: Frame) -> ToolPath:
     return tool_path(part, at, points)
 
 
+def evaluated(process: SheetFem, path: ToolPath) -> ProcessResponse:
+    return stored(_evaluate, process.identity, path, using=(process,))
+
+
+def _evaluate(identity: str, path: ToolPath, process: SheetFem) -> ProcessResponse:
+    return process.evaluate(path)
+
+
 UPRIGHT = Frame(np.zeros(3), Rotation.identity())
 
 
@@ -54,7 +64,7 @@ UPRIGHT = Frame(np.zeros(3), Rotation.identity())
 def pressed():
     path = stroke(UPRIGHT)
     process = table().process(Task(UPRIGHT, path))
-    return process, path, process.evaluate(path)
+    return process, path, evaluated(process, path)
 
 
 def test_force_pushes_the_tool_off_the_sheet_and_only_in_contact(pressed):
@@ -120,7 +130,7 @@ def test_the_stated_force_is_within_5_percent_of_the_limit_of_small_elements():
         process = table(sheet_size_m=[0.056, 0.056], element_m=element, position_m=None).process(
             Task(UPRIGHT, path)
         )
-        stated.append(np.mean(process.evaluate(path).wrench.force[0, 5:-3, 2]))
+        stated.append(np.mean(evaluated(process, path).wrench.force[0, 5:-3, 2]))
         computed.append(stated[-1] / process.force_factor)
     finer = (0.002 / 0.0014) ** 2
     limit = computed[1] + (computed[1] - computed[0]) / (finer - 1.0)
@@ -136,7 +146,7 @@ def test_a_path_off_by_half_a_micron_has_nearly_the_same_forces():
     )
     off = 5e-7 * np.sin(np.outer(at, [0.7, 1.1, 1.7]))
     there, near, far = (
-        process.evaluate(tool_path(UPRIGHT, at, points + moved)).wrench.force[0]
+        evaluated(process, tool_path(UPRIGHT, at, points + moved)).wrench.force[0]
         for moved in (0.0 * off, off, 2.0 * off)
     )
     apart = np.linalg.norm(far - there, axis=1).max()
@@ -148,7 +158,7 @@ def test_a_moved_and_turned_part_turns_the_wrench(pressed):
     """Force and moment at the TCP are those of the same part elsewhere, in its axes."""
     part = Frame(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
     path = stroke(part)
-    elsewhere = table().process(Task(part, path)).evaluate(path).wrench
+    elsewhere = evaluated(table().process(Task(part, path)), path).wrench
     back = elsewhere.transformed(part.inverse()).wrench[0]
     here = pressed[2].wrench.wrench[0]
     scale = np.max(np.abs(here[:, :3]))
@@ -187,8 +197,8 @@ def test_window_agrees_with_the_whole_sheet():
     path = stroke(UPRIGHT)
     task = Task(UPRIGHT, path)
     size = {"sheet_size_m": [0.1, 0.1], "element_m": 0.0025}
-    whole = table(**size, window_m=0.1).process(task).evaluate(path).wrench
-    window = table(**size).process(task).evaluate(path).wrench
+    whole = evaluated(table(**size, window_m=0.1).process(task), path).wrench
+    window = evaluated(table(**size).process(task), path).wrench
     assert np.max(np.abs(whole.wrench - window.wrench)) > 0.0
     assert window.change_from(whole) < 0.03
 

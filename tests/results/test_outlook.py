@@ -95,7 +95,7 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
     assert found.gains
     assert found.sentence.startswith(
-        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.75 um less a constant"
+        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.7 um less a constant"
         " (90 % of the robots, by 100 of them, drawn from the stated stiffness of 6 gears and 84 to"
         " 100 % of the force). Not in it: backlash. Sensitivity to one parameter: up to 7 um"
     )
@@ -126,7 +126,7 @@ def test_the_first_figure_has_what_the_file_leaves_out():
     expected = DrawnDeviation.among(DrawnReplays(basis, stated, servos, usual))
     assert (round(expected.low, 9), round(expected.high, 9)) == (5.5e-6, 9.55e-5)
     assert expected.left_out_m == {"servos": 1.5e-4}
-    assert expected.sentence.startswith("Expected deviation on a real robot: 205.5 um to 295.5 um")
+    assert expected.sentence.startswith("Expected deviation on a real robot: 206 um to 296 um")
     assert "by its stated ranges alone 5.5 um to 95.5 um" in expected.sentence
     assert expected.sentence.endswith("Each usual value alone, on the model: servos 150 um.")
     again = DrawnDeviation.model_validate_json(expected.model_dump_json())

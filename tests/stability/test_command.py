@@ -241,7 +241,7 @@ def test_a_path_that_never_cuts_is_refused_by_the_command_and_passed_over_by_oth
     file.write_text(file.read_text().replace("-0.002", "0.0005"))
     assert stability_in_brief(load_case(file)) is None
     assert run("stability", file, "-o", tmp_path / "out") == 2
-    assert "surface_z_m" in capsys.readouterr().err
+    assert "stays off the stock" in capsys.readouterr().err
 
 
 def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
@@ -261,7 +261,9 @@ def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
     assert run("couple", slot(tmp_path), "-o", folder, "--no-store") == 1
     verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
     assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
-    assert re.search(r"stable would be less than 1\.\d+ mm at 3000 1/min, or 2 mm at \d+ 1", verdict)
+    assert re.search(
+        r"stable would be less than 1\.\d+ mm at 3000 1/min, or 2 mm at \d+ 1", verdict
+    )
     assert "the iteration: converged in" in verdict
     stored = json.loads((folder / "result.json").read_text())["stability"]
     assert not stored["stable"]

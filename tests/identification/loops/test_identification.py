@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixture_store import stored
 from loading_loops import RISING, TURNS, loops, written
 from noisy_arm import arm
 from places import EXAMPLES
@@ -39,7 +40,7 @@ def stiffer(robot: Robot, factor: float) -> Robot:
 
 
 def found_in(start: Robot, rows, **options):
-    return identify_loops(start, rows, IdentifyOptions(noise_of(rows, **options)))
+    return stored(identify_loops, start, rows, IdentifyOptions(noise_of(rows, **options)))
 
 
 def truth(robot: Robot) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fixture_store import stored
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.motion.identification import identify_motion
@@ -34,7 +35,7 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     """
     robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
     one, held_out = ([recordings["AB".index(name)]] for name in (fits, other))
-    found = identify_motion(robot, one, held_out, 20.0, leave_out=False)
+    found = stored(identify_motion, robot, one, held_out, 20.0, leave_out=False)
     predicted = found.residuals[1]
     assert predicted.held_out
     assert np.all(predicted.wind_up[:3] < predicted.lag_alone[:3])

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixture_store import stored
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.derivatives import GearSlopes, jacobian
@@ -34,7 +35,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 
     Right intervals leave 0.73 +- 0.055 inside their halves, those half as wide 0.44, twice as wide 0.95.
     """
-    errors = np.array(list(every_error(10, seed=4).values()))
+    errors = np.array(list(stored(every_error, 10, seed=4).values()))
     assert errors.shape == (12, 10)
     assert np.mean(errors < 1.0) >= 0.85
     assert 0.57 <= np.mean(errors < 0.5) <= 0.88
@@ -42,7 +43,9 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 
 def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
-    found = identify_motion(start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True)
+    found = stored(
+        identify_motion, start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True
+    )
     fitted, predicted = found.residuals
     assert predicted.held_out
     assert np.all(predicted.wind_up < 1.3 * fitted.wind_up)
@@ -67,7 +70,9 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     link = first.link.copy()
     link[:, 0] += 3e-4 * np.cos(first.link[:, 0] - 0.7)
     start = Known.drawn(np.random.default_rng(6)).start
-    found = identify_motion(start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False)
+    found = stored(
+        identify_motion, start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False
+    )
     assert found.slow_error[0] > 10.0 * found.slow_error[1]
     assert found.residuals[0].wind_up[0] < 3e-6
     for own, known in zip(found.identified_robot.joints, arm().joints, strict=True):
@@ -83,7 +88,7 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
         replace(other, name="rigid.csv", link=link),
         replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
-    found = identify_motion(arm(), [first], held_out, BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [first], held_out, BANDWIDTH, leave_out=False)
     assert found.refusal == ""
     (words,) = (own for own in found.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
@@ -117,7 +122,7 @@ def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
 def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
-    found = identify_motion(arm(), [other], [], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [other], [], BANDWIDTH, leave_out=False)
     assert found.refusal.startswith("the residual of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.remarks) == 2
 
@@ -133,7 +138,7 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
         * np.sqrt(np.mean(first.torque[:, 0] ** 2))
     )
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
-    found = identify_motion(arm(), [shaken], [], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [shaken], [], BANDWIDTH, leave_out=False)
     assert 0.5 < found.residuals[0].torque[0] < 1.0
     assert found.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fixture_store import stored
 from scipy.signal import lfilter
 
 from coupling.identification.motion import identifiability
@@ -39,7 +40,7 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
         recording, link=recording.link + 1e-12 * rng.standard_normal(recording.link.shape)
     )
     one, other = (
-        identify_motion(start, [own], [], BANDWIDTH, leave_out=False)
+        stored(identify_motion, start, [own], [], BANDWIDTH, leave_out=False)
         for own in (recording, changed)
     )
     assert one.fit.converged

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from circling_robots import Robots
+from circling_robots import Robots, stored_fit
 
 from coupling.errors import SimulationError
 from coupling.identification.runs.descent import Descent, size_of
@@ -36,7 +36,7 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
     prior = prior_of(short.parameters)
     truth = short.drawn(108, 1.5)
     fitter = short.fitter(short.measured(short.moved(truth)))
-    found = fitter.fit(0.0 * truth)
+    found = stored_fit(fitter, 0.0 * truth)
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
     spread = spread_of_fit(fitter.problem, found)
     told = np.flatnonzero(spread.deviation < 0.5 * prior)
@@ -52,7 +52,7 @@ def test_a_fit_looks_along_the_run(robots, example):
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     truth = fast.drawn(405, 1.5)
     fitter = fast.fitter(fast.measured(fast.moved(truth)))
-    found = fitter.fit(0.0 * truth)
+    found = stored_fit(fitter, 0.0 * truth)
     assert size_of(found.slow) < 1.1 * fitter.noise(found.residuals)
 
 
@@ -81,7 +81,7 @@ def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robo
     short = Robots(example, robots.models, seconds=4.0)
     truth = short.drawn(604, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
-    found = fitter.fit(0.0 * truth)
+    found = stored_fit(fitter, 0.0 * truth)
     slow = [SlowPart.of(one.measured.time) for one in fitter.problem.runs]
     variance = fitter.noise(found.residuals) ** 2 / 3.0
     likely = Descent(fitter.problem, slow, variance)
@@ -157,7 +157,7 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     assert dampers.sum() == 6
     known = fast.drawn(110, 1.0)
     measured = fast.measured(fast.moved(known + np.log(1.5) * dampers))
-    found = fast.fitter(measured).fit(known)
+    found = stored_fit(fast.fitter(measured), known)
     assert found.left_over.over < 1.3
     fast.parameters = tuple(own for own in fast.parameters if not own.vibrates)
     problem = fast.fitter(measured).problem

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from circling_robots import NOISE, Robots
+from circling_robots import NOISE, Robots, stored_fit
 
 from coupling.identification.runs.fit import ParameterFit
 from coupling.identification.runs.judge import discrepancy, measurement_lacks
@@ -84,7 +84,7 @@ def test_parameters_that_are_off_leave_what_widens_their_intervals_to_them():
 
 def learned(robots: Robots, one: MeasuredPath) -> tuple[ParameterFit, Uncertainty]:
     fitter = robots.fitter(one)
-    fit = fitter.fit(np.zeros(len(robots.parameters)))
+    fit = stored_fit(fitter, np.zeros(len(robots.parameters)))
     return fit, spread_of_fit(fitter.problem, fit)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from circling_robots import NOISE, Robots
+from circling_robots import NOISE, Robots, stored_fit
 from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
@@ -53,7 +53,7 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
     one = replace(
         one, measured=replace(one.measured, time=one.measured.time + late).at_rows(np.arange(1200))
     )
-    found = robots.fitter(one).fit(np.zeros(len(truth)))
+    found = stored_fit(robots.fitter(one), np.zeros(len(truth)))
     x, frame = found.z[: len(truth)], found.z[len(truth) :]
     np.testing.assert_allclose(frame[3:6], turn, atol=8e-5)
     np.testing.assert_allclose(frame[6], -late, atol=1e-3)
@@ -72,7 +72,7 @@ def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsu
     flank."""
     one = robots.measured(robots.moved(robots.factors()), every=3)
     fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
-    found = fitter.fit(start)
+    found = stored_fit(fitter, start)
     drawn = spread_of(fitter.problem.until(3.5), found, start, 2, seed=1)
     own = spread_of_fit(fitter.problem, found)
     names = [p.name for p in robots.parameters]

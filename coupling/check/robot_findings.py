@@ -1,4 +1,4 @@
-"""A case looked at robot by robot, without a run."""
+"""Findings on the robots of a case without a run: limits, clearance, gears and motors along the path."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
-from coupling.run.motor_demands import MotorDemand, motor_demands
+from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
 from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
@@ -34,7 +34,7 @@ _KIND = "native"
 
 
 @dataclass(frozen=True)
-class CheckedRobot:
+class RobotFindings:
     """Findings on a robot of a case without a run.
 
     Attributes:
@@ -60,16 +60,16 @@ class CheckedRobot:
     demands: tuple[DriveMotion, ...]
     clearance: Clearance
     gears: tuple[GearDiagnosis, ...]
-    motors: tuple[MotorDemand, ...]
+    motors: tuple[PredictedMotorTorque, ...]
     backlash: tuple[Replay, ...]
     hysteresis: tuple[Replay, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
 
 
-def checked(
+def examine_robots(
     case: Case, wrench: WrenchHistory, watch: Watch = unwatched
-) -> tuple[CheckedRobot, ...]:
+) -> tuple[RobotFindings, ...]:
     """Return the findings on the robots of a case.
 
     Args:
@@ -89,7 +89,7 @@ def checked(
             task = moving.task(motion)
             links = stiff_links(moving, task)
             loads = loads_along(moving, links, task.wrench)
-            gears, motors = diagnosed(moving, loads), motor_demands(moving, links, loads)
+            gears, motors = diagnosed(moving, loads), predict_motor_torques(moving, links, loads)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)
             slips = any(joint.hysteresis for joint in moving.robot.joints)
             wrong, unknown = _gear_replays(moving, slips, models, motion, watch)
@@ -98,7 +98,7 @@ def checked(
                 for kind in ("backlash", "hysteresis")
             )
             robots.append(
-                CheckedRobot(
+                RobotFindings(
                     placed.description.name,
                     placed.world_from_base,
                     path,

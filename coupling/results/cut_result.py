@@ -1,0 +1,40 @@
+"""What the mill of a run does along its desired path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from coupling.results.base import ResultPart
+
+# Key, title, unit that is shown and its factor, of what is told over the path.
+COURSES: Mapping[str, tuple[str, str, float]] = {
+    "depth_m": ("axial depth", "mm", 1e3),
+    "width_m": ("radial width", "mm", 1e3),
+    "feed_per_tooth_m": ("feed per tooth", "mm", 1e3),
+    "mean_chip_m": ("mean chip", "mm", 1e3),
+    "peak_chip_m": ("peak chip", "mm", 1e3),
+    "removal_rate_m3_s": ("removal rate", "cm3/min", 6e7),
+    "torque_Nm": ("torque of the spindle", "N m", 1.0),
+    "power_W": ("power of the spindle", "W", 1.0),
+}
+
+
+class CutExtremes(ResultPart):
+    """A figure of a cut: its mean while it cuts, its largest value and when that is."""
+
+    mean: float
+    largest: float
+    time_s: float
+
+
+class CutResult(ResultPart):
+    """Figures of a cut; `course` has them over the path, `time_s` their times, a few hundred."""
+
+    rpm: float
+    cutting_speed_m_s: float
+    cutting_time_s: float
+    volume_m3: float
+    figures: dict[str, CutExtremes]
+    limits: dict[str, float] = {}
+    time_s: tuple[float, ...]
+    course: dict[str, tuple[float, ...]]
