@@ -53,7 +53,7 @@ class StepWindow:
 
     Attributes:
         time: Communication points, start and end included [s], (n + 1,).
-        rows: Inputs over each step, (n, k).
+        rows: Inputs over each step, any unit, (n, k).
         again: Whether the steps of the window before are taken back.
     """
 

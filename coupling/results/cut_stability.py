@@ -9,8 +9,8 @@ class CutStability(ResultPart):
     """Stability of the cut along a path, at its worst place.
 
     Attributes:
-        sentence: Whether it chatters and where.
-        alternative: What would be stable, in words; empty where it is.
+        sentence: Verdict and place, in words.
+        alternative: Depth and speed that would be stable, in words; empty where the cut is.
     """
 
     sentence: str

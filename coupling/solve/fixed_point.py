@@ -87,8 +87,8 @@ class Coupling:
         path: Paths of the TCPs under `response`: robot and wrench belong together exactly.
         response: The process's answer to the path of `evaluation`, `path` within the tolerance.
         evaluations: Evaluations on the way there.
-        evaluation: That of path and response: the last one, or where the iteration came to nothing an
-            earlier one, as what it has come to is no result.
+        evaluation: Evaluation of path and response: the last one, or where the iteration came to nothing
+            an earlier one, as what it has come to is no result.
     """
 
     outcome: Outcome
