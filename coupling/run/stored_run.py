@@ -90,6 +90,7 @@ class StoredRun:
         workpieces: Workpieces by `figures.stages`, where the process tells.
         case: Text of its case.toml; empty where it has none.
         answers: The process's answers in their order, as run.json tells them; none where it is gone.
+        case_file: Case file that was run, as run.json tells it; empty where it is gone.
     """
 
     folder: Path
@@ -99,6 +100,7 @@ class StoredRun:
     workpieces: dict[str, Workpiece]
     case: str = ""
     answers: tuple[StoredAnswer, ...] = ()
+    case_file: str = ""
 
     @property
     def first(self) -> StoredRobot:
@@ -130,7 +132,10 @@ def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
         if (file := workpiece_file(folder, name)).exists()
     }
     read = {name: _read_robot(place, tables) for name, place in robots.items()}
-    return StoredRun(folder, figures, read, gap, pieces, _read_case(folder), _read_answers(folder))
+    state = _read_state(folder)
+    return StoredRun(
+        folder, figures, read, gap, pieces, _read_case(folder), state.answers, state.case or ""
+    )
 
 
 def _read_case(folder: Path) -> str:
@@ -144,12 +149,12 @@ def _read_case(folder: Path) -> str:
     return ""
 
 
-def _read_answers(folder: Path) -> tuple[StoredAnswer, ...]:
-    """Return what run.json tells of the process's answers; nothing rests on it."""
+def _read_state(folder: Path) -> RunState:
+    """Return what run.json tells; nothing rests on it."""
     for place in (folder, folder.parent):
         with suppress(ResultError):
-            return RunState.read(place / RUN, ResultError).answers
-    return ()
+            return RunState.read(place / RUN, ResultError)
+    return RunState(state="")
 
 
 def _read_figures(folder: Path) -> RunResult:
