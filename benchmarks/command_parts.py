@@ -33,6 +33,7 @@ PARTS = {
     "coupling.report.run_report": {"write_pages": "page"},
     "coupling.fmu_export.build": {"build_fmu": "FMU"},
 }
+_NOT_CONVERGED = 1
 START, SIMULATIONS, REST = "start", "other processes", "rest"
 
 
@@ -70,7 +71,11 @@ class PartTimes:
 
 
 def run_command(checkout: str, words: list[str]) -> dict[str, float]:
-    """Run a command and return the CPU seconds of its parts."""
+    """Run a command and return the CPU seconds of its parts.
+
+    Raises:
+        SystemExit: If it refuses its input.
+    """
     sys.path[:1] = [checkout, os.path.join(checkout, "fmu_src")]
     times, importing, unseen = PartTimes(), builtins.__import__, set(PARTS)
     first_import = times.timed(START, importing)
@@ -86,8 +91,12 @@ def run_command(checkout: str, words: list[str]) -> dict[str, float]:
     builtins.__import__ = imported
     from coupling.cli.main import main
 
-    with redirect_stdout(sys.stderr), suppress(SystemExit):
-        times.timed(REST, main)(words)
+    with redirect_stdout(sys.stderr):
+        try:
+            times.timed(REST, main)(words)
+        except SystemExit as end:
+            if end.code not in (0, _NOT_CONVERGED):
+                raise
     of_others = os.times()
     return times.spent | {SIMULATIONS: of_others.children_user + of_others.children_system}
 
