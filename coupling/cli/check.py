@@ -63,6 +63,7 @@ def check(
     file = output or case.parent / f"{case.stem}_check.html"
     with RunView(console) as view:
         require_output(file, ".html", ResultError)
+        view.watch(Progress("reading the case and its path", 0, 1))
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         if much := forewarned(desired):
