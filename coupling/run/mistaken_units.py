@@ -72,9 +72,24 @@ def remark(place: str, key: str, value: float) -> str:
         for name, factor in MISTAKEN.get(usual.unit, {}).items()
         if usual.holds(factor * value)
     ]
+    return out_of_range(place, key, value) + (
+        f": did you mean {' or '.join(meant)}?" if meant else ""
+    )
+
+
+def out_of_range(place: str, key: str, value: float) -> str:
+    """Return that a value is unusual, whatever was meant, "" where it is usual.
+
+    Args:
+        place, key, value: As of `remark`.
+    """
+    usual = EXPECTED[key]
+    if usual.holds(value):
+        return ""
+    unit = f" {usual.unit}" * bool(usual.unit)
     return (
         f"{place}: expected {usual.low:.4g} to {usual.high:.4g}{unit} ({usual.why}), got"
-        f" {value:.6g}{unit}" + (f": did you mean {' or '.join(meant)}?" if meant else "")
+        f" {value:.6g}{unit}"
     )
 
 

@@ -80,7 +80,7 @@ def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
         wind_up = solved.y[0]
     else:
         wind_up = curve.deflection(torque)
-    return GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    return GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
 
 
 def rows_of(cycle: float, degree: int) -> CommandRows:
@@ -269,7 +269,7 @@ def test_any_torque_is_met_within_limits(
     curve = curve_of(kind)
     angles = np.linspace(-2e-3, 2e-3, 4001)
     wind_up = np.interp(torque, curve.torque(angles), angles)
-    task = GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    task = GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
     limits = DriveLimits(1, acceleration=6.0)
     command = gear_command(task, rows_of(0.008, degree), limits)
     assert np.abs(command.at(np.linspace(0.0, END, 4001), 2)).max() <= 6.0 * (1 + 1e-9)

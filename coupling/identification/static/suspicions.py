@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.least_squares import LinearProblem
@@ -77,7 +77,7 @@ def common_loss(
     if not deviation > 0.0:
         return None
     value = float(solution[-1])
-    probability = float(2.0 * student.sf(abs(value) / deviation, freedom))
+    probability = float(2.0 * stdtr(freedom, -abs(value) / deviation))
     return CommonLoss(value, quantile(freedom) * deviation, probability)
 
 
