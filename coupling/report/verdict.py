@@ -34,6 +34,8 @@ def verdict(figures: RunResult, process: str) -> Section:
     gains = outlook is None or outlook.gains
     if outlook is not None:
         sentences.insert(2 if gains else 0, outlook.sentence)
+    if outlook is not None and outlook.expected is not None:
+        sentences.insert(0 if gains else 1, outlook.expected.remaining(outlook.nothing))
     sentences += _of_class(figures)
     is_stable = stability is None or stability.stable
     return Section("", sentences, good=figures.converged and gains and is_stable)

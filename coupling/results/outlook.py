@@ -165,6 +165,15 @@ class DrawnDeviation(DeviationInterval):
             with_left_out=DeviationInterval.around(replays.completed),
         )
 
+    def remaining(self, nothing: float) -> str:
+        """Return what may remain of the uncorrected deviation [m], in a sentence."""
+        usual = self.with_left_out
+        highest = max(self.high, self.high if usual is None else usual.high)
+        return (
+            f"Of {1e6 * nothing:.3g} um about {1e6 * highest:.3g} um may remain until this robot is"
+            ' identified (page "What to measure first").'
+        )
+
     @property
     def sentence(self) -> str:
         """What is expected: the first figure has what a file leaves out; then what is not in it."""

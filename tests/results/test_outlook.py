@@ -139,7 +139,7 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
     run = run_compensation(case)
     shaken = Replay(name="shaken", deviation=deviation(5.0, 5.0))
     for replays, first, last in (
-        (run.of(ROBUSTNESS), "Converged", "Result: "),
+        (run.of(ROBUSTNESS), "Of ", "Result: "),
         ((*run.of(ROBUSTNESS), shaken), "This command may be WORSE THAN NONE", "Do not send"),
     ):
         said = Console(
@@ -151,7 +151,7 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
         monkeypatch.setattr(runs, "console", said)
         runs.print_run(done, tmp_path)
         text = said.export_text(styles=True)
-        assert ("\x1b[33m" in text) is (first != "Converged")
+        assert ("\x1b[33m" in text) is (first != "Of ")
         lines = re.sub(r"\x1b\[[0-9;]*m", "", text).strip().splitlines()
         assert lines[0].startswith(first)
         assert lines[-1].startswith(last)
