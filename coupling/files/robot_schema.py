@@ -185,6 +185,7 @@ class _RobotKeys(Schema):
     payload_N: Positive | None = None
     payload: BodyTable | None = None
     controller: ControllerAxesTable | None = None
+    servos_confirmed: bool = True
     sources: dict[str, str] = {}
 
 

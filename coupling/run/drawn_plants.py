@@ -23,8 +23,8 @@ from coupling.solve.correction import Correction
 DRAWS = {"native": (64, 16), "python": (8, 4)}
 # Rows of a path that all draws simulate at most, but for the fewest draws.
 _ROWS, _FEWEST = 1_000_000, 8
-# A gear's stiffness without a range: what one identification of all gears of a robot left open, 17 to 37 %
-# (fanuc_r2000ic).
+# A gear's stiffness without a range: what an identification of all gears of a robot left open, 17 to
+# 37 % (fanuc_r2000ic).
 _ASSUMED = 0.25
 # Of the design, so that the same case has the same figures.
 _SEED = 1
@@ -184,12 +184,7 @@ def drawn_replays(
 
 def _compute(command: CheckedCommand) -> DrawnReplays:
     case = command.case
-    stated, completed_count = DRAWS[case.fmu]
     rows = len(command.correction.desired.time) * len(case.robots)
-    if rows * stated > _ROWS:
-        # A power of two is balanced.
-        stated = max(2 ** int(np.log2(max(_ROWS / rows, 1.0))), _FEWEST)
-        completed_count = min(completed_count, stated)
     # The FMU in Python takes too long for what is only assumed.
     assumed = [] if case.fmu == "python" else [assumed_ranges(placed) for placed in case.robots]
     with Models(case.fmu, command.watch) as others:
@@ -200,9 +195,27 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
             case.process_table.FORCE_FACTORS,
             command.correction,
             others.of,
-            (stated, completed_count),
+            draw_counts(case.fmu, rows),
             assumed,
         )
+
+
+def draw_counts(kind: str, rows: int) -> tuple[int, int]:
+    """Return the numbers of robots that are drawn, without and with what their files leave out.
+
+    Args:
+        kind: Kind of the FMUs.
+        rows: Rows of the paths of all tools.
+
+    Example:
+        >>> draw_counts("native", 2000), draw_counts("native", 70000)
+        ((64, 16), (8, 8))
+    """
+    stated, completed_count = DRAWS[kind]
+    if rows * stated > _ROWS:
+        # A power of two is balanced.
+        stated = max(2 ** int(np.log2(max(_ROWS / rows, 1.0))), min(_FEWEST, stated))
+    return stated, min(completed_count, stated)
 
 
 def assumed_ranges(placed: PlacedRobot) -> StiffnessRanges:

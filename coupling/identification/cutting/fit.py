@@ -29,7 +29,7 @@ class CuttingFit:
 
     Attributes:
         values: Coefficients in the order of COEFFICIENTS, in their units, (6,).
-        half: Half 95 % intervals of them, (6,).
+        half: Half 95 % intervals of them, in their units [Pa, N/m], (6,).
         run_out: Run-out [m].
         run_out_half: Half its 95 % interval [m].
         shown: Ratios of shown to real amplitudes: at the spindle's frequency across, along, axial, and
