@@ -188,11 +188,16 @@ class SupportTable(_MemberTable):
 
 
 class PartTable(Schema):
-    """[part]: placement of the part frame in the world, or of what the controller shows of it."""
+    """[part]: placement of the part frame in the world, or of what the controller shows of it.
+
+    Attributes:
+        tolerance_mm: Deviation that the part allows of the tool's path; reports judge by it.
+    """
 
     position_m: Vector3
     rpy_deg: Vector3 = [0.0, 0.0, 0.0]
     touch_off: bool | list[Vector3] = False
+    tolerance_mm: Positive | None = None
 
     @field_validator("touch_off")
     @classmethod

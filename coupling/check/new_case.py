@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Mapping
@@ -116,6 +117,7 @@ def new_case(
     two_robots: bool,
     folder: Path,
     choice: RobotChoice | None = None,
+    tolerance_mm: float | None = None,
 ) -> NewCase:
     """Return a case with a robot and a process; part and home posture suit the robot.
 
@@ -125,14 +127,17 @@ def new_case(
         choice: Links and gears of a robot that others describe; None: all is guessed.
         process: Name in `STARTS`.
         two_robots: A second robot of the same kind supports the sheet from behind.
+        tolerance_mm: Deviation that the part allows [mm]; None: it is not stated.
 
     Raises:
-        CaseError: If there is no such process, or none for two robots.
+        CaseError: If there is no such process, or none for two robots; or the tolerance is none.
         ElasticRobotError: If the robot file cannot be read.
         PlanningError: If the robot cannot follow the path of the example wherever it lies.
     """
     if process not in STARTS:
         raise CaseError(f"--process: {one_of(STARTS, process)}")
+    if tolerance_mm is not None and not 0.0 < tolerance_mm < math.inf:
+        raise CaseError(f"--tolerance-mm: expected a length > 0, got {tolerance_mm:g}")
     start = STARTS[process]
     choice = choice or RobotChoice()
     new_description = new_robot(robot, choice, folder) if is_foreign(robot) else None
@@ -177,6 +182,8 @@ def new_case(
                 "the robot file alone",
                 (*new_description.remarks, f"No case: {cause}"),
             )
+    if tolerance_mm is not None:
+        case["part"]["tolerance_mm"] = tolerance_mm
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
         case["process"][own_file.key] = own_file.value

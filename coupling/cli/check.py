@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.arguments import CaseFile
+from coupling.cli.arguments import CaseFile, Verbose
 from coupling.cli.console import console
 from coupling.events import Progress
 
@@ -32,11 +32,12 @@ def check(
             " minute, and keep nothing of it. Without it the robot carries only its weight.",
         ),
     ] = False,
+    verbose: Verbose = False,
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
-    from coupling.check.checked import checked
     from coupling.check.estimate import forewarned, repeated
+    from coupling.check.robot_findings import examine_robots
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
     from coupling.modes.analysis import places_in_brief
@@ -44,10 +45,11 @@ def check(
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
+    from coupling.report.check_answer import check_answer
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.terminal import print_sections
+    from coupling.report.terminal import print_answer, print_sections, print_warnings
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
@@ -82,7 +84,7 @@ def check(
                 alike = [repeated(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = checked(loaded, wrench, view.watch)
+        robots = examine_robots(loaded, wrench, view.watch)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
@@ -98,8 +100,14 @@ def check(
         *warned(chatter, (*moving, *said)),
         Section("", others),
     ]
-    write_check_page(file, f"{loaded.name}: check", robots, sections)
-    print_sections(console, sections)
+    answer = check_answer(robots, loaded.resolved, case, chatter)
+    write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
+    print_answer(console, answer)
+    if verbose:
+        print_sections(console, sections)
+    else:
+        print_warnings(console, [*chatter, *moving, *said])
+        console.print(others[-1])
     console.print(f"Page: {file}")
 
 

@@ -11,6 +11,7 @@ import typer
 
 from coupling.cli.console import console
 from coupling.errors import ProgramError, one_of
+from coupling.path.length_text import format_um
 
 if TYPE_CHECKING:
     from coupling.export.commands import RobotCommand
@@ -207,13 +208,13 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
         f"{who}{', '.join(file.name for file in program.files)}: {program.points} points of"
         f" {program.candidates}, {program.bytes} bytes, at least {1e3 * program.shortest:.0f} ms apart"
     )
-    loss = f"loss {1e6 * program.loss:.2f} um"
+    loss = f"loss {format_um(program.loss)} um"
     if program.command is None or program.read_back is None:
         yield f"  difference of the tool's paths under the program, read back, and the command: {loss}"
     else:
         yield (
-            f"  deviation: {1e6 * program.command.maximum:.2f} um under the command,"
-            f" {1e6 * program.read_back.maximum:.2f} um under the program, read back; {loss}"
+            f"  deviation: {format_um(program.command.maximum)} um under the command,"
+            f" {format_um(program.read_back.maximum)} um under the program, read back; {loss}"
         )
     if program.loss > options.tolerance:
         yield (
@@ -222,7 +223,7 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
     if program.loss_on_joint_lines is not None:
         yield (
             f"  loss if the controller does not smooth, drives straight from set point to set point:"
-            f" {1e6 * program.loss_on_joint_lines:.2f} um"
+            f" {format_um(program.loss_on_joint_lines)} um"
         )
     if program.remark:
         yield f"  Warning: {program.remark}"

@@ -15,6 +15,7 @@ from coupling.report.terminal import print_sections
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
+from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import Section
 
 _REFUSED = 1
@@ -38,7 +39,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
 
 def write_findings(
     target: Path,
-    result: IdentifiedResult | MotionResult | CuttingIdentified,
+    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified,
     summary: Sequence[Section],
     page: str,
     error: type[CouplingError],

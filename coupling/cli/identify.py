@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from elastic_robot.description import Robot
 
 _PLAN, _MOTION, _CUTTING = "Plan", "Motion", "Cutting"
+_RESPONSE = "Frequency responses"
 
 
 def identify(
@@ -25,7 +26,7 @@ def identify(
         list[Path] | None,
         typer.Argument(
             help="A CSV file of measured deflections, optional with --plan; or recordings of a motion;"
-            " or forces in milled slots."
+            " frequency responses (CSV, UFF58) and hammer tests; or forces in milled slots."
         ),
     ] = None,
     robot: Annotated[
@@ -62,7 +63,7 @@ def identify(
     hold_out: Annotated[
         list[Path] | None,
         typer.Option(
-            help="Recording that is predicted, not fitted; may be repeated.",
+            help="Recording or response that is predicted, not fitted; may be repeated.",
             rich_help_panel=_MOTION,
         ),
     ] = None,
@@ -98,6 +99,14 @@ def identify(
     depth_mm: Annotated[
         float | None, typer.Option(help="Axial depth of the slots.", rich_help_panel=_CUTTING)
     ] = None,
+    posture_deg: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="Q1,..,Qn",
+            help="Joint angles [deg] of a file of frequency responses; repeated for each of them.",
+            rich_help_panel=_RESPONSE,
+        ),
+    ] = None,
     plan: Annotated[
         bool, typer.Option("--plan", help="Plan further measurements.", rich_help_panel=_PLAN)
     ] = False,
@@ -115,15 +124,17 @@ def identify(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
-    """Identify a robot from deflections or recordings, or a material from cuts; or plan measurements."""
+    """Identify a robot from deflections, motion or responses, a material from cuts; or plan."""
     from coupling.cli.fitted import robot_target, write_findings, write_robot
     from coupling.cli.identify_cutting import identify_from_cuts
     from coupling.cli.identify_motion import identify_from_motion
+    from coupling.cli.identify_responses import identify_responses
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.cutting.slots import is_cutting
     from coupling.identification.least_squares import LOSSES
     from coupling.identification.loops.identification import identify_loops
     from coupling.identification.motion.recording import is_recording
+    from coupling.identification.response.identification import is_response
     from coupling.identification.static.identification import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
     from coupling.identification.static.measurements import noise_of, read_measurements
@@ -135,6 +146,13 @@ def identify(
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
     _require(loss, LOSSES, "--loss")
     files = measurements or []
+    if files and not plan and is_response(files[0]):
+        identify_responses(robot, files, hold_out or (), posture_deg or (), torque_curve, output)
+        return
+    if posture_deg:
+        raise IdentifyError(
+            "--posture-deg: expected files of frequency responses beside it, got none"
+        )
     if files and not plan and is_recording(files[0]):
         identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output)
         return

@@ -35,7 +35,7 @@ def modes(
     measured: Annotated[
         Path | None,
         typer.Option(
-            help="Measured frequency responses, CSV or UFF58, to draw beside the model's."
+            help="Measured frequency responses, CSV or UFF58, or a hammer test, beside the model's."
         ),
     ] = None,
     overwrite: Overwrite = False,
@@ -49,12 +49,12 @@ def modes(
     from coupling.files.toml_file import load_toml
     from coupling.files.written_files import claimed
     from coupling.modes.analysis import modes_in_posture, modes_of_case
-    from coupling.modes.measured_response import read_responses
+    from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
     from coupling.report.modes_report import modes_page, modes_summary
     from coupling.report.terminal import print_sections
 
-    responses = () if measured is None else read_responses(measured)
+    responses = () if measured is None else read_measured(measured)
     file = Path(case_or_robot)
     is_case = file.suffix == ".toml" and "tool_path" in load_toml(file, StabilityError)
     case = load_case(file) if is_case else None

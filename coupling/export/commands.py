@@ -11,14 +11,14 @@ from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.case.robots import drive_of
 from coupling.errors import ProgramError
-from coupling.export.checks import (
+from coupling.export.frames import controller_from_base
+from coupling.export.preconditions import (
     remark_on,
     remark_on_ends,
     require_poses,
     require_robots,
     require_same_robot,
 )
-from coupling.export.frames import controller_from_base
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
 from coupling.files.ratings import load_ratings

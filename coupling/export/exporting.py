@@ -10,16 +10,17 @@ import numpy as np
 
 from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress, Watch, unwatched
-from coupling.export.checks import require_joints, require_limits, require_step
 from coupling.export.commands import RobotCommand, commands_of_run
 from coupling.export.curves import SampledCurve
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.job import ExportJob
+from coupling.export.preconditions import require_joints, require_limits, require_step
 from coupling.export.sampled import SampledCommand
 from coupling.export.spline_points import spline_points
 from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.run.models import Models, cell_of
 
 # Programs that are tried, with closer points where the last one loses too much.
@@ -128,7 +129,7 @@ def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) 
         tried = _fewest_points(job, sampled, cycles)
         if tried.loss <= job.options.tolerance:
             option = f"--shortest-ms {1e3 * cycles * job.cycle:g}"
-            return f"{option} keeps it, with {1e6 * tried.loss:.2f} um"
+            return f"{option} keeps it, with {format_um(tried.loss)} um"
     return f"--tolerance {np.ceil(1e6 * exported.loss):g} accepts it"
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from coupling.case.case import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
-from coupling.export.checks import require_limits
 from coupling.export.commands import RobotCommand
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.interpolated import drive_motion, joint_lines
 from coupling.export.postures import nearest_singular
+from coupling.export.preconditions import require_limits
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure

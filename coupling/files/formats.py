@@ -44,8 +44,8 @@ def _program(name: str, ending: str, pattern: str) -> FileFormat:
     )
 
 
-# The first that matches is it; those that begin with a signature come first.  Repetitions before a choice
-# are possessive: a page of blanks would else be tried from every blank.
+# The first that matches is it; those that begin with a signature come first.  Repetitions before a
+# choice are possessive: a page of blanks would else be tried from every blank.
 _FORMATS = (
     _format("a STEP file", None, _SHAPE, r"\A\s*ISO-10303-21\s*;"),
     _format("an IGES file", None, _SHAPE, r"\A.{72}S +1\s*$"),

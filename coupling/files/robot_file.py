@@ -19,18 +19,20 @@ from coupling.errors import one_of
 from coupling.files.balancer_table import BalancerGeometry, gas_spring_points
 from coupling.files.drive_table import drive_in_words
 from coupling.files.gear_table import errors_in_words
+from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_schema import (
     BodyTable,
     JointElasticity,
     RobotFile,
     UrdfJoint,
     UrdfRobotFile,
+    damping_ratio,
 )
 from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from coupling.files.urdf_bodies import body_of
-from coupling.files.urdf_tree import plain_name
+from coupling.files.urdf_elements import plain_name
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
@@ -140,11 +142,14 @@ def load_robot(path: str | Path) -> Robot:
         'icme2008-example'
     """
     path = Path(path)
-    data = load_toml(path, RobotFileError)
+    data, file = validated(path)
     try:
-        robot = _with_urdf(path, data) if "urdf" in data else _complete(path, data)
+        robot = _complete(path, file) if isinstance(file, RobotFile) else _with_urdf(path, file)
         require_places(data)
         _require_inertia(robot, "urdf" in data)
+        ratio = damping_ratio(file)
+        if ratio is not None:
+            robot = with_damping_ratio(robot, ratio)
     except RobotFileError:
         raise
     except (ValueError, ElasticRobotError) as cause:
@@ -180,9 +185,8 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
     return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
 
 
-def _complete(path: Path, data: dict[str, Any]) -> Robot:
+def _complete(path: Path, file: RobotFile) -> Robot:
     """Return the robot that a file describes by itself."""
-    file = validate(data, RobotFile, RobotFileError, str(path))
     joints, link_rotation = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
@@ -201,9 +205,8 @@ def _complete(path: Path, data: dict[str, Any]) -> Robot:
     )
 
 
-def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
+def _with_urdf(path: Path, file: UrdfRobotFile) -> Robot:
     """Return the robot of a URDF with the elasticities of a file."""
-    file = validate(data, UrdfRobotFile, RobotFileError, str(path))
     _, chain = urdf_of(path, file)
     keys = _by_name(file.joint, chain, path)
     joints, before = [], np.eye(3)

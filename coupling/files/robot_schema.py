@@ -177,6 +177,12 @@ class ControllerAxesTable(Schema):
     flange_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
 
+class ModalDamping(Schema):
+    """[modal_damping]: the damping ratio of all modes, in place of each joint's damping."""
+
+    ratio: Annotated[float, Field(gt=0.0, le=0.5)]
+
+
 class _RobotKeys(Schema):
     """What every robot file has."""
 
@@ -184,6 +190,7 @@ class _RobotKeys(Schema):
     gravity: Vector3 = [0.0, 0.0, -9.81]
     payload_N: Positive | None = None
     payload: BodyTable | None = None
+    modal_damping: ModalDamping | None = None
     controller: ControllerAxesTable | None = None
     servos_confirmed: bool = True
     sources: dict[str, str] = {}
@@ -232,3 +239,20 @@ class UrdfRobotFile(_RobotKeys):
     urdf: Urdf
     tcp: UrdfTcp
     joint: list[UrdfJoint] = []
+
+
+def damping_ratio(file: RobotFile | UrdfRobotFile) -> float | None:
+    """Return the damping ratio of all modes [1]; None where the file states each damping.
+
+    Raises:
+        ValueError: If it states both.
+    """
+    if file.modal_damping is None:
+        return None
+    for number, joint in enumerate(file.joint, start=1):
+        if any("damping" in part.model_fields_set for part in (joint, *joint.tilt)):
+            raise ValueError(
+                f"joint {number}: damping: expected none beside [modal_damping], which determines all of"
+                " them, got one: leave either out"
+            )
+    return file.modal_damping.ratio

@@ -11,6 +11,7 @@ import numpy as np
 from coupling.fmu.stepped import SteppedFmu
 from coupling.fmu_export.system_structure import POSE_UNITS, SPRING_UNITS, WRENCH_UNITS
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.process.force_laws import ForceLaw
 
 _UPPER = np.triu_indices(3)  # xx, xy, xz, yy, yz, zz
@@ -31,7 +32,7 @@ class StepError:
 
     def __str__(self) -> str:
         """Return it in words."""
-        cost = f"up to {1e6 * self.largest:.2g} um, rms {1e6 * self.rms:.2g} um"
+        cost = f"up to {format_um(self.largest)} um, rms {format_um(self.rms)} um"
         return f"{1e3 * self.step:g} ms: {cost}"
 
 

@@ -43,9 +43,7 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     still = range(1, (rows.degree + 1) // 2)
     values = exact[:: drive.layout.parts, None]
     start = UniformSpline.through(rows.start, rows.cycle, values, rows.degree, (still, still))
-    coefficients, misses = fit.solve(
-        start.coefficients[:, 0], np.zeros(drive.layout.nodes), SplineFit.band_step
-    )
+    coefficients, misses = fit.solve(start.coefficients[:, 0], np.zeros(drive.layout.nodes))
     try:
         coefficients, misses = keep_within(fit, limits, coefficients, misses)
     except NoCommandError as error:

@@ -194,6 +194,23 @@ class GearDrive:
         )
         return replace(self, memory=memory)
 
+    def torque_changes(self, other: GearDrive, least: float) -> np.ndarray:
+        """Return in which intervals elements do otherwise than was held of them, (count,).
+
+        Args:
+            other: The drive about another motion.
+            least: Angle that a change of their torque is worth at least [rad].
+        """
+        if self.memory is None or other.memory is None:
+            return np.zeros(self.layout.count, dtype=bool)
+        moved = other.memory.wind_up - self.memory.wind_up
+        held = self.memory.impulse + np.einsum("nphq,npq->nph", self.memory.by_wind_up, moved)
+        missing = np.abs(other.memory.impulse - held).max(axis=2) * self.scale.reshape(
+            held.shape[:2]
+        )
+        changes: np.ndarray = missing.max(axis=1) > least
+        return changes
+
     @property
     def step(self) -> float:
         """Distance of the nodes [s]."""

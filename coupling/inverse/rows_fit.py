@@ -22,9 +22,9 @@ import piqp
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.limited_fit import NoCommandError, stretches
+from coupling.inverse.limited_fit import NoCommandError
 from coupling.inverse.limits import DriveLimits
-from coupling.inverse.rows import CommandRows
+from coupling.inverse.rows import CommandRows, stretches
 from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.gear_parts import Drive
@@ -98,10 +98,11 @@ class RowsFit:
 
     @cached_property
     def _basis(self) -> tuple[np.ndarray, np.ndarray]:
-        """One B-spline and W of it at dense times from its beginning, (pad * parts,) each."""
+        """One B-spline and W of it at dense times from its beginning, until W forgets it, (n,) each."""
         degree, parts = self.rows.degree, _parts(self.rows)
-        size = (self._pad + degree + 1) * parts
-        coefficients = np.zeros((self._pad + 2 * degree + 1, 1))
+        forgets = 0 if self.drive is None else self._pad
+        size = (forgets + degree + 1) * parts
+        coefficients = np.zeros((forgets + 2 * degree + 1, 1))
         coefficients[degree] = 1.0
         one = UniformSpline(0.0, 1.0, coefficients, degree).at(np.arange(size) / parts)[:, 0]
         return one, self._weighted(one)
@@ -186,7 +187,7 @@ class RowsFit:
             if whole:
                 raise NoCommandError
             whole = margin >= rows.count
-            for begin, end in stretches(over, margin, rows.count, rows.degree):
+            for begin, end in stretches(over, margin, rows.count, rows.degree).tolist():
                 found = self._limited(limits, best, found, slice(begin, end + rows.degree))
             margin *= 2
 

@@ -45,6 +45,13 @@ class MeasuredResponse:
     compliance: np.ndarray
 
 
+def is_of_responses(file: Path) -> bool:
+    """Return whether a file is one of frequency responses, by its name and columns."""
+    if file.suffix.lower() in _UFF:
+        return True
+    return file.suffix.lower() == ".csv" and _FREQUENCY in read_header(file, StabilityError)
+
+
 def read_responses(file: Path) -> tuple[MeasuredResponse, ...]:
     """Read all frequency responses of a file.
 

@@ -19,6 +19,9 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 class CuttingCoefficients:
     """Force per length of edge: dF = (K_c h + K_e) dz, h the chip thickness.
 
+    Kienzle's law, dF = k_c1.1 h^(1 - m_c) dz, is that one in its tangent at a mean chip thickness h:
+    K_c = (1 - m_c) k_c1.1 h^-m_c and K_e = m_c k_c1.1 h^(1 - m_c).
+
     Attributes:
         K_tc, K_rc, K_ac: Coefficients of the cut, tangential, radial, axial [Pa].
         K_te, K_re, K_ae: Coefficients of the edge, whatever the chip [N/m].

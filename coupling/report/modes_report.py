@@ -10,7 +10,13 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, GREEN, JOINTS
 from coupling.report.document import document
 from coupling.report.style import drawn, log_axis, row, rows
-from coupling.results.modes_result import Grid, ModesResult, PartModesResult, PlaceModesResult
+from coupling.results.modes_result import (
+    Grid,
+    ModesResult,
+    PartModesResult,
+    PlaceModesResult,
+    ResponseResult,
+)
 from coupling.results.section import Note, Section, Table
 
 # Metres per newton in micrometres per newton.
@@ -39,7 +45,9 @@ _PART = Note(
 def modes_page(result: ModesResult) -> str:
     """Return the page of modes as one self-contained HTML text."""
     sections = modes_summary(result)
-    figure = _responses(result)
+    figure = response_figure(
+        [("", result.computed, "lines"), (", measured", result.measured, "markers")]
+    )
     sections.append(Section("Frequency response at the TCP", [_RESPONSE], "response", [figure]))
     if len(result.places) > 1:
         sections.append(Section("Along the path", [], "path", [_along_path(result)]))
@@ -145,12 +153,17 @@ def in_joints(shares: tuple[float, ...]) -> str:
     return ", ".join(f"joint {k + 1} {100.0 * shares[k]:.0f} %" for k in order if shares[k] >= 0.1)
 
 
-def _responses(result: ModesResult) -> go.Figure:
+def response_figure(groups: Sequence[tuple[str, Sequence[ResponseResult], str]]) -> go.Figure:
+    """Draw magnitude and phase of frequency responses.
+
+    Args:
+        groups: Words behind the names of responses, the responses, and "lines" or "markers".
+    """
     axes = rows((3.0, 2.0), 0.06, [log_axis(title="compliance [um/N]"), {"title": "phase [deg]"}])
     axes["xaxis"].update(log_axis())
     axes["xaxis2"].update({**log_axis(), "title": "frequency [Hz]"})
     traces = []
-    for responses, mode in ((result.computed, "lines"), (result.measured, "markers")):
+    for words, responses, mode in groups:
         for response in responses:
             value = np.array(response.real_m_N) + 1j * np.array(response.imag_m_N)
             colour = _COLOURS.get(response.name, JOINTS[3])
@@ -164,8 +177,8 @@ def _responses(result: ModesResult) -> go.Figure:
                         "x": np.array(response.frequency_Hz),
                         "y": shown,
                         "mode": mode,
-                        "name": f"{response.name}{', measured' if mode == 'markers' else ''}",
-                        "legendgroup": f"{response.name}{mode}",
+                        "name": f"{response.name}{words}",
+                        "legendgroup": f"{response.name}{words}",
                         "showlegend": number == 1,
                         "line": {"color": colour, "width": 1.5},
                         "marker": {"color": colour, "size": 4},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.length_text import format_um
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
 from coupling.report.learn_report import learned_figures, learned_summary
@@ -52,21 +53,23 @@ def _runs(result: NextResult) -> list[Table]:
     sizes, devices = [], []
     for number, run in enumerate(result.runs, start=1):
         size, forecast = run.size_m, run.forecast
-        expected = "" if forecast is None else f"{_um(forecast.low)} to {_um(forecast.high)}"
+        expected = (
+            "" if forecast is None else f"{format_um(forecast.low)} to {format_um(forecast.high)}"
+        )
         sizes.append(
             (
                 f"{number}",
                 f"{run.measured} under {run.run}",
-                f"{_um(size.rms)} / {_um(size.maximum)}",
-                f"{_um(size.rms_less_constant)} / {_um(size.maximum_less_constant)}",
-                _um(size.fast),
+                f"{format_um(size.rms)} / {format_um(size.maximum)}",
+                f"{format_um(size.rms_less_constant)} / {format_um(size.maximum_less_constant)}",
+                format_um(size.fast),
                 expected,
             )
         )
         devices.append(
             (
                 f"{number}",
-                _um(run.noise_m),
+                format_um(run.noise_m),
                 ", ".join(f"{round(UM * value) + 0}" for value in run.frame_shift_m),
                 ", ".join(f"{1e3 * value:.2f}" for value in run.frame_turn_rad),
                 ", ".join(f"{UM * value:.0f}" for value in run.tip_m),
@@ -103,10 +106,6 @@ def _correction(correction: PathCorrectionResult) -> go.Figure:
         for axis, color, values in zip("xyz", JOINTS, deviation.T, strict=False)
     ]
     return over_time(lines, "beyond the model, base axes [um]", 320, _TIME)
-
-
-def _um(length: float) -> str:
-    return f"{UM * length:.3g}"
 
 
 _MEASURED = Note(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
+from coupling.path.length_text import format_um
 from coupling.report.run_tables import mode_names
 from coupling.results.outlook import Replay
 from coupling.results.run_result import RunResult
@@ -34,8 +35,6 @@ def verdict(figures: RunResult, process: str) -> Section:
     gains = outlook is None or outlook.gains
     if outlook is not None:
         sentences.insert(2 if gains else 0, outlook.sentence)
-    if outlook is not None and outlook.expected is not None:
-        sentences.insert(0 if gains else 1, outlook.expected.remaining(outlook.nothing))
     sentences += _of_class(figures)
     is_stable = stability is None or stability.stable
     return Section("", sentences, good=figures.converged and gains and is_stable)
@@ -53,11 +52,14 @@ def sentence(figures: RunResult, process: str) -> str:
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
     turn_words = _describe_turn(figures.deviations[-1])
     if figures.kind == "couple":
-        what = f"Uncorrected, the tool deviates from its path by up to {_um(before)}{turn_words}"
+        what = (
+            "Uncorrected, the tool deviates from its path by up to"
+            f" {format_um(before)} um{turn_words}"
+        )
     else:
         what = (
-            f"Under the command the tool deviates from its path by up to {_um(after)}{turn_words},"
-            f" uncorrected by {_um(before)}"
+            "Under the command the tool deviates from its path by up to"
+            f" {format_um(after)} um{turn_words}, uncorrected by {format_um(before)} um"
         )
     mode, _ = mode_names(figures.mode)
     count = "its file" if len(figures.robots) == 1 else "their files"
@@ -84,7 +86,7 @@ def _describe_turn(deviation: Deviation) -> str:
     if not arc_m > max(deviation.maximum, _TOLD):
         return ""
     angle = f"{float(f'{UM * deviation.largest_turn:.3g}'):g} urad"
-    return f" and rotates by up to {angle} ({_um(arc_m)} at {_LEVER:g} m from the TCP)"
+    return f" and rotates by up to {angle} ({format_um(arc_m)} um at {_LEVER:g} m from the TCP)"
 
 
 def _of_gears(figures: RunResult) -> str:
@@ -100,7 +102,7 @@ def _of_gears(figures: RunResult) -> str:
 
 def _worst(rows: Sequence[Replay], where: str = "gears") -> str:
     worst = max(rows, key=lambda row: row.deviation.maximum)
-    return f"with {worst.name} in all {where} {_um(worst.deviation.maximum)} would remain"
+    return f"with {worst.name} in all {where} {format_um(worst.deviation.maximum)} um would remain"
 
 
 def _of_backlash(figures: RunResult) -> str:
@@ -121,7 +123,3 @@ def _of_backlash(figures: RunResult) -> str:
     return (
         "no gear reverses, so that an error of the backlash causes little but a constant deviation"
     )
-
-
-def _um(length: float) -> str:
-    return f"{float(f'{UM * length:.3g}'):g} um"

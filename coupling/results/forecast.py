@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import computed_field
 
+from coupling.path.length_text import format_um
 from coupling.results.base import ResultPart
 
 
@@ -41,11 +42,8 @@ class RunForecast(ResultPart):
         """What to expect, in a sentence."""
         constant = "" if self.absolute else " less a constant"
         return (
-            f"Expected deviation on your robot: {_um(self.rms)} rms{constant} (range"
-            f" {_um(self.low)} to {_um(self.high)}), maximum about {_um(self.maximum)}; measured"
-            f" under the last command: {_um(self.before)} rms"
+            f"Expected deviation on your robot: {format_um(self.rms)} um rms{constant} (range"
+            f" {format_um(self.low)} um to {format_um(self.high)} um),"
+            f" maximum about {format_um(self.maximum)} um; measured under the last command:"
+            f" {format_um(self.before)} um rms"
         )
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.3g} um"

@@ -11,6 +11,7 @@ from pydantic import Field, PrivateAttr, computed_field
 
 from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.results.base import ResultPart
 
 
@@ -122,8 +123,9 @@ class DeviationInterval(ResultPart):
     def words(self) -> str:
         """Both intervals."""
         return (
-            f"{_um(self.low)} to {_um(self.high)}, {_um(self.less_constant_low)} to"
-            f" {_um(self.less_constant_high)} less a constant"
+            f"{format_um(self.low)} um to {format_um(self.high)} um,"
+            f" {format_um(self.less_constant_low)} um to {format_um(self.less_constant_high)} um"
+            " less a constant"
         )
 
     @property
@@ -165,15 +167,6 @@ class DrawnDeviation(DeviationInterval):
             with_left_out=DeviationInterval.around(replays.completed),
         )
 
-    def remaining(self, nothing: float) -> str:
-        """Return what may remain of the uncorrected deviation [m], in a sentence."""
-        usual = self.with_left_out
-        highest = max(self.high, self.high if usual is None else usual.high)
-        return (
-            f"Of {1e6 * nothing:.3g} um about {1e6 * highest:.3g} um may remain until this robot is"
-            ' identified (page "What to measure first").'
-        )
-
     @property
     def sentence(self) -> str:
         """What is expected: the first figure has what a file leaves out; then what is not in it."""
@@ -187,7 +180,7 @@ class DrawnDeviation(DeviationInterval):
             text += f": {stated}."
         else:
             values = ", ".join(
-                f"{name} {_um(deviation)}" for name, deviation in self.left_out_m.items()
+                f"{name} {format_um(deviation)} um" for name, deviation in self.left_out_m.items()
             )
             text += (
                 f": {self.with_left_out.words} with usual values of what the file leaves out"
@@ -261,8 +254,9 @@ class WorstReplay(ResultPart):
     def sentence(self) -> str:
         """What to expect, in a sentence."""
         figures = (
-            f"up to {_um(self.deviation)} ({self.worst}), {_um(self.less_constant)} less a constant;"
-            f" uncorrected {_um(self.nothing)}, {_um(self.nothing_less_constant)} less a constant"
+            f"up to {format_um(self.deviation)} um ({self.worst}),"
+            f" {format_um(self.less_constant)} um less a constant; uncorrected"
+            f" {format_um(self.nothing)} um, {format_um(self.nothing_less_constant)} um less a constant"
         )
         if self.gains and self.expected is not None:
             return f"{self.expected.sentence} Sensitivity to one parameter: {figures}."
@@ -276,7 +270,3 @@ class WorstReplay(ResultPart):
             "This command may be WORSE THAN NONE: with errors of the robot's parameters or of the"
             f" force the deviation is {figures}. {_ADVICE}{expected}"
         )
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.4g} um"

@@ -57,6 +57,7 @@ class RobotEdit:
         )
         self._robot = robot
         self._tilt_remarks: dict[tuple[int, int], str] = {}
+        self._write_damping()
 
     def change(
         self,
@@ -170,6 +171,22 @@ class RobotEdit:
             urdf["file"] = Path(os.path.relpath(file, target.parent.resolve())).as_posix()
         above = "".join(f"{f'# {line}'.rstrip()}\n" for line in head.splitlines())
         return f"{above}\n{tomlkit.dumps(self._content)}"
+
+    def _write_damping(self) -> None:
+        """Write each damping for [modal_damping], where a new stiffness would change all of them."""
+        table = self._content.pop("modal_damping", None)
+        if table is None:
+            return
+        source = f"a damping ratio of {table['ratio']:g} of all modes"
+        for number, (at, joint_table) in self._joints.items():
+            joint = self._robot.joints[number - 1]
+            if joint.stiffness is not None:
+                joint_table["damping"] = joint.damping
+                self._set_source(f"joint[{at}].damping", source)
+            for k, tilt in enumerate(joint.tilt):
+                joint_table["tilt"][k]["damping"] = tilt.damping
+                self._set_source(f"joint[{at}].tilt[{k + 1}].damping", source)
+        self._drop_lost_sources()
 
     def _write_elements(self, joint: int) -> None:
         """Write backlash and elements of a gear for the numbers of its data sheet, if it has these."""

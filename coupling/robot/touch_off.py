@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 from elastic_robot.errors import EquilibriumError
@@ -122,7 +123,7 @@ class RestingRobot:
             commanded = commanded + missing
         if residual > _ENOUGH:
             raise PlanningError(
-                f"expected commands with the tool at rest at the points, got {1e6 * residual:.3g} um"
+                f"expected commands with the tool at rest at the points, got {format_um(residual)} um"
                 " beside one after the other: a gear is unloaded in its backlash there; give other"
                 " points"
             )

@@ -11,11 +11,11 @@ from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.gear_check import GEAR_LOADS
-from coupling.run.motor_loads import MOTOR_TORQUES
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS
 from coupling.run.plant import PLANT_REPLAY
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.sampling import SAMPLING
+from coupling.run.simulated_motor_torques import MOTOR_TORQUES
 
 CHECKS: tuple[Check[Any], ...] = (
     UNLOADED_PATHS,

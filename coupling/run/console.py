@@ -11,6 +11,7 @@ from coupling import events
 from coupling.events import Event
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.run.execute import RunBegins
 from coupling.solve.correction import RefinedTimes
@@ -102,11 +103,12 @@ class RunView:
         )
 
     def _finished(self, finished: CorrectionIteration) -> None:
-        text = f"      iteration {finished.number}: deviation max {_um(finished.deviation.maximum)}"
-        text += f", rms {_um(finished.deviation.rms)}"
+        text = f"      iteration {finished.number}: deviation max"
+        text += f" {format_um(finished.deviation.maximum)} um,"
+        text += f" rms {format_um(finished.deviation.rms)} um"
         if finished.largest_step is not None:
             text += (
-                f"; largest step of the correction {_um(finished.largest_step)} at t ="
+                f"; largest step of the correction {format_um(finished.largest_step)} um at t ="
                 f" {finished.step_time:.2f} s"
             )
             if finished.limited_samples:
@@ -115,7 +117,3 @@ class RunView:
 
     def _print(self, text: str, style: str | None = None) -> None:
         self._console.print(text, style=style)
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.2f} um"

@@ -8,7 +8,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.joint_path import JointPath
 from coupling.results.drive_result import DriveMotion
 from coupling.run.check import Check, CheckedCommand
-from coupling.run.motor_loads import MOTOR_TORQUES
+from coupling.run.simulated_motor_torques import MOTOR_TORQUES
 
 # Times per row at which a command is looked at.
 _BETWEEN = 8
@@ -25,7 +25,7 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
         >>> rows, none = np.array([0.0, 1.0]), np.array([np.inf])
         >>> turn = JointPath(rows, (np.array([[0.0], [1.0]]),))
         >>> (drive,) = drive_motions(turn, JointLimits(-none, none, none, none))
-        >>> drive.rate, drive.rate_time, drive.acceleration
+        >>> drive.rate_rad_s, drive.rate_time_s, drive.acceleration_rad_s2
         (1.5, 0.5, 6.0)
     """
     rows = len(command.time) - 1
@@ -35,16 +35,14 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
     return tuple(
         DriveMotion(
             joint=i + 1,
-            lowest=float(q[:, i].min()),
-            highest=float(q[:, i].max()),
-            lower_limit=_limit(limits.lower[i]),
-            upper_limit=_limit(limits.upper[i]),
-            rate=float(qd[:, i].max()),
-            rate_time=float(time[qd[:, i].argmax()]),
-            rate_limit=_limit(limits.rate[i]),
-            acceleration=float(qdd[:, i].max()),
-            acceleration_time=float(time[qdd[:, i].argmax()]),
-            acceleration_limit=_limit(limits.acceleration[i]),
+            range_rad=(float(q[:, i].min()), float(q[:, i].max())),
+            range_limit_rad=(_limit(limits.lower[i]), _limit(limits.upper[i])),
+            rate_rad_s=float(qd[:, i].max()),
+            rate_time_s=float(time[qd[:, i].argmax()]),
+            rate_limit_rad_s=_limit(limits.rate[i]),
+            acceleration_rad_s2=float(qdd[:, i].max()),
+            acceleration_time_s=float(time[qdd[:, i].argmax()]),
+            acceleration_limit_rad_s2=_limit(limits.acceleration[i]),
         )
         for i in range(q.shape[1])
     )

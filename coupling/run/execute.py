@@ -23,12 +23,12 @@ from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
+from coupling.run.final_correction import final_correction
 from coupling.run.models import Models, cell_of
-from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
-from coupling.run.motor_loads import within_motors
 from coupling.run.path_checks import OTHER_MODE
 from coupling.run.plausibility import remarks
-from coupling.run.repeated_evaluation import explained, noise_removal, repeated_evaluation
+from coupling.run.predicted_motor_torques import explained_by_motors, require_motors_that_hold
+from coupling.run.repeated_evaluation import noise_removal, repeat_answers
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.sampling import SAMPLING
 from coupling.solve.correction import Correction, Method, Uncorrected
@@ -192,8 +192,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
     for text in moving:
         watch(WarningEvent(text))
     require_motors_that_hold(case)
-    removal = noise_removal(case, watch)
-    process = evaluated_process(case, store, watch, removal)
+    process = evaluated_process(case, store, watch, noise_removal(case, watch))
     with explained_by_motors(case, process), Models(case.fmu, watch) as fmus:
         with timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
@@ -203,16 +202,17 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
                 cell, method.correct(loop_of(evaluated, cell, watch), case.motion)
             )
         with timed("asked_again", durations):
-            first, last = None if removal is None else removal.repeatability, None
-            if first is None or not first.disturbs:
-                last = repeated_evaluation(case, process.last, correction, watch)
-            repeated = last or first
-            correction = explained(correction, kind, repeated)
-            more = sum(comparison is not None for comparison in (first, last))
-            correction = replace(correction, evaluations=correction.evaluations + more)
-        noise = None if removal is None else removal.noise
+            answers = repeat_answers(case, process, correction, watch)
         command = CheckedCommand(
-            evaluated, kind, cell, models, fmus, correction, noise, watch, durations=durations
+            evaluated,
+            kind,
+            cell,
+            models,
+            fmus,
+            correction,
+            answers.noise,
+            watch,
+            durations=durations,
         )
         for check in CHECKS:
             command.of(check)
@@ -221,7 +221,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
-            correction=within_motors(command),
+            correction=final_correction(command, answers),
             mode=case.mode,
             findings=command.findings,
             warnings=(*cell.rate_warnings(correction.joints), *warnings),
@@ -230,13 +230,13 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
                 *remarks(case, command.loads),
                 *case.task.remarks,
                 *command.of(CUT_STABILITY).remarks,
-                *(() if noise is None else noise.remarks),
+                *(() if answers.noise is None else answers.noise.remarks),
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             durations=durations,
             not_stored=process.not_stored,
-            repeatability=repeated,
-            noise=noise,
+            repeatability=answers.repeatability,
+            noise=answers.noise,
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.smoothing import ForceNoise
-from coupling.results.drive_result import CommandResult, DriveResult
+from coupling.results.drive_result import CommandResult
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import DrawnDeviation, WorstReplay
@@ -102,7 +102,7 @@ def figures_of(
         command=CommandResult(
             rows=len(correction.joints.time),
             drives=tuple(
-                DriveResult.of(drive, name)
+                drive.model_copy(update={"robot": name})
                 for name, drives in zip(names, run.of(DRIVE_MOTION)[rows_of_tool], strict=True)
                 for drive in drives
             ),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError
 from coupling.events import ProcessMessage, WarningEvent, Watch
-from coupling.path.deviation import measure
 from coupling.process import (
     ExternalTable,
     NoisySchema,
@@ -17,7 +16,7 @@ from coupling.process import (
 )
 from coupling.process.base import ProcessRequest
 from coupling.process.noise_filter import LowPass
-from coupling.process.smoothing import NoiseRemoval
+from coupling.process.smoothing import ForceNoise, NoiseRemoval
 from coupling.results.repeatability import Repeatability
 from coupling.run.case_process import evaluated_process
 from coupling.solve.correction import Correction
@@ -31,20 +30,52 @@ AGAIN = "asked_again"
 _LONGEST, _CHEAP = 600.0, 60.0
 # A second evaluation may take this many times as long, where a time limit can end it.
 _SLOWER = 2.0
-_WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcome.EXHAUSTED)
+# Outcomes of methods that would go on if the process answered alike.
+WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcome.EXHAUSTED)
 
 
-def repeated_evaluation(
-    case: Case, last: ProcessRequest | None, correction: Correction, watch: Watch
-) -> Repeatability | None:
-    """Return how a second answer to the last path differs, where the method came to no end.
+@dataclass(frozen=True)
+class RepeatedAnswers:
+    """What second answers to a path tell of a process.
+
+    Attributes:
+        noise: Noise in its forces; None where it can have none, or is periodic.
+        repeatability: Difference of two answers, to the last path where the method came to no end, to
+            the first one where its forces are uneven; None where there are no two.
+        evaluations: Number of second answers.
+    """
+
+    noise: ForceNoise | None
+    repeatability: Repeatability | None
+    evaluations: int
+
+
+def repeat_answers(
+    case: Case, process: EvaluatedProcess, correction: Correction, watch: Watch
+) -> RepeatedAnswers:
+    """Return what second answers tell: one that its noise asks for, one where a method did not end.
 
     Args:
-        last: Last request to its process.
+        process: The process of the case as the method has evaluated it.
         correction: Result of the method.
         watch: Function called with what happens.
     """
-    if correction.outcome not in _WITHOUT_END or last is None:
+    removal, last = process.noise_removal, None
+    first = None if removal is None else removal.repeatability
+    if first is None or not first.disturbs:
+        last = _repeatability(case, process.last, correction, watch)
+    return RepeatedAnswers(
+        noise=None if removal is None else removal.noise,
+        repeatability=last or first,
+        evaluations=sum(comparison is not None for comparison in (first, last)),
+    )
+
+
+def _repeatability(
+    case: Case, last: ProcessRequest | None, correction: Correction, watch: Watch
+) -> Repeatability | None:
+    """Return how a second answer to the last path differs, where the method came to no end."""
+    if correction.outcome not in WITHOUT_END or last is None:
         return None
     second = _second_response(case, last, _LONGEST, watch)
     return None if second is None else Repeatability.of(last.response.wrench, second.wrench)
@@ -69,31 +100,6 @@ def noise_removal(case: Case, watch: Watch) -> NoiseRemoval | None:
     low_pass = table.low_pass(case.motion.path)
     asks = isinstance(table, ProcessTable) and not isinstance(low_pass, LowPass)
     return NoiseRemoval(low_pass, second_answer if asks else None)
-
-
-def explained(correction: Correction, kind: str, repeated: Repeatability | None) -> Correction:
-    """Return a correction whose reason says that the process answers differently, where it does.
-
-    Args:
-        kind: "couple" or "compensate".
-        repeated: Difference of two responses to its last path; None where it was evaluated once.
-    """
-    if repeated is None or correction.outcome not in _WITHOUT_END:
-        return correction
-    reason = correction.reason
-    if repeated.disturbs:
-        remainder, what = (
-            (correction.consistency, "the path still changes by up to")
-            if kind == "couple"
-            else (
-                measure(correction.achieved, correction.desired).maximum,
-                "the deviation is up to",
-            )
-        )
-        reason = f"{repeated.sentence()}; {what} {1e6 * remainder:.4g} um"
-    elif not repeated.identical:
-        reason = f"{reason}; and {repeated.sentence()}"
-    return replace(correction, reason=reason)
 
 
 def _second_response(

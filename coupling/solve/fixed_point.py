@@ -13,6 +13,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.process.base import Process, ProcessResponse
 from coupling.results.iteration_result import Evaluation
 from coupling.robot.robot import SimulatedRobot
@@ -247,7 +248,7 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[O
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))
         return Outcome.DIVERGED, (
             f"diverged: the path change grows by a factor {factor:.3g} per evaluation, to"
-            f" {1e6 * changes[-1]:.3g} um{_ADVICE}"
+            f" {format_um(changes[-1])} um{_ADVICE}"
         )
     best = int(np.argmin(changes))
     if len(changes) - 1 - best < _PATIENCE:
@@ -256,7 +257,7 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[O
     cycles = max(recent) < _CYCLE * min(recent)
     return Outcome.LIMIT_CYCLE if cycles else Outcome.STAGNATED, (
         f"{'a limit cycle' if cycles else 'stagnation'}: the path change stays between"
-        f" {1e6 * min(recent):.3g} and {1e6 * max(recent):.3g} um for {_PATIENCE} evaluations, most at"
+        f" {format_um(min(recent))} and {format_um(max(recent))} um for {_PATIENCE} evaluations, most at"
         f" {_worst_places(x, g)}{_ADVICE}"
     )
 

@@ -15,6 +15,7 @@ from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.path.path_ends import is_near_moving_end
 from coupling.process.base import ProcessResponse
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
@@ -192,7 +193,7 @@ class InverseCorrection(Schema):
             count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
             return Outcome.CONVERGED, f"converged with {count} of the moving robot"
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
-        remainder = f"{1e6 * min(sizes):.4g} um remain, most at t = {worst:.3f} s"
+        remainder = f"{format_um(min(sizes))} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
         elif is_near_moving_end(desired, worst):

@@ -15,6 +15,7 @@ from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.path.low_pass import low_pass
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.robot.robot import InvertibleRobot
@@ -168,12 +169,12 @@ class Mirror(Schema):
             return Outcome.CONVERGED, f"converged in {len(sizes) - 1} corrections"
         if len(sizes) > 1 and not sizes[-1] <= _DIVERGED * min(sizes):
             return Outcome.DIVERGED, (
-                f"mirroring diverges: the deviation grew from {1e6 * min(sizes):.4g} to"
-                f" {1e6 * sizes[-1]:.4g} um{_ADVICE}"
+                f"mirroring diverges: the deviation grew from {format_um(min(sizes))} to"
+                f" {format_um(sizes[-1])} um{_ADVICE}"
             )
         if len(sizes) > _PATIENCE and min(sizes[-_PATIENCE:]) > _IMPROVED * min(sizes[:-_PATIENCE]):
             return Outcome.STAGNATED, (
-                f"mirroring stagnates at {1e6 * min(sizes):.4g} um, most at t ="
+                f"mirroring stagnates at {format_um(min(sizes))} um, most at t ="
                 f" {iterations[-1].deviation.time_of_maximum:.3f} s{self._held_back(iterations[-1])}"
             )
         if len(sizes) > self.max_passes:

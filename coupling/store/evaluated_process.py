@@ -11,8 +11,8 @@ from coupling.errors import ProcessError, StoreError
 from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
 from coupling.process.base import Process, ProcessRequest, ProcessResponse
-from coupling.process.checked import checked_answer
 from coupling.process.smoothing import NoiseRemoval
+from coupling.process.validation import evaluate_validated
 from coupling.results.run_state import StoredAnswer
 from coupling.store.entry import EntryInfo, as_stored, evaluation_key, size_of
 from coupling.store.store import Store
@@ -103,13 +103,13 @@ class EvaluatedProcess:
         """
         for number in range(1, self._tries):
             try:
-                return checked_answer(self._process, path, self._name)
+                return evaluate_validated(self._process, path, self._name)
             except ProcessError as cause:
                 self._watch(
                     WarningEvent(f"try {number} of {self._tries} failed, the next begins: {cause}")
                 )
         try:
-            return checked_answer(self._process, path, self._name)
+            return evaluate_validated(self._process, path, self._name)
         except ProcessError as cause:
             if self._tries == 1:
                 raise

@@ -20,7 +20,7 @@ from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.files.atomic_file import PARTIAL, AtomicFile
 from coupling.path.histories import ToolPath
 from coupling.process.base import ProcessResponse
-from coupling.process.checked import misfit
+from coupling.process.validation import find_misfit
 from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
 
 ENTRY, DAMAGED = ".npz", ".damaged"
@@ -190,7 +190,7 @@ class Store:
             return None
         except OSError as cause:
             raise StoreError(f"{self._file(key)}: cannot be read: {reason_of(cause)}") from cause
-        problem = misfit(response, path)
+        problem = find_misfit(response, path)
         if problem:
             raise DamagedError(f"is no answer to its path: {problem}")
         with suppress(OSError):  # a store that may only be read

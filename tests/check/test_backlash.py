@@ -10,7 +10,7 @@ from line_case import line_case
 
 from coupling.case.case import Case
 from coupling.check.backlash import exact_command
-from coupling.check.checked import checked
+from coupling.check.robot_findings import examine_robots
 from coupling.files.robot_file import find_robot
 from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
@@ -59,7 +59,7 @@ CASES = {
 def no_clearance():
     """What is said of a backlash asks nothing of the room around the path."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("coupling.check.checked.clearance_around", lambda *_: None)
+        patch.setattr("coupling.check.robot_findings.clearance_around", lambda *_: None)
         yield
 
 
@@ -86,7 +86,7 @@ AS_AT_REST = ("a wall along a line", "slot, milled")
 def test_what_is_said_without_a_run_is_what_its_replays_show(name, tmp_path, replays):
     """Within a factor of 1.5, absolute and less a constant; a formula of each gear at rest is not."""
     case = CASES[name](tmp_path)
-    (robot,) = checked(case, case.process.evaluate(case.desired).wrench)
+    (robot,) = examine_robots(case, case.process.evaluate(case.desired).wrench)
     found = {name: own.deviation for name, own in replays(case).items()}
     for figure in ("maximum", "maximum_less_constant"):
         said = max(getattr(own.deviation, figure) for own in robot.backlash)
@@ -104,7 +104,7 @@ def kept():
     (wanted,) = wanted_of(case.robots, case.desired, wrench)
     placed = case.robots[0]
     moving = MovingRobot(placed.description, placed.torque_curve)
-    (robot,) = checked(case, wrench)
+    (robot,) = examine_robots(case, wrench)
     return SimpleNamespace(case=case, wanted=wanted, moving=moving, robot=robot)
 
 
@@ -140,7 +140,7 @@ def test_the_command_that_is_taken_for_right_is_right_for_the_robot_of_the_file(
 def test_what_is_said_of_each_robot_of_a_cell_is_what_its_own_replays_show(replays):
     """A cell of two: what is simulated is each robot's own tool, in its own base."""
     case = example("two_robots", tool_path=CONTOUR)
-    robots = checked(case, case.process.evaluate(case.desired).wrench)
+    robots = examine_robots(case, case.process.evaluate(case.desired).wrench)
     found = replays(case)
     for tool, robot in enumerate(robots):
         said = max(own.deviation.maximum for own in robot.backlash)

@@ -42,7 +42,7 @@ def library() -> ctypes.CDLL:
         "run",
         "drives",
         "read",
-        "parse",
+        "take_file",
         "uri",
         "watch_growth",
     ):
@@ -182,10 +182,9 @@ class Core:
             )
         )
 
-    def parse(self, content: bytes, is_npz: bool) -> None:
-        """Take the motion of a file's content for the model's."""
-        size = ctypes.c_size_t(len(content))
-        self._require(self._lib.probe_parse(self._model, content, size, is_npz))
+    def read(self, file: Path) -> None:
+        """Take the motion of a file for the model's."""
+        self._require(self._lib.probe_take_file(self._model, str(file).encode()))
 
     def step(self, end: float, q: np.ndarray, load: np.ndarray) -> None:
         done = self._lib.probe_step(

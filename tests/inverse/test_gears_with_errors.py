@@ -33,7 +33,7 @@ from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.motor_demands import motor_demands
+from coupling.run.predicted_motor_torques import predict_motor_torques
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.gear_parts import Drive, KinematicError
@@ -296,7 +296,7 @@ def test_motors_are_asked_for_what_the_simulated_ones_need(case):
     moving = MovingRobot(robot, "linear")
     task = moving.task(wanted)
     links = stiff_links(moving, task)
-    demands = motor_demands(moving, links, loads_along(moving, links, task.wrench))
+    demands = predict_motor_torques(moving, links, loads_along(moving, links, task.wrench))
     time = np.linspace(0.0, END, 801)
     with RobotFmu(file, "linear") as fmu:
         command = exact_command(moving, wanted)

@@ -1,7 +1,6 @@
 /* Damaged trajectory files: fuzz_files SEED TIMES FILE...
  *
- * Linked with the FMU's library, so that a sanitizer sees both.  The content has its own size and not a
- * byte more than the zero behind it.
+ * Linked with the FMU's library, so that a sanitizer sees both.  Each is written beside this program, then read.
  */
 #include "draw.h"
 
@@ -107,6 +106,13 @@ static void mend(content *c)
     }
 }
 
+static void write_content(const char *path, const content *c)
+{
+    FILE *file = fopen(path, "wb");
+    CHECK(file != NULL && fwrite(c->bytes, 1, c->size, file) == c->size);
+    fclose(file);
+}
+
 int main(int count, char **arguments)
 {
     static const er_settings settings = {.closest_samples = 1e-6, .most_sample = 1e12};
@@ -117,16 +123,17 @@ int main(int count, char **arguments)
     for (long k = 0; k < times; k++) {
         const char *file = arguments[3 + draw((unsigned)count - 3)];
         content c = read_content(file);
+        char damaged[1000];
         er_trajectory trajectory;
         er_failure failure;
         for (unsigned more = 1 + draw(4); more > 0; more--)
             damage(&c);
         if (draw(2) == 0)
             mend(&c);
-        c.bytes[c.size] = '\0';
+        snprintf(damaged, sizeof damaged, "%s%s", arguments[0], strstr(file, ".npz") != NULL ? ".npz" : ".csv");
+        write_content(damaged, &c);
         failure.text[0] = '\0';
-        if (er_trajectory_parse(&trajectory, (const char *)c.bytes, c.size, strstr(file, ".npz") != NULL, 1,
-                                &settings, &failure)) {
+        if (er_trajectory_read(&trajectory, damaged, 1, &settings, &failure)) {
             size_t hint = 0;
             er_drives drives = {.trajectory = &trajectory, .hint = &hint, .joints = 1};
             double q, qd, qdd;

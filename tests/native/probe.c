@@ -268,21 +268,14 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, bool undeflected,
     return er_model_reset(model, time, &command, &load, &failure);
 }
 
-/* Takes the motion of a file's content for that of the model. */
-bool probe_parse(er_model *model, const char *content, size_t size, bool is_npz)
+/* Takes the motion of a file for that of the model. */
+bool probe_take_file(er_model *model, const char *path)
 {
-    char *copy = malloc(size + 1);
-    er_trajectory parsed;
-    bool good;
-    memcpy(copy, content, size);
-    copy[size] = '\0';
-    good = er_trajectory_parse(&parsed, copy, size, is_npz, model->robot.joints,
-                               &model->robot.settings, &failure);
-    free(copy);
-    if (!good)
+    er_trajectory trajectory;
+    if (!er_trajectory_read(&trajectory, path, model->robot.joints, &model->robot.settings, &failure))
         return false;
     er_trajectory_free(&model->trajectory);
-    model->trajectory = parsed;
+    model->trajectory = trajectory;
     model->hint = 0;
     return true;
 }

@@ -72,16 +72,17 @@ def test_what_is_no_file_is_said_at_once(core, tmp_path, name):
     assert _refusals(core, file) == [f"trajectory {file}: {reason}"] * 2
 
 
-def test_an_archive_cut_anywhere_is_refused(core):
-    content = npz()
+def test_an_archive_cut_anywhere_is_refused(core, tmp_path):
+    content, file = npz(), tmp_path / "cut.npz"
     for length in range(len(content)):
         with pytest.raises((ValueError, TrajectoryError)):
             trajectory_of(*parse_table(content[:length], True), 1)
+        file.write_bytes(content[:length])
         with pytest.raises(CoreError):
-            core.parse(content[:length], True)
+            core.read(file)
 
 
-def test_damaged_files_have_one_motion_and_mostly_one_verdict(core):
+def test_damaged_files_have_one_motion_and_mostly_one_verdict(core, tmp_path):
     """Where both read a damaged file they read the same numbers.
 
     Python's zipfile and the core look at other parts of what an archive tells twice.
@@ -92,8 +93,10 @@ def test_damaged_files_have_one_motion_and_mostly_one_verdict(core):
             expected = trajectory_of(*parse_table(content, is_npz), 1)
         except (ValueError, TrajectoryError):
             expected = None
+        file = tmp_path / ("damaged.npz" if is_npz else "damaged.csv")
+        file.write_bytes(content)
         try:
-            core.parse(content, is_npz)
+            core.read(file)
         except CoreError:
             refused += expected is None
             apart += expected is not None

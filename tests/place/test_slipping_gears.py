@@ -22,7 +22,7 @@ from coupling.place.placing import placing
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.gear_loads import wanted_of
-from coupling.run.motor_demands import motor_demands
+from coupling.run.predicted_motor_torques import predict_motor_torques
 from docs.scripts.runs import example
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive, KinematicError
@@ -150,7 +150,7 @@ def test_motors_ask_for_the_torque_that_a_check_of_the_path_estimates(monkeypatc
     moving = MovingRobot(robot, "linear")
     task = moving.task(wanted)
     links = stiff_links(moving, task)
-    demands = motor_demands(moving, links, loads_along(moving, links, task.wrench))
+    demands = predict_motor_torques(moving, links, loads_along(moving, links, task.wrench))
     share = own.screen(own.stations).figures(own.present[None]).motor_share[0]
     assert share == pytest.approx(max(d.torque[1.0] for d in demands) / 1e4, rel=0.03)
 

@@ -15,9 +15,9 @@ from coupling.errors import ProcessError
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ElasticWall
-from coupling.process.checked import checked_answer
 from coupling.process.external import ExternalProgram
 from coupling.process.frames import response_in_base
+from coupling.process.validation import evaluate_validated
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_rotvec([0.3, -0.4, 0.9]))
 # A wall of 1e5 N/m at z = 0 of the part; what it prints is in part axes.
@@ -101,4 +101,4 @@ def test_a_stiffness_that_no_spring_has_is_the_process_s_mistake(wrong):
             return replace(answer, stiffness=answer.stiffness + odd)
 
     with pytest.raises(ProcessError, match="symmetric matrices without negative eigenvalues"):
-        checked_answer(Wrong(), path_at_the_wall(), "wrong")
+        evaluate_validated(Wrong(), path_at_the_wall(), "wrong")

@@ -264,13 +264,13 @@ def test_drives_of_a_sine_move_as_fast_as_it_does():
     wide = np.full(2, np.inf)
     limits = JointLimits(-wide, wide, np.array([2.0, np.inf]), np.array([np.inf, 7.0]))
     moving, still = drive_motions(JointPath(time, q, qd, qdd), limits)
-    assert moving.rate == pytest.approx(0.1 * omega, rel=1e-9)
-    assert moving.acceleration == pytest.approx(0.1 * omega**2, rel=1e-5)
-    assert min(abs(moving.acceleration_time - t) for t in (0.25, 0.75)) < 0.002
-    assert (moving.lowest, moving.highest) == pytest.approx((-0.1, 0.1), rel=1e-4)
-    assert (moving.rate_limit, moving.acceleration_limit) == (2.0, None)
-    assert (still.joint, still.rate, still.acceleration) == (2, 0.0, 0.0)
-    assert (still.rate_limit, still.acceleration_limit) == (None, 7.0)
+    assert moving.rate_rad_s == pytest.approx(0.1 * omega, rel=1e-9)
+    assert moving.acceleration_rad_s2 == pytest.approx(0.1 * omega**2, rel=1e-5)
+    assert min(abs(moving.acceleration_time_s - t) for t in (0.25, 0.75)) < 0.002
+    assert moving.range_rad == pytest.approx((-0.1, 0.1), rel=1e-4)
+    assert (moving.rate_limit_rad_s, moving.acceleration_limit_rad_s2) == (2.0, None)
+    assert (still.joint, still.rate_rad_s, still.acceleration_rad_s2) == (2, 0.0, 0.0)
+    assert (still.rate_limit_rad_s, still.acceleration_limit_rad_s2) == (None, 7.0)
 
 
 def test_drives_of_the_written_command_are_in_result_and_report(finished):

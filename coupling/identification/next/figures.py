@@ -8,6 +8,7 @@ from coupling.errors import sentence
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
+from coupling.path.length_text import format_um
 from coupling.results.forecast import RunForecast
 from coupling.results.next_result import (
     NextResult,
@@ -118,8 +119,8 @@ def clock_sentence(run: MeasuredRun) -> str:
     return (
         f"The clock of {run.measured.name} was shifted by {1e3 * run.clock:+.2g} ms to fit best. A"
         " delay of the robot of this order is not distinguishable from it: it is neither corrected"
-        f" nor contained in these figures, and is {_um(1e-3 * speed)} along the path per ms at up to"
-        f" {speed:.2g} m/s. To have it corrected, measure on the controller's clock, within one"
+        f" nor contained in these figures, and is {format_um(1e-3 * speed)} um along the path per ms at"
+        f" up to {speed:.2g} m/s. To have it corrected, measure on the controller's clock, within one"
         " cycle."
     )
 
@@ -142,8 +143,8 @@ def _verdict(plan: CommandPlan) -> str:
     state = "as forecast" if forecast.low <= rms <= forecast.high else "worse than forecast"
     if rms < forecast.low:
         state = "better than forecast"
-    interval = f"{_um(forecast.low)} to {_um(forecast.high)}"
-    return f"Deviation under the last command: {_um(rms)} rms, {state} ({interval})."
+    interval = f"{format_um(forecast.low)} um to {format_um(forecast.high)} um"
+    return f"Deviation under the last command: {format_um(rms)} um rms, {state} ({interval})."
 
 
 def _move(plan: CommandPlan) -> str:
@@ -164,8 +165,4 @@ def _move(plan: CommandPlan) -> str:
 
 
 def _rms(plan: CommandPlan, run: MeasuredRun) -> str:
-    return _um(plan.options.rms_of(run.size))
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.3g} um"
+    return format_um(plan.options.rms_of(run.size))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from coupling.errors import SimulationError
 from coupling.identification.runs.effect import in_parallel
@@ -60,7 +60,7 @@ class DescentPoint:
 @cache
 def _length(count: int) -> float:
     """Return the median length of a row of noise of size 1, of so many coordinates."""
-    return float(np.sqrt(chi2.median(count)))
+    return float(np.sqrt(chdtri(count, 0.5)))
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.identification.verdict import ParameterVerdict
+from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
 from coupling.robot.parameters import RobotParameter
 
@@ -126,8 +127,8 @@ def discrepancy(before: float, after: float, noise: float) -> str:
         return ""
     explained = float(np.sqrt(max(before**2 - after**2, 0.0)))
     return (
-        f"the model explains only {1e6 * explained:.3g} of {1e6 * before:.3g} um of the slow part of the"
-        f" deviation; {1e6 * after:.3g} um remain, noise alone would be {1e6 * noise:.2g} um"
+        f"the model explains only {format_um(explained)} of {format_um(before)} um of the slow part of"
+        f" the deviation; {format_um(after)} um remain, noise alone would be {format_um(noise)} um"
     )
 
 

@@ -30,6 +30,7 @@ from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
+from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
@@ -135,13 +136,13 @@ class Learned:
             return f"nothing is identifiable: {lacks}"
         if after > _WORTH * before:
             return (
-                f"the slow part of the residual would be {1e6 * after:.3g} um with the learned"
-                f" parameters, with the robot file it is {1e6 * before:.3g} um: no improvement"
+                f"the slow part of the residual would be {format_um(after)} um with the learned"
+                f" parameters, with the robot file it is {format_um(before)} um: no improvement"
             )
         adrift = mostly_in_backlash(self.gears, last)
         if self.unexplained and adrift:
             return (
-                f"{1e6 * after:.3g} um remain, noise alone would be {1e6 * self.noise_left:.2g} um,"
+                f"{format_um(after)} um remain, noise alone would be {format_um(self.noise_left)} um,"
                 f" and {adrift}: parameters cannot describe a gear that is unloaded in its backlash;"
                 " place the part or the base so that it is loaded"
             )
@@ -166,8 +167,8 @@ class Learned:
             return remarks
         return [
             *remarks,
-            f"{1e6 * self.residual_rms[1]:.3g} um of the slow part of the deviation remain, noise alone"
-            f" would be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash"
+            f"{format_um(self.residual_rms[1])} um of the slow part of the deviation remain, noise alone"
+            f" would be {format_um(self.noise_left)} um: an effect that is not in the model (a backlash"
             " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
             f" intervals are therefore {self.widened:.2g} times as wide, and hardly identifiable"
             " parameters stay near the file",

@@ -14,6 +14,7 @@ from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
 from coupling.identification.verdict import interval_words
+from coupling.path.length_text import format_um
 from coupling.results.learned_result import (
     LearnedParameterResult,
     LearnedResult,
@@ -121,8 +122,8 @@ def learned_text(learned: Learned, target: Path) -> str:
     ]
     before, after = learned.residual_rms
     words = (
-        f"Slow part of the residual, frame and clock fitted: {1e6 * before:.1f} um rms with"
-        f" {start.name}, {1e6 * after:.1f} um with this file."
+        f"Slow part of the residual, frame and clock fitted: {format_um(before)} um rms with"
+        f" {start.name}, {format_um(after)} um with this file."
     )
     return fitted_text(start, learned.robot, entries, "learn", measured, words, target)
 

@@ -8,7 +8,7 @@
 #include "outputs/drive_outputs.h"
 #include "growth.h"
 #include "model_drives.h"
-#include "step/newton.h"
+#include "step/newton_matrix.h"
 #include "step/sensitivity.h"
 #include "load/statics.h"
 #include "step/stepper.h"

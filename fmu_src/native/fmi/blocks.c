@@ -10,65 +10,73 @@
 #include "../core/outputs/outputs.h"
 #include "../core/outputs/tangent.h"
 
-/* What is computed from the model alone, and its derivatives. */
-#define OF_MODEL(name)                                                                              \
-    static bool find_##name(er_instance *instance, double *values)                                  \
+/* What is computed from the model alone by `of_model`, and its derivatives by `of_change`: the functions of a row. */
+#define OF_MODEL(find, of_model, along, of_change)                                                  \
+    static bool find(er_instance *instance, double *values)                                         \
     {                                                                                               \
-        er_model_##name(instance->model, values);                                                   \
+        of_model(instance->model, values);                                                          \
         return true;                                                                                \
     }                                                                                               \
-    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    static bool along(er_instance *instance, const er_change *change, double *derivatives)          \
     {                                                                                               \
-        er_##name##_along(instance->model, change, derivatives);                                    \
+        of_change(instance->model, change, derivatives);                                            \
         return true;                                                                                \
     }
 
 /* The same of what is asked of each torsion or motor. */
-#define OF_EACH(name, count, entry)                                                                 \
-    static bool find_##name(er_instance *instance, double *values)                                  \
+#define OF_EACH(find, of_model, along, of_change, count, entry)                                     \
+    static bool find(er_instance *instance, double *values)                                         \
     {                                                                                               \
         for (int i = 0; i < (count); i++)                                                           \
-            values[i] = er_model_##name(instance->model, entry);                                    \
+            values[i] = of_model(instance->model, entry);                                           \
         return true;                                                                                \
     }                                                                                               \
-    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    static bool along(er_instance *instance, const er_change *change, double *derivatives)          \
     {                                                                                               \
         for (int i = 0; i < (count); i++)                                                           \
-            derivatives[i] = er_##name##_along(instance->model, change, entry);                     \
+            derivatives[i] = of_change(instance->model, change, entry);                             \
         return true;                                                                                \
     }
 
 /* The same of event indicators: `count` values from place `first` of those that indicators.c finds. */
-#define OF_INDICATORS(name, found, first, count)                                                    \
-    static bool find_##name(er_instance *instance, double *values)                                  \
+#define OF_INDICATORS(find, indicate, along, indicate_along, first, count)                          \
+    static bool find(er_instance *instance, double *values)                                         \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_indicate_##found(instance, ways);                                                        \
+        indicate(instance, ways);                                                                   \
         memcpy(values, ways + (first), (size_t)(count) * sizeof *values);                           \
         return true;                                                                                \
     }                                                                                               \
-    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    static bool along(er_instance *instance, const er_change *change, double *derivatives)          \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_indicate_##found##_along(instance, change, ways);                                        \
+        indicate_along(instance, change, ways);                                                     \
         memcpy(derivatives, ways + (first), (size_t)(count) * sizeof *derivatives);                 \
         return true;                                                                                \
     }
 
-OF_MODEL(tcp)
-OF_MODEL(velocity)
-OF_MODEL(rigid)
-OF_MODEL(deviation)
-OF_MODEL(motor_angle)
-OF_MODEL(motor_rate)
-OF_EACH(gear_torque, instance->interface.torsions, instance->interface.torsion[i])
-OF_EACH(motor_torque, instance->interface.torsions, instance->interface.torsion[i])
-OF_EACH(motor_acceleration, instance->model->robot.motors, i)
-OF_EACH(integral_growth, instance->model->robot.motors, i)
-OF_INDICATORS(bends, bends, 0, 2 * instance->interface.torsions)
-OF_INDICATORS(slips, slips, 0, instance->model->robot.elements)
-OF_INDICATORS(motor_slips, slips, instance->model->robot.elements, instance->model->robot.motors)
-OF_INDICATORS(limits, limits, 0, instance->model->robot.motors)
+OF_MODEL(find_tcp, er_model_tcp, tcp_along, er_tcp_along)
+OF_MODEL(find_velocity, er_model_velocity, velocity_along, er_velocity_along)
+OF_MODEL(find_rigid, er_model_rigid, rigid_along, er_rigid_along)
+OF_MODEL(find_deviation, er_model_deviation, deviation_along, er_deviation_along)
+OF_MODEL(find_motor_angle, er_model_motor_angle, motor_angle_along, er_motor_angle_along)
+OF_MODEL(find_motor_rate, er_model_motor_rate, motor_rate_along, er_motor_rate_along)
+OF_EACH(find_gear_torque, er_model_gear_torque, gear_torque_along, er_gear_torque_along,
+        instance->interface.torsions, instance->interface.torsion[i])
+OF_EACH(find_motor_torque, er_model_motor_torque, motor_torque_along, er_motor_torque_along,
+        instance->interface.torsions, instance->interface.torsion[i])
+OF_EACH(find_motor_acceleration, er_model_motor_acceleration, motor_acceleration_along, er_motor_acceleration_along,
+        instance->model->robot.motors, i)
+OF_EACH(find_integral_growth, er_model_integral_growth, integral_growth_along, er_integral_growth_along,
+        instance->model->robot.motors, i)
+OF_INDICATORS(find_bends, er_indicate_bends, bends_along, er_indicate_bends_along,
+              0, 2 * instance->interface.torsions)
+OF_INDICATORS(find_slips, er_indicate_slips, slips_along, er_indicate_slips_along,
+              0, instance->model->robot.elements)
+OF_INDICATORS(find_motor_slips, er_indicate_slips, motor_slips_along, er_indicate_slips_along,
+              instance->model->robot.elements, instance->model->robot.motors)
+OF_INDICATORS(find_limits, er_indicate_limits, limits_along, er_indicate_limits_along,
+              0, instance->model->robot.motors)
 
 static bool find_compliance(er_instance *instance, double *values)
 {

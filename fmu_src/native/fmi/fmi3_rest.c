@@ -115,42 +115,42 @@ SET_NONE(Binary, (VARIABLES, const size_t sizes[], const fmi3Binary values[], si
 GET_NONE(Clock, (VARIABLES, fmi3Clock values[]))
 SET_NONE(Clock, (VARIABLES, const fmi3Clock values[]))
 
-#define ABSENT(Name, parameters, found)                                                             \
-    fmi3Status fmi3##Name parameters                                                                \
+#define ABSENT(name, parameters, found)                                                             \
+    fmi3Status name parameters                                                                      \
     {                                                                                               \
         er_component_refuse(c, found);                                                              \
         return fmi3Error;                                                                           \
     }
 
 #define CLOCKS "intervals of a clock are asked for; this FMU has no clocks"
-ABSENT(GetIntervalDecimal, (VARIABLES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]), CLOCKS)
-ABSENT(GetIntervalFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
+ABSENT(fmi3GetIntervalDecimal, (VARIABLES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]), CLOCKS)
+ABSENT(fmi3GetIntervalFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
                              fmi3IntervalQualifier qualifiers[]), CLOCKS)
-ABSENT(GetShiftDecimal, (VARIABLES, fmi3Float64 shifts[]), CLOCKS)
-ABSENT(GetShiftFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[]), CLOCKS)
-ABSENT(SetIntervalDecimal, (VARIABLES, const fmi3Float64 intervals[]), CLOCKS)
-ABSENT(SetIntervalFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
-ABSENT(SetShiftDecimal, (VARIABLES, const fmi3Float64 shifts[]), CLOCKS)
-ABSENT(SetShiftFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
-ABSENT(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), CLOCKS)
+ABSENT(fmi3GetShiftDecimal, (VARIABLES, fmi3Float64 shifts[]), CLOCKS)
+ABSENT(fmi3GetShiftFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[]), CLOCKS)
+ABSENT(fmi3SetIntervalDecimal, (VARIABLES, const fmi3Float64 intervals[]), CLOCKS)
+ABSENT(fmi3SetIntervalFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
+ABSENT(fmi3SetShiftDecimal, (VARIABLES, const fmi3Float64 shifts[]), CLOCKS)
+ABSENT(fmi3SetShiftFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
+ABSENT(fmi3ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), CLOCKS)
 
-ABSENT(EnterStepMode, (fmi3Instance c), "step mode is asked for; this FMU has no event mode in co-simulation")
-ABSENT(EvaluateDiscreteStates, (fmi3Instance c),
+ABSENT(fmi3EnterStepMode, (fmi3Instance c), "step mode is asked for; this FMU has no event mode in co-simulation")
+ABSENT(fmi3EvaluateDiscreteStates, (fmi3Instance c),
        "an evaluation of discrete states is asked for; this FMU updates them only")
 
 #define STRUCTURE "configuration mode is asked for; the sizes of this FMU's variables are fixed"
-ABSENT(EnterConfigurationMode, (fmi3Instance c), STRUCTURE)
-ABSENT(ExitConfigurationMode, (fmi3Instance c), STRUCTURE)
+ABSENT(fmi3EnterConfigurationMode, (fmi3Instance c), STRUCTURE)
+ABSENT(fmi3ExitConfigurationMode, (fmi3Instance c), STRUCTURE)
 
 #define DEPENDENCIES "dependencies of elements are asked for; those in modelDescription.xml hold for all"
-ABSENT(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference reference, size_t *count), DEPENDENCIES)
-ABSENT(GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent, size_t dependent_elements[],
+ABSENT(fmi3GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference reference, size_t *count), DEPENDENCIES)
+ABSENT(fmi3GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent, size_t dependent_elements[],
         fmi3ValueReference independents[], size_t independent_elements[],
         fmi3DependencyKind kinds[], size_t count), DEPENDENCIES)
 
-ABSENT(GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
+ABSENT(fmi3GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
         const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
         size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count),
        "adjoint derivatives are asked for; this FMU has directional ones")
-ABSENT(GetOutputDerivatives, (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
+ABSENT(fmi3GetOutputDerivatives, (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
        "output derivatives are asked for; there are none")

@@ -243,7 +243,7 @@ static bool is_native(const npy_header *header)
            header->big == (bytes[0] != 0);
 }
 
-static bool take_data(er_data_table *table, const array *a, void *spare, er_failure *failure)
+static bool take_data(er_data_table *table, const array *a, unsigned char *archive, er_failure *failure)
 {
     size_t rows = (size_t)a->header.shape[0], columns = (size_t)a->header.shape[1];
     if (!is_number(&a->header) || a->header.axes != 2)
@@ -255,8 +255,8 @@ static bool take_data(er_data_table *table, const array *a, void *spare, er_fail
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
-    if (is_native(&a->header) && spare != NULL) {
-        table->data = memmove(spare, a->data, a->bytes);
+    if (is_native(&a->header)) {
+        table->data = memmove(archive, a->data, a->bytes);
         return true;
     }
     table->data = malloc(rows * columns * sizeof *table->data);
@@ -269,10 +269,10 @@ static bool take_data(er_data_table *table, const array *a, void *spare, er_fail
     return true;
 }
 
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare, er_failure *failure)
+bool er_npz_parse(er_data_table *table, unsigned char *archive, size_t size, er_failure *failure)
 {
     array columns = {0}, data = {0};
     return open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
            take_names(table, &columns, failure) && open_array(archive, size, "data", "data.npy", &data, failure) &&
-           take_data(table, &data, spare, failure);
+           take_data(table, &data, archive, failure);
 }

@@ -7,8 +7,8 @@
 
 #include "data_table.h"
 
-/* Reads the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory.
- * `spare`: that memory, where it is from malloc and the table's data may be kept in it, or NULL. */
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare, er_failure *failure);
+/* Reads the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory from malloc, in which the
+ * table's data may be kept. */
+bool er_npz_parse(er_data_table *table, unsigned char *archive, size_t size, er_failure *failure);
 
 #endif

@@ -113,27 +113,15 @@ static bool parse_csv(er_data_table *table, const char *text, size_t size, er_fa
     return true;
 }
 
-/* `spare` as er_npz_parse has it. */
-static bool parse_table(er_data_table *table, const char *content, size_t size, bool is_npz, void *spare,
-                  er_failure *failure)
+/* Content of a file, from malloc; what is left of it is the table's where it holds the numbers. */
+static bool parse_table(er_data_table *table, char *content, size_t size, bool is_npz, er_failure *failure)
 {
-    bool good;
     memset(table, 0, sizeof *table);
     if (size == 0)
         return er_fail(failure, "expected a table, got an empty file");
     if (is_npz || (size > 4 && memcmp(content, "PK\3\4", 4) == 0))
-        good = er_npz_parse(table, (const unsigned char *)content, size, spare, failure);
-    else
-        good = parse_csv(table, content, size, failure);
-    return good;
-}
-
-bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz, er_failure *failure)
-{
-    bool good = parse_table(table, content, size, is_npz, NULL, failure);
-    if (!good)
-        er_table_free(table);
-    return good;
+        return er_npz_parse(table, (unsigned char *)content, size, failure);
+    return parse_csv(table, content, size, failure);
 }
 
 bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
@@ -143,7 +131,7 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
     bool good, kept;
     if (content == NULL)
         return false;
-    good = parse_table(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content, failure);
+    good = parse_table(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, failure);
     kept = (void *)table->data == (void *)content;
     if (!good)
         er_table_free(table);

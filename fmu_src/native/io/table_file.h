@@ -8,9 +8,6 @@
  * refused is one list, docs/fmu.md#trajectories, and the same in elastic_robot/table_file.py. */
 bool er_table_read(er_data_table *table, const char *path, er_failure *failure);
 
-/* The same of a file's content, with a zero byte behind it.  `is_npz`: its name ends in .npz. */
-bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz, er_failure *failure);
-
 void er_table_free(er_data_table *table);
 
 /* Number of the column with a name, and how many of them there are. */

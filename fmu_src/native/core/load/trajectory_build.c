@@ -279,36 +279,20 @@ static bool choose_columns(er_data_table *table, int joints, table_samples *samp
     return true;
 }
 
-/* Makes the trajectory of a table, and frees that. */
-static bool take_table(er_trajectory *trajectory, er_data_table *table, int joints,
-                       const er_settings *settings, er_failure *failure)
-{
-    table_samples samples;
-    bool good = choose_columns(table, joints, &samples, failure) &&
-                take_samples(trajectory, &samples, settings, failure);
-    er_table_free(table);
-    return good;
-}
-
-bool er_trajectory_parse(er_trajectory *trajectory, const char *content, size_t size, bool is_npz,
-                         int joints, const er_settings *settings, er_failure *failure)
-{
-    er_data_table *table = malloc(sizeof *table);
-    bool good = table != NULL ? er_table_parse(table, content, size, is_npz, failure) &&
-                                    take_table(trajectory, table, joints, settings, failure)
-                              : er_fail(failure, "it does not fit into memory");
-    free(table);
-    return good;
-}
-
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,
                         const er_settings *settings, er_failure *failure)
 {
     er_data_table *table = malloc(sizeof *table);
+    table_samples samples;
     er_failure inner;
-    bool good = table != NULL ? er_table_read(table, path, &inner) &&
-                                    take_table(trajectory, table, joints, settings, &inner)
-                              : er_fail(&inner, "it does not fit into memory");
+    bool good = table != NULL || er_fail(&inner, "it does not fit into memory");
+    if (good && er_table_read(table, path, &inner)) {
+        good = choose_columns(table, joints, &samples, &inner) &&
+               take_samples(trajectory, &samples, settings, &inner);
+        er_table_free(table);
+    } else {
+        good = false;
+    }
     free(table);
     return good || er_fail(failure, "trajectory %.500s: %.1000s", path, inner.text);
 }

@@ -8,10 +8,6 @@
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,
                         const er_settings *settings, er_failure *failure);
 
-/* The same of a file's content, with a zero byte behind it.  `is_npz`: its name ends in .npz. */
-bool er_trajectory_parse(er_trajectory *trajectory, const char *content, size_t size, bool is_npz,
-                         int joints, const er_settings *settings, er_failure *failure);
-
 void er_trajectory_free(er_trajectory *trajectory);
 
 #endif

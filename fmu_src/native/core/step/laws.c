@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "sensitivity.h"
-#include "collocation.h"
+#include "newton_iteration.h"
 #include "crossing_sensitivity.h"
 #include "motor_step.h"
 #include "stage.h"

@@ -8,7 +8,7 @@
 
 #include "sensitivity.h"
 #include "laws.h"
-#include "newton.h"
+#include "newton_matrix.h"
 #include "crossings.h"
 
 /* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */

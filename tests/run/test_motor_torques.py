@@ -15,7 +15,7 @@ from motor_file import with_motors
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
-from coupling.check.checked import checked
+from coupling.check.robot_findings import examine_robots
 from coupling.errors import PlanningError, SimulationError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.diagnosis import gear_loads
@@ -34,8 +34,8 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.gear_loads import wanted_of
-from coupling.run.motor_demands import COLD, WARM, explained_by_motors
-from coupling.run.motor_loads import MOTOR_TORQUES, motor_load
+from coupling.run.predicted_motor_torques import COLD, WARM, explained_by_motors
+from coupling.run.simulated_motor_torques import MOTOR_TORQUES, summarise_motor
 from coupling.run.stored_run import read_run
 from coupling.store import EvaluatedProcess
 from elastic_robot.gear_parts import Drive
@@ -125,12 +125,12 @@ def test_reversals_of_a_motor_and_what_its_friction_sticks_have_closed_forms():
     angle = amplitude * np.sin(2.0 * np.pi * time)
     motion = MotorHistory((0,), time, *[angle[:, None]] * 3)
     drive = Drive(1.0, position_gain=20.0, rate_gain=100.0, friction=5.0, slip_angle=a)
-    found = motor_load(drive, motion)
-    assert found.reversals == 2 * periods
+    found = summarise_motor(drive, motion)
+    assert found.motor_reversals == 2 * periods
     first = np.arcsin(a / amplitude)
     sticks = first + 2 * periods * np.arccos(1.0 - 2.0 * a / amplitude)
-    assert found.presliding == pytest.approx(sticks / (2.0 * np.pi * periods), rel=1e-3)
-    assert found.torque == pytest.approx(amplitude, rel=1e-9)
+    assert found.motor_presliding_share == pytest.approx(sticks / (2.0 * np.pi * periods), rel=1e-3)
+    assert found.motor_torque_Nm == pytest.approx(amplitude, rel=1e-9)
 
 
 @pytest.mark.parametrize("mode", ["dynamic", "quasistatic"])
@@ -219,14 +219,14 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
 def test_a_robot_without_motors_tells_nothing_of_them(tmp_path):
     run = run_compensation(line_case(tmp_path, "native"))
     assert run.of(MOTOR_TORQUES) == (None,)
-    assert all(drive.motor is None for own in run.of(DRIVE_MOTION) for drive in own)
+    assert all(drive.motor_torque_Nm is None for own in run.of(DRIVE_MOTION) for drive in own)
 
 
 def test_check_estimates_what_a_run_then_asks_for(finished):
     """To 5 % and what backlash asks; friction 30 % more and less is apart by 60 % of it."""
     case, folder, _ = finished
     stored = read_run(folder).first
-    (robot,) = checked(case, case.process.evaluate(case.desired).wrench)
+    (robot,) = examine_robots(case, case.process.evaluate(case.desired).wrench)
     asked = {d.joint: d.motor_torque_Nm for d in stored.figures.command.drives}
     for own in robot.motors:
         assert own.limit == 12000.0
@@ -240,7 +240,7 @@ def test_check_estimates_what_a_run_then_asks_for(finished):
 
 
 def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
-    (robot,) = checked(
+    (robot,) = examine_robots(
         (case := load_case(line(tmp_path, 9e4))), WrenchHistory.none(case.desired.time)
     )
     worst = max(robot.motors, key=lambda own: own.torque[1.0])

@@ -12,6 +12,7 @@ from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.programs.languages import Language
 from coupling.results.drive_result import DriveMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -47,15 +48,19 @@ def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
     problems = []
     for i, drive in enumerate(motions):
         low, high = limits.lower[i], limits.upper[i]
-        if drive.lowest < low - _ROUNDING or drive.highest > high + _ROUNDING:
-            angles = np.rad2deg([low, high, drive.lowest, drive.highest])
+        lowest, highest = drive.range_rad
+        if lowest < low - _ROUNDING or highest > high + _ROUNDING:
+            angles = np.rad2deg([low, high, lowest, highest])
             problems.append(
                 f"joint {drive.joint}: expected angles of {angles[0]:.2f} to {angles[1]:.2f} deg, got"
                 f" {angles[2]:.2f} to {angles[3]:.2f} deg"
             )
         for reached, at, most, unit in (
-            (drive.rate, drive.rate_time, drive.rate_limit, "rad/s"),
-            (drive.acceleration, drive.acceleration_time, drive.acceleration_limit, "rad/s^2"),
+            (drive.rate_rad_s, drive.rate_time_s, drive.rate_limit_rad_s, "rad/s"),
+            (
+                *(drive.acceleration_rad_s2, drive.acceleration_time_s),
+                *(drive.acceleration_limit_rad_s2, "rad/s^2"),
+            ),
         ):
             if most is not None and reached > most * (1.0 + _ROUNDING):
                 problems.append(
@@ -105,7 +110,7 @@ def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -
     if apart > _SAME:
         raise ProgramError(
             f"{folder / 'command.csv'}: expected the poses of the robot file, got a difference of up to"
-            f" {1e6 * apart:.3g} um: the file has changed since the run, repeat it"
+            f" {format_um(apart)} um: the file has changed since the run, repeat it"
         )
 
 
@@ -123,7 +128,7 @@ def require_poses(
     if apart > _ROUNDED or rotation > _ROUNDED:
         raise ProgramError(
             f"{file}: expected the poses of the robot at q1.., got a difference of up to"
-            f" {1e6 * apart:.3g} um and {1e3 * rotation:.3g} mrad: it is the command of another robot,"
+            f" {format_um(apart)} um and {1e3 * rotation:.3g} mrad: it is the command of another robot,"
             " tool or base, or only its angles were edited: remove the columns of the poses"
         )
 

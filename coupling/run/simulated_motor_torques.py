@@ -1,4 +1,4 @@
-"""What a command asks of the motors of a robot: torques over time, reversals against friction."""
+"""Torques that the motors of a simulated robot give along a command, and reversals of their friction."""
 
 from __future__ import annotations
 
@@ -13,17 +13,14 @@ from coupling.inverse.servo import presliding
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
-from coupling.results.drive_result import DriveMotion, MotorLoad
+from coupling.results.drive_result import DriveMotion, MotorTorque
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.run_result import RunResult
 from coupling.results.section import Note, Section, Table
 from coupling.robot.parameters import with_joints
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand
-from coupling.solve.correction import Correction
-from coupling.solve.outcome import Outcome
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import IDEAL
 from elastic_robot.gear_parts import Drive
 
 # Longest distance of the times at which motors are looked at [s]: where a gear comes to a flank, a
@@ -34,21 +31,21 @@ _SLIPS = 1.0 - 1e-6
 
 
 @dataclass(frozen=True)
-class MotorLoads:
+class SimulatedMotorTorques:
     """What a command asks of the motors of one robot.
 
     Attributes:
         history: Their motion and the torques that they would need for it.
-        loads: Figures of these, by joint, from 0.
+        torques: Figures of these, by joint, from 0.
     """
 
     history: MotorHistory
-    loads: dict[int, MotorLoad]
+    torques: dict[int, MotorTorque]
 
     def with_motors(self, drives: Sequence[DriveMotion]) -> tuple[DriveMotion, ...]:
         """Return what the command asks of the drives with what it asks of their motors."""
         return tuple(
-            drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives
+            drive.model_copy(update=dict(self.torques.get(drive.joint - 1, ()))) for drive in drives
         )
 
     def exceeded(self, robot: str) -> Iterator[LimitWarning]:
@@ -57,15 +54,16 @@ class MotorLoads:
         Args:
             robot: Name of the robot in a cell of several, else empty.
         """
-        for joint, load in self.loads.items():
-            if load.limit is not None and load.torque > load.limit:
-                at = load.torque_time, joint + 1, robot
-                yield LimitWarning.of("motor-torque", load.torque, load.limit, *at)
+        for joint, motor in self.torques.items():
+            torque, limit = motor.motor_torque_Nm, motor.motor_torque_limit_Nm
+            if limit is not None and torque > limit:
+                at = motor.motor_torque_time_s, joint + 1, robot
+                yield LimitWarning.of("motor-torque", torque, limit, *at)
 
 
-def motor_loads(
+def simulate_motor_torques(
     model: SimulatedModel, command: JointPath, wrench: WrenchHistory
-) -> MotorLoads | None:
+) -> SimulatedMotorTorques | None:
     """Return what a command asks of a robot's motors, whose limits of torque are left out for it.
 
     So a torque beyond its limit is that which the servo asks for, and what a motor within its limit
@@ -92,8 +90,8 @@ def motor_loads(
     time = np.interp(rows, np.arange(len(instants)), instants)
     _, motion = model.fmu.with_motors(command, wrench.refined(time), joints, strong)
     drives = {i: drive for i in joints if (drive := robot.joints[i].drive) is not None}
-    loads = {i: motor_load(drives[i], motion.of(k)) for k, i in enumerate(joints)}
-    return MotorLoads(motion.every(parts), loads)
+    torques = {i: summarise_motor(drives[i], motion.of(k)) for k, i in enumerate(joints)}
+    return SimulatedMotorTorques(motion.every(parts), torques)
 
 
 def without_limits(robot: Robot) -> Robot:
@@ -113,7 +111,7 @@ def without_limits(robot: Robot) -> Robot:
     return with_joints(robot, unlimited)
 
 
-def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
+def summarise_motor(drive: Drive, motion: MotorHistory) -> MotorTorque:
     """Return what the motion of one motor comes to.
 
     Args:
@@ -123,8 +121,8 @@ def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
         >>> drive = Drive(inertia=1.0, position_gain=1.0, rate_gain=1.0, slip_angle=0.1)
         >>> angle = np.array([0.0, 0.1, 1.0, 0.9, 0.8, 0.0])
         >>> motion = MotorHistory((0,), np.arange(6.0), *[angle[:, None]] * 3)
-        >>> found = motor_load(drive, motion)
-        >>> found.torque_time, found.reversals, found.presliding
+        >>> motor = summarise_motor(drive, motion)
+        >>> motor.motor_torque_time_s, motor.motor_reversals, motor.motor_presliding_share
         (2.0, 1, 0.2)
     """
     time, torque, angle = motion.time, np.abs(motion.torque[:, 0]), motion.angle[:, 0]
@@ -132,32 +130,32 @@ def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
     slips = np.sign(part) * (np.abs(part) >= _SLIPS)
     ways, worst = slips[slips != 0.0], int(torque.argmax())
     within = np.diff(time) @ (slips[1:] == 0.0)
-    return MotorLoad(
-        torque=float(torque[worst]),
-        torque_time=float(time[worst]),
-        limit=drive.torque_limit,
-        reversals=int(np.sum(ways[1:] != ways[:-1])),
-        presliding=float(within / (time[-1] - time[0])),
+    return MotorTorque(
+        motor_torque_Nm=float(torque[worst]),
+        motor_torque_time_s=float(time[worst]),
+        motor_torque_limit_Nm=drive.torque_limit,
+        motor_reversals=int(np.sum(ways[1:] != ways[:-1])),
+        motor_presliding_share=float(within / (time[-1] - time[0])),
     )
 
 
 def motor_warnings(
-    robots: Sequence[PlacedRobot], motors: Sequence[MotorLoads | None]
+    robots: Sequence[PlacedRobot], simulated: Sequence[SimulatedMotorTorques | None]
 ) -> tuple[LimitWarning, ...]:
     """Return a warning for each motor of a case's robots whose torque limit is exceeded."""
-    pairs = zip(robots, motors, strict=True)
+    pairs = zip(robots, simulated, strict=True)
     return tuple(
         warning
-        for placed, loads in pairs
-        if loads is not None
-        for warning in loads.exceeded(placed.name if len(robots) > 1 else "")
+        for placed, motors in pairs
+        if motors is not None
+        for warning in motors.exceeded(placed.name if len(robots) > 1 else "")
     )
 
 
-def _compute(command: CheckedCommand) -> tuple[MotorLoads | None, ...]:
+def _compute(command: CheckedCommand) -> tuple[SimulatedMotorTorques | None, ...]:
     """Return what a command asks of the motors of every robot; None where that is not simulated."""
     correction = command.correction
-    demands: list[MotorLoads | None] = []
+    demands: list[SimulatedMotorTorques | None] = []
     for member, model, joints, load in zip(
         command.cell.members,
         command.models,
@@ -167,7 +165,7 @@ def _compute(command: CheckedCommand) -> tuple[MotorLoads | None, ...]:
     ):
         in_base = load.transformed(member.world_from_base.inverse())
         try:
-            demands.append(motor_loads(model, joints, in_base))
+            demands.append(simulate_motor_torques(model, joints, in_base))
         except SimulationError:
             demands.append(None)
     return tuple(demands)
@@ -175,23 +173,6 @@ def _compute(command: CheckedCommand) -> tuple[MotorLoads | None, ...]:
 
 def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
     return motor_warnings(command.case.robots, command.of(MOTOR_TORQUES))
-
-
-def within_motors(command: CheckedCommand) -> Correction:
-    """Return a correction that has not converged where motors that were not simulated have too little.
-
-    What a limit costs that is in the simulation its deviation tells.
-    """
-    case, correction = command.case, command.correction
-    unlimited = [
-        motor if case.mode == "quasistatic" or placed.drive == IDEAL else None
-        for placed, motor in zip(case.robots, command.of(MOTOR_TORQUES), strict=True)
-    ]
-    warnings = motor_warnings(case.robots, unlimited)
-    if command.kind == "couple" or not warnings or not correction.converged:
-        return correction
-    reason = f"the command exceeds a motor's torque: {warnings[0]}: slow down the path"
-    return replace(correction, outcome=Outcome.ROBOT_FAILED, reason=reason)
 
 
 def _sections(figures: RunResult) -> list[Section]:
@@ -228,6 +209,6 @@ _MOTORS = Note(
     " at rest and after a reversal, until the motor has turned by the presliding angle."
 )
 
-MOTOR_TORQUES = Check[tuple[MotorLoads | None, ...]](
+MOTOR_TORQUES = Check[tuple[SimulatedMotorTorques | None, ...]](
     "motors", _compute, (), warnings=_warnings, sections=_sections
 )

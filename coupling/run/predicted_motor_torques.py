@@ -1,4 +1,4 @@
-"""What a path would ask of the motors of a robot, cold and warm, without a run.
+"""Torques that a path would ask of the motors of a robot, cold and warm, predicted without a run.
 
 The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the tool on its path and
 the tilts at rest under their loads: friction follows the motor, the link less the wind-up and the error
@@ -33,7 +33,7 @@ COLD, WARM = VARIED["friction"][1].replays
 
 
 @dataclass(frozen=True)
-class MotorDemand:
+class PredictedMotorTorque:
     """What a path asks of one motor, seen at its gear's output.
 
     Attributes:
@@ -68,9 +68,9 @@ class MotorDemand:
         return "".join(words[warning.name] for warning in self.warnings) or "-"
 
 
-def motor_demands(
+def predict_motor_torques(
     moving: MovingRobot, links: UniformSpline, loads: GearLoads
-) -> tuple[MotorDemand, ...]:
+) -> tuple[PredictedMotorTorque, ...]:
     """Return what a path asks of the motors of a robot.
 
     Args:
@@ -103,7 +103,7 @@ def motor_demands(
             f: np.abs(motor_torque(drive, motor_motion)) for f, drive in drives.items() if drive
         }
         demands.append(
-            MotorDemand(
+            PredictedMotorTorque(
                 joint + 1,
                 drives[1.0].torque_limit,
                 {f: float(torque.max()) for f, torque in needed.items()},
@@ -178,7 +178,7 @@ def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning
         moving = MovingRobot(placed.description, placed.torque_curve)
         task = moving.task(motion)
         links = stiff_links(moving, task)
-        for demand in motor_demands(moving, links, loads_along(moving, links, task.wrench)):
+        for demand in predict_motor_torques(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
                     yield _with_robot_name(case, placed, warning)

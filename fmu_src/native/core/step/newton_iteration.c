@@ -1,11 +1,11 @@
 /* The collocation equations of a step: the laws in it, their residuals, Newton's method. */
-#include "collocation.h"
+#include "newton_iteration.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "motor_step.h"
-#include "newton.h"
+#include "newton_matrix.h"
 #include "stage.h"
 
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each

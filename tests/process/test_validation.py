@@ -13,7 +13,7 @@ from places import LINE_CASE
 from coupling.errors import CaseError, ProcessError
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
-from coupling.process.checked import checked_answer
+from coupling.process.validation import evaluate_validated
 
 PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
 
@@ -63,19 +63,21 @@ class Own:
 def test_a_bad_answer_is_named(name):
     says, words = MISTAKES[name]
     with pytest.raises(ProcessError, match=f"the process mine gave an invalid result: {words}"):
-        checked_answer(Own(says), PATH, "mine")
+        evaluate_validated(Own(says), PATH, "mine")
 
 
 def test_a_good_answer_passes():
     good = answer(stiffness=np.zeros((5, 3, 3)))
-    assert checked_answer(Own(good), PATH, "mine") is good
+    assert evaluate_validated(Own(good), PATH, "mine") is good
 
 
 def test_what_fails_in_it_is_named_with_its_line():
-    with pytest.raises(ProcessError, match=r"mine failed: KeyError: 'x' \(test_checked.py, line"):
-        checked_answer(Own(KeyError("x")), PATH, "mine")
+    with pytest.raises(
+        ProcessError, match=r"mine failed: KeyError: 'x' \(test_validation.py, line"
+    ):
+        evaluate_validated(Own(KeyError("x")), PATH, "mine")
     with pytest.raises(CaseError, match="as it is"):
-        checked_answer(Own(CaseError("as it is")), PATH, "mine")
+        evaluate_validated(Own(CaseError("as it is")), PATH, "mine")
 
 
 def test_what_would_end_the_whole_command_ends_the_process_alone():
@@ -86,8 +88,10 @@ def test_what_would_end_the_whole_command_ends_the_process_alone():
             os._exit(0)
 
     end = os._exit
-    with pytest.raises(ProcessError, match=r"mine failed: SystemExit: 0 \(test_checked.py, line"):
-        checked_answer(Ends(), PATH, "mine")
+    with pytest.raises(
+        ProcessError, match=r"mine failed: SystemExit: 0 \(test_validation.py, line"
+    ):
+        evaluate_validated(Ends(), PATH, "mine")
     assert os._exit is end
 
 
@@ -100,7 +104,7 @@ def test_what_is_no_ordinary_exception_is_named_as_well(ends):
             raise ends
 
     with pytest.raises(ProcessError, match=rf"mine failed: {ends.__name__}:? "):
-        checked_answer(Ends(), PATH, "mine")
+        evaluate_validated(Ends(), PATH, "mine")
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that fork")
@@ -115,7 +119,7 @@ def test_what_a_process_has_forked_ends_as_ever():
             assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
             return answer()
 
-    checked_answer(Forks(), PATH, "mine")
+    evaluate_validated(Forks(), PATH, "mine")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Answers of a process, checked: an author's mistake is an error that names the process."""
+"""Whether a response is one to its path: an author's mistake is an error that names the process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from coupling.process.base import Process, ProcessResponse, own_blocks
 _ROUNDING = 1e-9
 
 
-def checked_answer(process: Process, path: ToolPath, name: str) -> ProcessResponse:
+def evaluate_validated(process: Process, path: ToolPath, name: str) -> ProcessResponse:
     """Return a process's answer to a path.
 
     Args:
@@ -38,7 +38,7 @@ def _problem(response: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
     if not isinstance(response, ProcessResponse):
         return f"expected a ProcessResponse, got {type(response).__name__}"
-    problem = misfit(response, path)
+    problem = find_misfit(response, path)
     if problem:
         return problem
     if response.wrench.spring is not None:
@@ -58,7 +58,7 @@ def _problem(response: object, path: ToolPath) -> str:
     return ""
 
 
-def misfit(response: ProcessResponse, path: ToolPath) -> str:
+def find_misfit(response: ProcessResponse, path: ToolPath) -> str:
     """Return what in an answer does not fit its path, empty if nothing: sizes, times, period."""
     expected = (*path.pose.shape[:2], 6)
     if response.wrench.before.shape != expected:

@@ -1,4 +1,4 @@
-#include "newton.h"
+#include "newton_matrix.h"
 
 #include <math.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 /* The collocation equations of one step, solved by simplified Newton iteration. */
-#ifndef ER_COLLOCATION_H
-#define ER_COLLOCATION_H
+#ifndef ER_NEWTON_ITERATION_H
+#define ER_NEWTON_ITERATION_H
 
 #include "run.h"
 

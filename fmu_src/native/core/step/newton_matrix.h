@@ -1,6 +1,6 @@
 /* The matrices of Newton's method for a step's stages. */
-#ifndef ER_NEWTON_H
-#define ER_NEWTON_H
+#ifndef ER_NEWTON_MATRIX_H
+#define ER_NEWTON_MATRIX_H
 
 #include "run.h"
 

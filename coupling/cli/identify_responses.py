@@ -1,0 +1,68 @@
+"""The command line: elastic-robot identify, from frequency responses and hammer tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from coupling.cli.arguments import numbers_of
+from coupling.cli.fitted import robot_target, write_findings, write_robot
+from coupling.errors import IdentifyError
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.identification.response.identification import (
+    identify_from_responses,
+    read_posture,
+    responses_text,
+)
+from coupling.report.response_report import response_page, response_summary
+
+
+def identify_responses(
+    robot: str,
+    files: Sequence[Path],
+    hold_out: Sequence[Path],
+    postures_deg: Sequence[str],
+    torque_curve: str,
+    output: Path | None,
+) -> None:
+    """Identify stiffness and damping from frequency responses.
+
+    Args:
+        robot: Robot file, or name of a shipped robot.
+        files: Responses or hammer tests to fit.
+        hold_out: Those to predict.
+        postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
+        torque_curve: "linear" or "backlash".
+        output: Robot file to write; None for one in the folder results.
+    """
+    if torque_curve not in ("linear", "backlash"):
+        raise IdentifyError(
+            f"--torque-curve: expected linear or backlash beside responses, got {torque_curve}"
+        )
+    count = len(files) + len(hold_out)
+    if len(postures_deg) != count:
+        raise IdentifyError(
+            f"--posture-deg: expected it once for each of {count} files of responses, those held out"
+            f" last, got it {len(postures_deg)} times"
+        )
+    start = find_robot(robot)
+    described = load_robot(start)
+    joints = len(described.joints)
+    angles = [
+        np.deg2rad(numbers_of("--posture-deg", text, IdentifyError, joints))
+        for text in postures_deg
+    ]
+    target = robot_target(output, f"{files[0].stem}_identified", IdentifyError)
+    measured = [
+        read_posture(file, q, number >= len(files))
+        for number, (file, q) in enumerate(zip([*files, *hold_out], angles, strict=True))
+    ]
+    identified = identify_from_responses(described, torque_curve, measured)
+    names = ", ".join(file.name for file in files)
+    page = response_page(f"{names}: {described.name}", identified.result)
+    write_findings(
+        target, identified.result, response_summary(identified.result), page, IdentifyError
+    )
+    write_robot(target, responses_text(identified, start, target), IdentifyError)

@@ -1,0 +1,141 @@
+"""Stiffness and damping from frequency responses: what was drawn is found, nothing else claimed."""
+
+import numpy as np
+import pytest
+from command_line import command
+from tapped_robot import drawn_values, tap
+
+from coupling.errors import IdentifyError
+from coupling.files.modal_damping import with_damping_ratio
+from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
+from coupling.identification.response.identification import identify_from_responses
+from coupling.modes.locked_robot import LockedRobot
+from coupling.robot.parameters import value_of
+from elastic_robot.parameters import Parameters
+
+
+def _robot(name="fanuc_r2000ic"):
+    return with_damping_ratio(load_robot(shipped_robots()[name]), 0.03)
+
+
+def _postures(rng, count):
+    middle = np.array([0.0, 0.2, 0.3, 0.3, 0.9, 0.0])
+    return middle + rng.uniform(-0.5, 0.5, (count, 6))
+
+
+def test_derivatives_of_the_residual_are_its_differences():
+    """Central differences of logs of factors, factor and delay of the instrument; error of order h^2."""
+    robot, rng = _robot("icme2008"), np.random.default_rng(3)
+    parameters = Parameters.of(robot)
+    q = _postures(rng, 2)
+    postures = tuple(
+        PostureResponse.of(
+            LockedRobot(robot, "linear").linear(angles, np.zeros(6)),
+            parameters.stiffness,
+            tap(robot, drawn_values(robot, rng), angles).responses,
+        )
+        for angles in q
+    )
+    count = 2 * len(parameters.stiffness) + 2 * len(postures)
+    experiment = ResponseExperiment(
+        postures, parameters.stiffness, parameters.damping, np.ones(count), 1.0
+    )
+    x, errors = 0.2 * rng.normal(size=count), []
+    exact = experiment.at(x).columns
+    for h in (1e-3, 5e-4):
+        differences = np.empty_like(exact)
+        for k in range(count):
+            step = h * np.eye(count)[k]
+            low, high = experiment.at(x - step).residual, experiment.at(x + step).residual
+            change = high - low
+            change.imag = (change.imag + np.pi) % (2.0 * np.pi) - np.pi
+            differences[:, k] = change / (2.0 * h)
+        errors.append(np.linalg.norm(differences - exact))
+    assert errors[1] < 1e-2 * np.linalg.norm(exact)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_exact_responses_give_the_springs_and_dampers_that_made_them(seed):
+    """Two postures without noise: to what the prior pulls, a thousandth of a factor."""
+    robot, rng = _robot("kuka_kr300"), np.random.default_rng(seed)
+    values = drawn_values(robot, rng)
+    taps = [tap(robot, values, q) for q in _postures(rng, 2)]
+    identified = identify_from_responses(robot, "linear", taps)
+    for verdict in identified.verdicts:
+        if verdict.identifiable:
+            assert verdict.value == pytest.approx(values[verdict.name], rel=0.03), verdict.name
+            assert value_of(identified.robot, verdict.name) == pytest.approx(
+                verdict.value, rel=0.01
+            )
+    assert sum(verdict.identifiable for verdict in identified.verdicts) >= 9
+    assert identified.result.error.written < 0.01 < identified.result.error.start
+
+
+def test_noise_factor_and_delay_of_instruments_are_not_taken_for_the_robot():
+    """3 % of noise, 2 % of gain, 0.2 ms of delay: intervals hold the truth, a posture is predicted."""
+    robot, rng = _robot(), np.random.default_rng(5)
+    values = drawn_values(robot, rng)
+    q = _postures(rng, 4)
+    taps = [tap(robot, values, angles, 0.03, 1.02, 2e-4, rng) for angles in q[:3]]
+    taps.append(tap(robot, values, q[3], 0.03, 0.99, 1e-4, rng, is_held_out=True))
+    identified = identify_from_responses(robot, "linear", taps)
+    inside = [
+        verdict.low <= values[verdict.name] <= verdict.high
+        for verdict in identified.verdicts
+        if verdict.identifiable
+    ]
+    assert sum(inside) >= len(inside) - 2
+    assert len(inside) >= 12
+    assert identified.result.held_out.written < 0.06 < 0.3 < identified.result.held_out.start
+
+
+def test_what_the_tool_does_not_feel_is_kept():
+    """A force through the axis of joint 6 does not turn it: its stiffness stays that of the file."""
+    robot, rng = load_robot(shipped_robots()["ur10"]), np.random.default_rng(2)
+    q = rng.uniform(-0.8, 0.8, (1, 6))
+    identified = identify_from_responses(
+        robot, "linear", [tap(robot, drawn_values(robot, rng), q[0], 0.05, rng=rng)]
+    )
+    kept = [verdict for verdict in identified.verdicts if not verdict.identifiable]
+    assert "joint[6].stiffness" in [verdict.name for verdict in kept]
+    for verdict in kept:
+        assert value_of(identified.robot, verdict.name) == value_of(robot, verdict.name)
+
+
+def test_responses_of_another_posture_are_refused():
+    """No robot near the start has them: nothing is written."""
+    robot, _rng = _robot(), np.random.default_rng(1)
+    tapped = tap(robot, {}, np.array([0.0, 0.2, 0.3, 0.3, 0.9, 0.0]))
+    elsewhere = tap(robot, {}, np.array([1.2, -0.6, 0.9, 1.5, -0.9, 0.0]))
+    swapped = [type(tapped)("swapped", elsewhere.q, tapped.responses)]
+    result = identify_from_responses(robot, "linear", swapped).result
+    assert result.refusal == "" or "no better" in result.refusal
+    assert result.error.written > 0.1
+    with pytest.raises(IdentifyError, match="those held out"):
+        identify_from_responses(robot, "linear", [tap(robot, {}, tapped.q, is_held_out=True)])
+
+
+def test_the_command_writes_a_robot_and_names_what_is_missing(tmp_path):
+    """A table of responses becomes a robot file; without a posture the option is named."""
+    robot, rng = _robot(), np.random.default_rng(4)
+    values, q = drawn_values(robot, rng), np.deg2rad([0.0, 20.0, 15.0, 10.0, 50.0, 0.0])
+    tapped = tap(robot, values, q)
+    columns, names = [tapped.responses[0].frequency], ["frequency_Hz"]
+    for response in tapped.responses:
+        columns += [response.compliance.real, response.compliance.imag]
+        names += [f"{response.name}_real_m_N", f"{response.name}_imag_m_N"]
+    file = tmp_path / "tapped.csv"
+    np.savetxt(file, np.column_stack(columns), delimiter=",", header=",".join(names), comments="")
+    base = ("identify", file, "--robot", "fanuc_r2000ic", "-o", tmp_path / "out.toml")
+    missing = command(*base)
+    assert missing.returncode == 2
+    assert "--posture-deg: expected it once" in missing.stderr
+    done = command(*base, "--torque-curve", "linear", "--posture-deg=0,20,15,10,50,0")
+    assert done.returncode == 0, done.stderr
+    written = load_robot(tmp_path / "out.toml")
+    name = "joint[2].stiffness"
+    assert value_of(written, name) == pytest.approx(values[name], rel=0.02)
+    assert (tmp_path / "out.html").is_file()
+    assert (tmp_path / "out.json").is_file()
