@@ -16,7 +16,7 @@ from coupling.store import EvaluatedProcess
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
 # 11 s for 1.8 s and 18 021 samples without draws, two_robots.toml 32 s for both robots on 48.6 s and
-# 2 431 samples; with servos a slot 18 s for 2.6 s and 13 000 samples, a pocket 44 s for 14.7 s and 73 600.
+# 2 431 samples; with servos a slot 18 s for 2.6 s and 13 000, a pocket 44 s for 14.7 s and 73 600.
 _START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 2.5e-4
 # The same of each robot that is drawn, and how much longer servos take.
 _DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 1e-3, 7e-6, 1.6
