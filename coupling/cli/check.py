@@ -115,12 +115,15 @@ def check(
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     from coupling.check.estimate import estimated, timed
+    from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
-        return estimated(case.desired, case.controller, case.method.max_rounds, each)
+        draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
+        servos = any(placed.drive == "servo" for placed in case.robots)
+        return estimated(case.desired, case.controller, case.method.max_rounds, each, draws, servos)
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"
     )

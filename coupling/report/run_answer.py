@@ -161,7 +161,11 @@ def _sentence(
         else f"expect {expected.words} on the real robot, whose file does not say how exact it is"
     )
     if context.tolerance is None:
-        return f"{_capital(reach)}, uncorrected {before}. How much the part allows is not stated."
+        share = "about" if expected.is_whole else "at least"
+        return (
+            f"Of {before} {share} {in_words(expected.maximum)} may remain on the real robot until it is"
+            " identified. How much the part allows is not stated."
+        )
     verdict = {True: "GOOD ENOUGH", False: "NOT GOOD ENOUGH", None: "NOT CERTAIN"}
     fits = verdict[_fits(expected, context.tolerance)]
     return f"{fits}: {reach}; your tolerance is {in_words(context.tolerance)}."
