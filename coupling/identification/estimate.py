@@ -89,6 +89,11 @@ class Estimate(Generic[Linearised]):
         """The values, any units, (P,)."""
         return self.linearisation.x
 
+    @property
+    def is_at_minimum(self) -> bool:
+        """Whether it has converged or is at a kink: slopes of one side promise what no step gains."""
+        return self.converged or self.is_settled
+
 
 def estimate(
     start: Linearised,

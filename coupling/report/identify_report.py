@@ -33,7 +33,10 @@ def identify_page(title: str, result: IdentifiedResult) -> str:
     sections = [
         *identify_summary(result),
         Section(
-            "Deflections, measured and predicted", [arrows_note], "arrows", [arrows(result, factor)]
+            "Deflections, measured and predicted",
+            [arrows_note],
+            "arrows",
+            scene=arrows(result, factor),
         ),
         Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(result)]),
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),

@@ -9,9 +9,11 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
+from coupling.files.atomic_folder import UNFINISHED
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
+    case_content,
     case_of,
     cost,
     evaluations_table,
@@ -24,15 +26,18 @@ from coupling.report.cut_report import cut_section
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import write_page
+from coupling.report.run_answer import RunContext, run_answer
+from coupling.report.run_scene import part_frame, run_scene
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
 from coupling.results.run_result import RunResult
-from coupling.results.section import Note, Part, Section, warned
+from coupling.results.scene import Scene
+from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import StoredRobot, StoredRun, read_run
+from coupling.run.stored_run import CASE, StoredRobot, StoredRun, read_run
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:
@@ -72,6 +77,25 @@ def write_pages(run: StoredRun, target: Path) -> None:
         pages[target] = cell_page(run)
     for place, text in pages.items():
         write_page(place, text, ResultError)
+
+
+def answer_of(run: StoredRun, scene: Scene | None = None) -> Answer:
+    """Return the first screen of a run, with what is seen in space if it is drawn."""
+    case = case_content(run)
+    tolerance = case_of(run).part.tolerance_mm
+    context = RunContext(
+        folder=_as_named(run.folder.with_name(run.folder.name.removesuffix(UNFINISHED))),
+        case=str(_as_named(Path(run.case_file or run.folder / CASE))),
+        robot=case.get("robot", {}).get("description", ""),
+        tolerance=None if tolerance is None else 1e-3 * tolerance,
+    )
+    return run_answer(run.figures, context, scene)
+
+
+def _as_named(path: Path) -> Path:
+    """Return a path as a user would name it: from the working folder where it is in that."""
+    whole = path.resolve()
+    return whole.relative_to(Path.cwd()) if whole.is_relative_to(Path.cwd()) else path
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -116,22 +140,37 @@ def cell_head(cell: StoredRun) -> list[Section]:
 
 def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
     """Return verdict, deviations, touch-off and warnings."""
-    # A run of an earlier version has warned of rates alone.
-    warnings = tuple(warning.text for warning in figures_.warnings) or figures_.rate_warnings
     return [
-        verdict(figures_, case_of(run).process.model),
+        replace(
+            verdict(figures_, case_of(run).process.model), title="How it was computed", good=None
+        ),
         deviations,
         Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
-        *warned(warnings, figures_.remarks),
+        *_warned(figures_),
     ]
+
+
+def run_warnings(run: StoredRun) -> list[str]:
+    """Return the warnings and remarks of a run, in sentences."""
+    return [str(part) for section in _warned(run.figures) for part in section.parts]
+
+
+def _warned(figures: RunResult) -> list[Section]:
+    # A run of an earlier version has warned of rates alone.
+    warnings = tuple(warning.text for warning in figures.warnings) or figures.rate_warnings
+    return warned(warnings, figures.remarks)
 
 
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
+    name = next((name for name, stored in run.robots.items() if stored is robot), "forming")
     robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     along_text = [_deviation_note(robot)] + ([_FLANKS] if robot_figures.reversals else [])
     demands = (DRIVES_NOTE, drives_table(robot_figures))
+    case = case_content(run)
+    alone = replace(run, figures=robot_figures, robots={name: robot})
+    scene = run_scene(alone, part_frame(part), case)
     sections = [
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
@@ -154,7 +193,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
         Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
-    return _page(robot_figures, sections, run.case)
+    return _page(robot_figures, sections, run.case, answer_of(alone, scene))
 
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
@@ -171,7 +210,12 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
         return []
     return [
         Section("Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
-        Section("Workpiece", [_WORKPIECE], "workpiece", workpiece_figures.fields(workpieces)),
+        Section(
+            "Workpiece",
+            [_WORKPIECE],
+            "workpiece",
+            scene=workpiece_figures.workpiece_scene(workpieces),
+        ),
     ]
 
 
@@ -187,7 +231,8 @@ def cell_page(cell: StoredRun) -> str:
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]
-    return _page(cell.figures, sections, cell.case)
+    scene = run_scene(cell, part_frame(real_part(cell.figures, case_of(cell))), case_content(cell))
+    return _page(cell.figures, sections, cell.case, answer_of(cell, scene))
 
 
 def gap_figure(cell: StoredRun) -> go.Figure:
@@ -202,10 +247,10 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     return over_time(lines, "gap [mm]", 320, shapes=[level])
 
 
-def _page(figures_: RunResult, sections: list[Section], case: str) -> str:
-    """Return sections and inputs as one self-contained HTML text."""
+def _page(figures_: RunResult, sections: list[Section], case: str, answer: Answer) -> str:
+    """Return first screen, sections and inputs as one self-contained HTML text."""
     end = [Section("", [_THINNED]), *inputs(figures_, case)]
-    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end])
+    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end], answer)
 
 
 _ABOVE = Note(
@@ -232,8 +277,8 @@ _GAP = Note(
 )
 _CUT = Note("Section of the workpiece along the part's x axis.")
 _WORKPIECE = Note(
-    "The same surface coloured by the field chosen in the menu. The files workpiece_*.vtu contain it"
-    " for ParaView."
+    "The workpiece, coloured by the field that is chosen; the files workpiece_*.vtu contain it for"
+    " ParaView."
 )
 
 

@@ -52,16 +52,6 @@ def style(figure: go.Figure, height: int = 380) -> go.Figure:
     return figure
 
 
-def in_space(unit: str, **more: Any) -> Keys:
-    """Return the scene of a figure in space, whose axes x, y and z are in a unit.
-
-    Args:
-        unit: The unit.
-        more: Other keys of the scene.
-    """
-    return {**{f"{axis}axis": {"title": f"{axis} [{unit}]"} for axis in "xyz"}, **more}
-
-
 def row(number: int) -> dict[str, str]:
     """Return the axes of a trace in a row of `rows`, counted from 1 at the top.
 

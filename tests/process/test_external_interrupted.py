@@ -22,7 +22,8 @@ from coupling.path.interpolation import SampledPath
 from coupling.process import ExternalProgram, ExternalTable
 from coupling.robot.cell import Cell, Member
 from coupling.solve.correction import Correction
-from coupling.solve.fixed_point import Loop, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Anderson
