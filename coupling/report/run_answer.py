@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from coupling.report.lengths import in_words
 from coupling.results.run_result import RunResult
@@ -26,7 +25,7 @@ class RunContext:
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
 
-    folder: Path
+    folder: str
     case: str
     robot: str
     tolerance: float | None = None
@@ -35,7 +34,7 @@ class RunContext:
         """Return a command line.
 
         Example:
-            >>> RunContext(Path("results/my cone"), "cone.toml", "icme2008").command("report", "a b")
+            >>> RunContext("results/my cone", "cone.toml", "icme2008").command("report", "a b")
             "elastic-robot report 'a b'"
         """
         return shlex.join(["elastic-robot", *words])
@@ -227,7 +226,7 @@ def _steps(
     figures: RunResult, context: RunContext, good: bool | None, gains: bool, is_stable: bool
 ) -> Iterator[NextStep]:
     """Yield what to do next."""
-    folder = str(context.folder)
+    folder = context.folder
     if not is_stable:
         yield NextStep(
             "Find a depth and speed that do not chatter:",

@@ -9,7 +9,6 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_folder import UNFINISHED
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -25,7 +24,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.cut_report import cut_section
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
-from coupling.report.report_file import write_page
+from coupling.report.report_file import name_path, write_page
 from coupling.report.run_answer import RunContext, run_answer
 from coupling.report.run_scene import part_frame, run_scene
 from coupling.report.shares import DeviationShares, shares_of
@@ -84,18 +83,12 @@ def answer_of(run: StoredRun, scene: Scene | None = None) -> Answer:
     case = case_content(run)
     tolerance = case_of(run).part.tolerance_mm
     context = RunContext(
-        folder=_as_named(run.folder.with_name(run.folder.name.removesuffix(UNFINISHED))),
-        case=str(_as_named(Path(run.case_file or run.folder / CASE))),
+        folder=name_path(run.folder),
+        case=name_path(Path(run.case_file or run.folder / CASE)),
         robot=case.get("robot", {}).get("description", ""),
         tolerance=None if tolerance is None else 1e-3 * tolerance,
     )
     return run_answer(run.figures, context, scene)
-
-
-def _as_named(path: Path) -> Path:
-    """Return a path as a user would name it: from the working folder where it is in that."""
-    whole = path.resolve()
-    return whole.relative_to(Path.cwd()) if whole.is_relative_to(Path.cwd()) else path
 
 
 def run_summary(run: StoredRun) -> list[Section]:
