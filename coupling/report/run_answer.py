@@ -14,6 +14,16 @@ from coupling.results.section import Answer, KeyFigure, NextStep
 # Gears that are named on the first screen.
 _NAMED = 2
 
+# Ends of an iteration without a result, in words that need no glossary.
+_UNFINISHED = {
+    "diverged": "Each further step made it worse.",
+    "limit cycle": "Further steps went to and fro without coming closer.",
+    "stagnated": "Further steps no longer helped.",
+    "exhausted": "It takes more steps than the case allows.",
+    "process failed": "The process could not be evaluated on the path.",
+    "robot failed": "The robot could not be simulated on the path.",
+}
+
 
 @dataclass(frozen=True)
 class RunContext:
@@ -184,7 +194,7 @@ def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
     if stability is not None and not stability.stable:
         return f"{stability.sentence}."
     if not figures.converged:
-        return f"{_capital(figures.reason)}."
+        return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
     if figures.forecast is not None:
         return f"{figures.forecast.sentence}."
     if outlook is None or expected is None:
