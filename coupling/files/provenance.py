@@ -10,7 +10,7 @@ from pathlib import Path
 from coupling.files.robot_file import rigid_joints, urdf_of, validated
 from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
 from coupling.files.sources import Number, numbers
-from coupling.files.urdf_tree import plain_name
+from coupling.files.urdf_elements import plain_name
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 

@@ -11,7 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.files.urdf import find_urdf
-from coupling.files.urdf_tree import TreeJoint, UrdfTree, placement_of, read_tree
+from coupling.files.urdf_elements import placement_of
+from coupling.files.urdf_tree import TreeJoint, UrdfTree, read_tree
 from elastic_robot.errors import RobotFileError
 
 _PACKAGE = "package://"

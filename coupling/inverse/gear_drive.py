@@ -6,12 +6,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.native.desk_drive import CubicPieces, DeskDrive, DriveNumbers, HeldElements
+from coupling.native.desk_drive import (
+    CubicPieces,
+    DeskDrive,
+    DriveNumbers,
+    HeldElements,
+    torque_impulses,
+)
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
@@ -37,9 +42,10 @@ class GearTask:
         wind_up: e0 = phi - u(q) there that carries it: d e0' + S(e0) = T [rad], (k,).
         curve: S, of this gear alone.
         damping: d [N m s/rad], >= 0.
-        inertia: M against which an error of the torque works there [kg m^2], (k,): 1 / (M^-1)_gg of
-            the robot's mass matrix, the other coordinates free to yield as they are for what is
-            faster than the robot's modes.
+        inertia_time: Rising times [s], (i,).
+        inertia: M against which an error of the torque works there [kg m^2], (i,), straight in between:
+            1 / (M^-1)_gg of the robot's mass matrix, the other coordinates free to yield as they are for
+            what is faster than the robot's modes.
         elements: Elements of the gear's hysteresis, which come to e0 from unloaded.
         errors: Its kinematic error, by which its output is at u(q).
     """
@@ -50,6 +56,7 @@ class GearTask:
     wind_up: np.ndarray
     curve: TorqueCurve
     damping: float
+    inertia_time: np.ndarray
     inertia: np.ndarray
     elements: GearElements = NO_ELEMENTS
     errors: KinematicErrors = NO_ERRORS
@@ -129,14 +136,12 @@ class GearDrive:
         layout = Layout.of(rows)
         step = rows.cycle / layout.parts
         quarters = rows.start + 0.25 * step * np.arange(4 * layout.nodes - 3)
-        halves = quarters[::2]
-        inside = np.clip(halves, task.time[0], task.time[-1])
-        beyond = task.torque[-1] * (halves - inside)
-        impulse = np.diff(CubicSpline(task.time, task.torque).antiderivative()(inside) + beyond)
-        middles = halves[1::2]
+        spacing = float(task.time[-1] - task.time[0]) / (len(task.time) - 1)
+        impulse = torque_impulses(spacing, task.torque, 2 * layout.nodes - 2, 0.5 * step)
+        middles = quarters[2::4]
         # No step can follow what is faster than it: a light link is taken for one that it can.
         lightest = (0.5 * step) ** 2 * task.stiffness
-        inertia = np.maximum(np.interp(middles, task.time, task.inertia), lightest)
+        inertia = np.maximum(np.interp(middles, task.inertia_time, task.inertia), lightest)
         return cls(
             layout,
             rows.start,
@@ -193,6 +198,23 @@ class GearDrive:
             elongation[:, :, 0],
         )
         return replace(self, memory=memory)
+
+    def torque_changes(self, other: GearDrive, least: float) -> np.ndarray:
+        """Return in which intervals elements do otherwise than was held of them, (count,).
+
+        Args:
+            other: The drive about another motion.
+            least: Angle that a change of their torque is worth at least [rad].
+        """
+        if self.memory is None or other.memory is None:
+            return np.zeros(self.layout.count, dtype=bool)
+        moved = other.memory.wind_up - self.memory.wind_up
+        held = self.memory.impulse + np.einsum("nphq,npq->nph", self.memory.by_wind_up, moved)
+        missing = np.abs(other.memory.impulse - held).max(axis=2) * self.scale.reshape(
+            held.shape[:2]
+        )
+        changes: np.ndarray = missing.max(axis=1) > least
+        return changes
 
     @property
     def step(self) -> float:

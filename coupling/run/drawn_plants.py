@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.stats.qmc import Sobol
 
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
@@ -84,6 +83,8 @@ def drawn_differences(
         count: Number of draws.
         seed: Seed of the scrambling.
     """
+    from scipy.stats.qmc import Sobol
+
     robots = list(zip((model.robot for model in models), ranges, strict=True))
     size = sum(len(limits) for limits in ranges) + 1
     # A whole sequence is balanced; of one that is cut off the first are nearly so.

@@ -293,8 +293,8 @@ class DrivenMotion:
         angle, rate = start.motors.angle + coordinates[m:], rates[m:]
         motors = MotorState(angle, rate, integral, elongation[self._e :])
         now = self._motors.at(commands, motors, carried, torque)
-        moved = self._motors.joined(commands, np.array([angle, rate, now.acceleration]))
-        return _Instant(errors.at_output(moved), acting, carried, now)
+        motor_motion = self._motors.joined(commands, np.array([angle, rate, now.acceleration]))
+        return _Instant(errors.at_output(motor_motion), acting, carried, now)
 
     def _edges(
         self,

@@ -165,15 +165,15 @@ class Motors:
         (q, qd, qdd), gears = commands[:, self.joint], carried[self.gear]
         each = self._each
         k_v, forward = each.position_gain, each.feed_forward
-        wanted = k_v * (q - state.angle) + forward * qd - state.rate
-        asked = each.rate_gain * wanted + state.integral if self.servo else given
+        rate_error = k_v * (q - state.angle) + forward * qd - state.rate
+        asked = each.rate_gain * rate_error + state.integral if self.servo else given
         torque = np.minimum(np.maximum(asked, -self.limit), self.limit) if self.servo else given
         rise = self.errors.slope(self.joined(commands[0], state.angle))[self.joint]
         part = state.presliding / each.slip_angle
         friction = each.friction_torque(self.friction, part, state.rate, gears)
         acceleration = (torque + rise * gears - friction) / each.inertia
         turning = k_v * (qd - state.rate) + forward * qdd - acceleration
-        return MotorInstant(wanted, turning, asked, torque, acceleration)
+        return MotorInstant(rate_error, turning, asked, torque, acceleration)
 
     def modes(self, now: MotorInstant) -> np.ndarray:
         """Return the numbers of what z does from a state on, (d,)."""
@@ -181,11 +181,11 @@ class Motors:
             return np.full(len(self.drives), _WAITS)
         side, room = np.sign(now.asked), self.room(now)
         onwards = side * now.heading > 0.0
-        beyond = room < -_AT_LIMIT * self.limit
+        is_beyond = room < -_AT_LIMIT * self.limit
         at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
         waiting, growing = side * self._by(now, _WAITS), side * self._by(now, _GROWS)
         falls = waiting < -_AT_LIMIT * self.limit
-        waits = onwards & (beyond | (at_limit & ~falls))
+        waits = onwards & (is_beyond | (at_limit & ~falls))
         keeps = onwards & at_limit & falls & (growing > _AT_LIMIT * self.limit)
         return np.where(waits, _WAITS, np.where(keeps, _KEEPS, _GROWS))
 
@@ -205,11 +205,11 @@ class Motors:
         """
         limited = self.servo & np.isfinite(self.limit)
         side, keeps, room = np.sign(before.asked), modes == _KEEPS, self.room(now)
-        beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
+        is_beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
         stays = np.minimum(-side * self._by(now, _WAITS), side * self._by(now, _GROWS))
-        to_limit = np.where(keeps, stays, np.where(beyond, -room, room))
+        to_limit = np.where(keeps, stays, np.where(is_beyond, -room, room))
         onwards = np.sign(before.heading) * now.wanted
-        return np.concatenate([to_limit[limited], onwards[limited & beyond & ~keeps]])
+        return np.concatenate([to_limit[limited], onwards[limited & is_beyond & ~keeps]])
 
     def room(self, now: MotorInstant) -> np.ndarray:
         """Return the way to the torque limit, below 0 beyond it [N m], (d,)."""

@@ -89,8 +89,8 @@ def residual(
     x, rate, _ = point.motion
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
     loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.acting)
-    carried: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
-    return carried + point.hysteresis.torque + loads.reshape(x.shape)
+    gear_torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
+    return gear_torque + point.hysteresis.torque + loads.reshape(x.shape)
 
 
 def residual_derivatives(

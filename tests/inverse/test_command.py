@@ -80,7 +80,7 @@ def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
         wind_up = solved.y[0]
     else:
         wind_up = curve.deflection(torque)
-    return GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    return GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
 
 
 def rows_of(cycle: float, degree: int) -> CommandRows:
@@ -189,7 +189,7 @@ def test_defects_and_a_step_are_those_of_the_dense_problem(kind: str, degree: in
     found = drive.defects(coefficients, misses).ravel()
     np.testing.assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max(), rtol=0.0)
     for damping in (0.0, 5.0):
-        step = fit.band_step(coefficients, misses, damping)
+        step = fit.band_step(coefficients, misses, damping, fit.whole_stretch)
         dense = drive_oracle.step(fit, coefficients, misses, damping)
         apart = (step - dense)[fit.free]
         assert np.abs(apart).max() < 1e-5 * np.abs(dense).max()
@@ -231,7 +231,7 @@ def test_no_feasible_command_is_better():
     def objective(coefficients: np.ndarray) -> float:
         misses = np.zeros(nodes)
         misses[1:] = np.linalg.solve(matrix, -drive.defects(coefficients, misses).ravel())
-        return fit.value(coefficients, misses)
+        return fit.value(coefficients, misses, fit.whole_stretch)
 
     ends = np.zeros((3, rows.coefficients))
     for row, condition in zip(ends, conditions, strict=True):
@@ -269,7 +269,7 @@ def test_any_torque_is_met_within_limits(
     curve = curve_of(kind)
     angles = np.linspace(-2e-3, 2e-3, 4001)
     wind_up = np.interp(torque, curve.torque(angles), angles)
-    task = GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    task = GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
     limits = DriveLimits(1, acceleration=6.0)
     command = gear_command(task, rows_of(0.008, degree), limits)
     assert np.abs(command.at(np.linspace(0.0, END, 4001), 2)).max() <= 6.0 * (1 + 1e-9)

@@ -257,11 +257,14 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
 
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
-    coupling = '\n[coupling]\nscheme = "constant"\nmax_evaluations = 2\n'
     folder = tmp_path / "run"
-    run("couple", slot(tmp_path, more=coupling), "-v", "-o", folder, "--no-store")
-    verdict = next(line for line in capsys.readouterr().out.splitlines() if "CONVERGED" in line)
-    assert re.search(r"; the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
+    assert run("couple", slot(tmp_path), "-v", "-o", folder, "--no-store") == 1
+    verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
+    assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
+    assert re.search(
+        r"stable would be less than 1\.\d+ mm at 3000 1/min, or 2 mm at \d+ 1", verdict
+    )
+    assert "the iteration: converged in" in verdict
     stored = json.loads((folder / "result.json").read_text())["stability"]
     assert not stored["stable"]
     assert 1e-3 < stored["limit_m"] < 2e-3

@@ -74,7 +74,7 @@ def _run(learned: Learned, number: int) -> LearnedRunResult:
     run, source = learned.runs[number], learned.sources[number]
     size = (len(learned.fit.z) - len(learned.parameters)) // len(learned.runs)
     frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
-    slow_before, slow = learned.before[number], learned.fit.slow[number]
+    slow_before, slow = learned.before.slow[number], learned.fit.slow[number]
     shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
     time = run.measured.time
     return LearnedRunResult(
