@@ -287,7 +287,7 @@ def forced(tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
 
     def run(*words: str) -> str:
-        done = command(*words, "-o", "out" if words[0] != "check" else "check.html")
+        done = command(*words, "-v", "-o", "out" if words[0] != "check" else "check.html")
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
