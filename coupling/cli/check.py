@@ -94,11 +94,12 @@ def check(
     chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
     if stability is not None and stability.stable:
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
+    warnings = warned(chatter, (*moving, *said))
     sections = [
         *check_summary(robots, loads),
         *cut_section(cut_result(loaded)),
         modes,
-        *warned(chatter, (*moving, *said)),
+        *warnings,
         Section("", others),
     ]
     answer = check_answer(robots, loaded.resolved, case, chatter)
@@ -107,7 +108,7 @@ def check(
     if verbose:
         print_sections(console, sections)
     else:
-        print_warnings(console, [*chatter, *moving, *said])
+        print_warnings(console, [str(part) for section in warnings for part in section.parts])
         console.print(others[-1])
     console.print(f"Page: {file}")
 
@@ -115,12 +116,15 @@ def check(
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     from coupling.check.estimate import estimated, timed
+    from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
-        return estimated(case.desired, case.controller, case.method.max_rounds, each)
+        draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
+        servos = any(placed.drive == "servo" for placed in case.robots)
+        return estimated(case.desired, case.controller, case.method.max_rounds, each, draws, servos)
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"
     )

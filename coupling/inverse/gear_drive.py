@@ -21,6 +21,8 @@ from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
+# Angles of the link that are computed at once.
+_CHUNK = 50_000
 # The wind-up is known at the quarters of a step; the polynomial through them at points of each half.
 _QUARTERS = 0.25 * np.arange(5)
 _FINE = np.array(
@@ -135,10 +137,13 @@ class GearDrive:
         """Return the drive of a gear along all rows."""
         layout = Layout.of(rows)
         step = rows.cycle / layout.parts
-        quarters = rows.start + 0.25 * step * np.arange(4 * layout.nodes - 3)
+        link = np.empty(4 * layout.nodes - 3)
+        for first in range(0, len(link), _CHUNK):
+            numbers = np.arange(first, min(first + _CHUNK, len(link)))
+            link[numbers] = _values(task.link, rows.start + 0.25 * step * numbers)
         spacing = float(task.time[-1] - task.time[0]) / (len(task.time) - 1)
         impulse = torque_impulses(spacing, task.torque, 2 * layout.nodes - 2, 0.5 * step)
-        middles = quarters[2::4]
+        middles = rows.start + step * (np.arange(layout.nodes - 1) + 0.5)
         # No step can follow what is faster than it: a light link is taken for one that it can.
         lightest = (0.5 * step) ** 2 * task.stiffness
         inertia = np.maximum(np.interp(middles, task.inertia_time, task.inertia), lightest)
@@ -148,11 +153,11 @@ class GearDrive:
             rows.cycle,
             True,
             task,
-            _values(task.link, quarters),
+            link,
             wanted_bend(task.link, rows),
             impulse,
             inertia,
-            float(_values(task.link, quarters[:1], 1)[0]),
+            float(_values(task.link, np.array([rows.start]), 1)[0]),
         )
 
     def part(self, begin: int, end: int) -> GearDrive:

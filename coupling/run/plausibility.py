@@ -147,8 +147,10 @@ def _of_ideal_drives(case: Case) -> Iterator[str]:
     for robot, difference in zip(case.robots, plant, strict=True):
         motors = any(joint.drive for joint in robot.description.joints)
         if motors and robot.drive == IDEAL and (difference is None or difference.drive == IDEAL):
+            confirmed = robot.provenance.servos_confirmed
+            why = "" if confirmed else " as measurements do not confirm the servos of its file"
             yield (
-                f"robot {robot.description.name}: its drives are ideal, all figures are without"
+                f"robot {robot.description.name}: its drives are ideal{why}, all figures are without"
                 f' following error and friction: drive = "servo" in [{robot.table}] computes the command'
                 " of its servos"
             )

@@ -13,7 +13,7 @@ inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -97,12 +97,16 @@ class Fitter:
         self.problem = problem
         self._whole = FitObjective(problem, NONE)
 
-    def fit(self, start: np.ndarray) -> ParameterFit:
+    def fit(
+        self, start: np.ndarray, progress: Callable[[int, int], None] = lambda done, total: None
+    ) -> ParameterFit:
         """Return the most likely parameters.
 
         Args:
             start: Log factors to begin at [1], (P,).
+            progress: Function called with the milliseconds of the runs that are fitted, and all.
         """
+        longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
         whole = FitObjective(self.problem, NONE)
         now, spectrum = whole.framed(start), USUAL
         before, seconds = 0.0, _window(whole, now, 0.0)
@@ -112,7 +116,9 @@ class Fitter:
             spectrum = _likeliest(here, SLOW_SPECTRA)
             whole = FitObjective(self.problem, spectrum)
             now, before = whole.at(here.point.z), seconds
+            progress(min(round(1e3 * before), longest), 2 * longest)
             seconds = _window(whole, now, before, _is_noise(part, here.point))
+        progress(longest, 2 * longest)
         return self._settled(_refined(whole, now, _STEPS, _TRIES).linearisation)
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:

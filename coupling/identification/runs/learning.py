@@ -212,8 +212,9 @@ def learn(
         runs.append(_with_weights(run, by, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot)
-    watch(Progress("learning: fit", 0, 1))
-    fit = Fitter(problem).fit(start)
+    fit = Fitter(problem).fit(
+        start, lambda done, total: watch(Progress("learning: fit", done, total))
+    )
 
     def drawn(count: int, total: int) -> None:
         watch(Progress("learning: simulated robots, for the intervals", count, total))

@@ -46,19 +46,12 @@ def figures(learned: Learned) -> LearnedResult:
 
 def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
     return LearnedParameterResult(
-        name=parameter.name,
-        start=parameter.start,
-        value=parameter.value,
-        low=parameter.low,
-        high=parameter.high,
-        written=parameter.written,
+        **dict(parameter.result(parameter.written)),
         factor=parameter.factor,
         factor_low=parameter.low / parameter.start,
         factor_high=parameter.high / parameter.start,
-        identifiable=parameter.identifiable,
         significant=parameter.significant,
         effect_m=parameter.effect,
-        reason=parameter.reason,
     )
 
 
