@@ -215,7 +215,7 @@ def _placed(
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
         provenance = table.provenance(path.parent, robot)
-        drive = drive_of(robot, table.drive)
+        drive = drive_of(robot, table.drive, provenance.servos_confirmed)
     at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)

@@ -63,17 +63,20 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
-def drive_of(robot: Robot, requested: OneOfDrives | None) -> OneOfDrives:
-    """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
+def drive_of(
+    robot: Robot, requested: OneOfDrives | None, servos_confirmed: bool = True
+) -> OneOfDrives:
+    """Return how a robot's drives move: as asked for, else as its servos do where its file has them.
 
     Args:
         requested: Value in the case; None: none.
+        servos_confirmed: Whether measurements confirm them; else drives are ideal unless asked for.
 
     Raises:
         CaseError: If it has no motors for servos.
     """
     motors = any(joint.drive is not None for joint in robot.joints)
-    if requested == IDEAL or (requested is None and not motors):
+    if requested == IDEAL or (requested is None and not (motors and servos_confirmed)):
         return IDEAL
     if not motors:
         raise CaseError(
@@ -186,11 +189,16 @@ class SupportTable(_MemberTable):
 
 
 class PartTable(Schema):
-    """[part]: placement of the part frame in the world, or of what the controller shows of it."""
+    """[part]: placement of the part frame in the world, or of what the controller shows of it.
+
+    Attributes:
+        tolerance_mm: Deviation that the part allows of the tool's path; reports judge by it.
+    """
 
     position_m: Vector3
     rpy_deg: Vector3 = [0.0, 0.0, 0.0]
     touch_off: bool | list[Vector3] = False
+    tolerance_mm: Positive | None = None
 
     @field_validator("touch_off")
     @classmethod

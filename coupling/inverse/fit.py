@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from coupling.inverse.gear_drive import GearDrive
-from coupling.inverse.rows import CommandRows, Layout
+from coupling.inverse.rows import CommandRows, Layout, stretches
 from coupling.inverse.spline import UniformSpline, stencil
 from coupling.native.desk_drive import DeskFit, FitWeights
 
@@ -27,12 +27,15 @@ _COUNTED = 1e2
 # it need not, weighted by this square.
 _IDLE = 1e-7
 
-_WEIGHTS = FitWeights(SMOOTHING, _HEAVY, _COUNTED, _IDLE, 1e6 * _HEAVY**2)
+_WEIGHTS = FitWeights(SMOOTHING, _HEAVY, _COUNTED, _IDLE)
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
 _ITERATIONS = 40
 # Where a step raises the value by less of it, the value stands at its least but for rounding.
 _ROUNDING = 1e-7
+# Largest change that is none [rad]: where the last step changed so little, the next one changes nothing.
+# Intervals beside others in which it does.
+_STILL, _BESIDE = 1e-13, 16
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,12 @@ class SplineFit:
     def _in_c(self) -> DeskFit:
         ends = [(end.first, end.weights, end.value) for end in self.conditions]
         drive = self.drive
-        return DeskFit(drive.in_c, drive.cycle, _WEIGHTS, drive.bend, self.free, ends)
+        return DeskFit(drive.in_c, drive.cycle, _WEIGHTS, drive.bend, ends)
+
+    @property
+    def whole_stretch(self) -> np.ndarray:
+        """Numbers of the first interval between rows and of that behind the last one, (1, 2)."""
+        return np.array([[0, self.drive.layout.count]])
 
     @cached_property
     def _bend_weights(self) -> np.ndarray:
@@ -125,9 +133,14 @@ class SplineFit:
     def _bends(self, coefficients: np.ndarray) -> np.ndarray:
         return SMOOTHING * (np.diff(coefficients, 2) / self.drive.cycle**2 - self.drive.bend)
 
-    def value(self, coefficients: np.ndarray, misses: np.ndarray) -> float:
-        """Return half the sum of squares, equations included [rad^2], at (n,) and (nodes,) unknowns."""
-        return self._in_c.value(coefficients, misses)
+    def value(self, coefficients: np.ndarray, misses: np.ndarray, changing: np.ndarray) -> float:
+        """Return half the sum of squares, equations included, in stretches [rad^2].
+
+        Args:
+            coefficients, misses: Unknowns [rad], (n,) and (nodes,).
+            changing: Numbers of intervals, begin and end of each stretch, (k, 2).
+        """
+        return self._in_c.value(coefficients, misses, changing)
 
     def objective(
         self, coefficients: np.ndarray, misses: np.ndarray, damping: float
@@ -144,14 +157,18 @@ class SplineFit:
             gradient[place[a : a + len(bends)]] += weight * bends
         return band, gradient
 
-    def band_step(self, coefficients: np.ndarray, misses: np.ndarray, damping: float) -> np.ndarray:
+    def band_step(
+        self, coefficients: np.ndarray, misses: np.ndarray, damping: float, changing: np.ndarray
+    ) -> np.ndarray:
         """Return the step of all unknowns [rad], (size,), that solves the linearised least squares.
 
         Args:
             coefficients, misses: Start of the step [rad], (n,) and (nodes,).
             damping: Weight of the change of the command's bends.
+            changing: Numbers of intervals, begin and end of each stretch; elsewhere nothing changes,
+                (k, 2).
         """
-        return self._in_c.step(coefficients, misses, damping)
+        return self._in_c.step(coefficients, misses, damping, changing)
 
     def equations(
         self, coefficients: np.ndarray, misses: np.ndarray
@@ -179,11 +196,31 @@ class SplineFit:
         drive = self.drive.along(coefficients, misses)
         return self if drive is self.drive else replace(self, drive=drive)
 
-    def solve(
+    def solve(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return coefficients (n,) and misses (nodes,) [rad] of the best command, from a start."""
+        return self.descend(coefficients, misses, SplineFit.band_step, SplineFit.changing)
+
+    def changing(self, change: np.ndarray, about: SplineFit) -> np.ndarray:
+        """Return in which stretches the next step changes something: numbers of intervals, (k, 2).
+
+        Args:
+            change: Last step of all unknowns [rad], (size,).
+            about: The fit about the motion behind that step.
+        """
+        layout = self.drive.layout
+        moves = np.zeros(layout.count + layout.degree, dtype=bool)
+        moves[np.flatnonzero(np.abs(change[layout.stride :]) > _STILL) // layout.stride] = True
+        moves[layout.degree // 2 :][: layout.count] |= self.drive.torque_changes(
+            about.drive, _STILL
+        )
+        return stretches(moves, _BESIDE, layout.count, layout.degree)
+
+    def descend(
         self,
         coefficients: np.ndarray,
         misses: np.ndarray,
-        step: Callable[[SplineFit, np.ndarray, np.ndarray, float], np.ndarray],
+        step: Callable[[SplineFit, np.ndarray, np.ndarray, float, np.ndarray], np.ndarray],
+        changing: Callable[[SplineFit, np.ndarray, SplineFit], np.ndarray],
     ) -> tuple[np.ndarray, np.ndarray]:
         """Go down by steps, damped where the torque curve bends away from them.
 
@@ -192,25 +229,29 @@ class SplineFit:
 
         Args:
             coefficients, misses: A start that is feasible for `step` [rad], (n,) and (nodes,).
-            step: Function that gives a step of all unknowns from fit, coefficients, misses and damping.
+            step: Function that gives a step of all unknowns from fit, coefficients, misses, damping and
+                the stretches that change.
+            changing: Function that gives these from a fit, the step taken and the fit behind it.
         """
-        layout = self.drive.layout
-        fit = self.along(coefficients, misses)
-        best, damping = fit.value(coefficients, misses), 0.0
+        layout, where = self.drive.layout, self.whole_stretch
+        fit, damping = self.along(coefficients, misses), 0.0
+        best = before = fit.value(coefficients, misses, where)
         for _ in range(_ITERATIONS):
-            change = step(fit, coefficients, misses, damping)
+            change = step(fit, coefficients, misses, damping, where)
             trial = coefficients + change[layout.coefficient], misses + change[layout.miss]
-            value = fit.value(*trial)
-            if value < best:
-                (coefficients, misses), gain, best = trial, best - value, value
+            gain = before - fit.value(*trial, where)
+            if gain > 0.0:
+                (coefficients, misses), best = trial, best - gain
                 damping = damping / 3.0 if damping > 1.0 else 0.0
                 about = self.along(coefficients, misses)
-                if about is not self:
-                    fit, best = about, about.value(coefficients, misses)
-                    gain = max(gain, abs(best - value))
+                where = changing(fit, change, about)
+                if about is not fit:
+                    promised, best = best, about.value(coefficients, misses, self.whole_stretch)
+                    gain = max(gain, abs(best - promised))
                 if gain < 1e-3 * best:
                     break
-            elif value - best < _ROUNDING * best:
+                fit, before = about, about.value(coefficients, misses, where)
+            elif -gain <= _ROUNDING * best:
                 break
             else:
                 damping = max(2.0, 5.0 * damping)

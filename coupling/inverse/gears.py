@@ -14,7 +14,7 @@ it, from flank to flank, when the integral of T has grown by 2 B d; where it arr
 -S' e' / d.  With elements of elongation s_j, k (e_1 - e_2)^2 + sum f_j (s_1j - s_2j)^2 / a_j never
 grows, where S is a line.
 
-Gears do not depend on each other: each is followed by itself (`gear_path`).
+Gears do not depend on each other: each is followed by itself (`GearLaw.path`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
-from coupling.inverse.gear_path import GearLaw, gear_path
+from coupling.inverse.gear_path import GearLaw
 from elastic_robot.chain import Chain
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TorqueCurve
@@ -138,9 +138,7 @@ def solve_wind_up(
     angle, rate = np.empty((2, *torque.shape))
     for gear in range(torque.shape[1]):
         spring, own = GearLaw.of(curve, gear), elements[gear] if elements else NO_ELEMENTS
-        path = gear_path(
-            spacing, torque[:, gear], spring, float(used[gear]), float(start[gear]), own
-        )
+        path = spring.path(spacing, torque[:, gear], float(used[gear]), float(start[gear]), own)
         angle[:, gear], rate[:, gear] = path
         crossings += _crossings(gear, time, path[0], spring.backlash)
     return WindUp(time, angle, rate, tuple(crossings))

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from coupling.inverse.fit import SplineFit
 from coupling.inverse.limits import DriveLimits
+from coupling.inverse.rows import stretches
 
 # A stretch begins and ends so long before and after the limits bind [s]; doubled where no command
 # within the limits joins the one outside.
@@ -49,7 +50,7 @@ def keep_within(
         if whole:
             raise NoCommandError
         whole = margin >= layout.count
-        for begin, end in stretches(over, margin, layout.count, layout.degree):
+        for begin, end in stretches(over, margin, layout.count, layout.degree).tolist():
             drive = slice(begin, end + layout.degree)
             link = slice(begin * layout.parts, end * layout.parts + 1)
             about = fit.along(coefficients, misses)
@@ -60,24 +61,6 @@ def keep_within(
                 if end - begin == layout.count:
                     raise
         margin *= 2
-
-
-def stretches(over: np.ndarray, margin: int, count: int, degree: int) -> list[tuple[int, int]]:
-    """Return the intervals (begin, end) of the rows around coefficients that pass a limit.
-
-    Args:
-        over: Mask of the coefficients that do, (count + degree,).
-        margin: Number of intervals before and behind them.
-        count, degree: Of the rows.
-    """
-    ends = np.zeros(count + 1, dtype=int)
-    places = np.flatnonzero(over)
-    np.add.at(ends, np.maximum(places - degree - margin, 0), 1)
-    np.add.at(ends, np.minimum(places + 3 + margin, count), -1)
-    inside = np.concatenate([[0], np.cumsum(ends[:-1]) > 0, [0]])
-    change = np.diff(inside)
-    begins, stops = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
-    return list(zip(begins.tolist(), stops.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -104,10 +87,15 @@ class LimitedFit:
             raise NoCommandError
         coefficients = coefficients + change[layout.coefficient]
         misses = misses + change[layout.miss]
-        return self.fit.solve(coefficients, misses, self._step)
+        return self.fit.descend(coefficients, misses, self._step, lambda *_: self.fit.whole_stretch)
 
     def _step(
-        self, fit: SplineFit, coefficients: np.ndarray, misses: np.ndarray, damping: float
+        self,
+        fit: SplineFit,
+        coefficients: np.ndarray,
+        misses: np.ndarray,
+        damping: float,
+        changing: np.ndarray,
     ) -> np.ndarray:
         change = self._program(fit, coefficients, misses, damping)
         # Where rounding leaves no way on, a step of nothing ends the search.

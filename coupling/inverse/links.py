@@ -8,7 +8,6 @@ at once it is well-posed (Devasia, Chen and Paden 1996, docs/references.md).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.linalg import LinAlgError
@@ -31,6 +30,7 @@ from coupling.native.desk_links import (
     LinkIterations,
     LinkPath,
 )
+from coupling.native.desk_robot import ReachRules
 
 _ORDERS = 3
 # Joints that a pose of the tool holds.
@@ -41,15 +41,17 @@ _CHUNK = 10_000
 # there beside those of the differential equation.
 _EDGE = 10
 # Nodes over which the end of what is solved at once dies out: at first 2 s at 4 ms.  Twice as many where
-# changes that were solved for twice differ by more [rad], and by more than such a part of the largest
-# change, which the next iteration corrects.
-_LAG, _AGREED, _MINDED = 512, 1e-10, 1e-3
+# changes that were solved for twice differ by more [rad] than the next iteration corrects to rounding;
+# those of the last one differ by less.
+_LAG, _MINDED, _AGREED = 512, 1e-7, 1e-10
 # Part of the diagonal that is added to it where rounding has made the matrix indefinite; a Gauss-Newton
 # iteration repairs what the next one finds.
 _DAMPING = 1e-13
 # Largest change of an angle that one more iteration would make [rad], by how much smaller the last one
 # was than the one before; they shrink faster than that.  Iterations usually, and at most.
-_TOLERANCE, _USUAL, _MOST = 1e-9, 3, 12
+_TOLERANCE, _USUAL, _MOST = 1e-9, 2, 12
+# How the tool is brought to its path under static tilts, to begin with.
+_NEAR = ReachRules(tolerance=1e-3, iterations=3, damping=1e-3, least=1e-12, largest_step=0.1)
 # Newton's method from the rigid robot's angles: each iteration contracts by the tilts' share of the sag.
 _ITERATIONS, _SETTLED = 30, 1e-15
 
@@ -98,7 +100,8 @@ def solve_links(
         progress: Function called with the numbers of iterations done and expected.
         lag: Nodes over which the end of what is solved at once is taken to die out at first.
     """
-    path, motion = link_path(model, task), rigid_motion(model, task)
+    path = link_path(model, task)
+    motion = _static_motion(model, task, path.nodes)
     log, before = list[GaussNewtonStep](), 0.0
     iterations = LinkIterations(model.desk, path, lag)
     while len(log) < _MOST:
@@ -107,11 +110,11 @@ def solve_links(
         if solved is None:
             raise LinAlgError("the links' equations are not positive definite")
         change, figures = solved
-        if figures.cut > max(_AGREED, _MINDED * figures.step):
+        if figures.cut > _MINDED:
             lag *= 2
             iterations = LinkIterations(model.desk, path, lag)
             continue
-        motion = replace(motion, coefficients=motion.coefficients + change)
+        np.add(motion.coefficients, change, out=motion.coefficients)
         log.append(figures)
         progress(len(log), max(len(log) + 1, _USUAL))
         if figures.step**2 <= _TOLERANCE * max(before, _TOLERANCE) and figures.cut <= _AGREED:
@@ -140,16 +143,26 @@ def _at_nodes(motion: UniformSpline) -> np.ndarray:
 
 def rigid_motion(model: LinkModel, task: LinkTask) -> UniformSpline:
     """Return the motion of the rigid robot with the tilts that its loads at rest ask for."""
-    return interpolating(task, _at_rest_under_load(model, task, task.guess, task.nodes))
+    return interpolating(task, _at_rest_under_load(model, task.guess, task.wrench(task.nodes)))
 
 
-def _at_rest_under_load(
-    model: LinkModel, task: LinkTask, q: np.ndarray, times: np.ndarray
-) -> np.ndarray:
+def _static_motion(model: LinkModel, task: LinkTask, nodes: DesiredPoses) -> UniformSpline:
+    """Return the motion with these tilts and, where the robot is regular, the tool on its path."""
+    theta = np.empty((len(task.guess), model.size))
+    for first in range(0, len(theta), _CHUNK):
+        here = slice(first, first + _CHUNK)
+        theta[here] = _at_rest_under_load(model, task.guess[here], nodes.wrench[here])
+        reached = model.desk.reach(_NEAR, nodes.position[here], nodes.quaternion[here], theta[here])
+        came = reached.error < _NEAR.tolerance
+        theta[here][came] = reached.theta[came]
+    return interpolating(task, theta)
+
+
+def _at_rest_under_load(model: LinkModel, q: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     """Return the angles of the rigid robot with the tilts that its loads at rest ask for."""
     theta = model.chain.theta(q)
     rest = np.zeros_like(theta)
-    load = model.load(theta, rest, rest, task.wrench(times))
+    load = model.load(theta, rest, rest, wrench)
     theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
     return theta
 
@@ -180,12 +193,13 @@ def link_path(model: LinkModel, task: LinkTask) -> LinkPath:
 
 def _desired(task: LinkTask, times: np.ndarray) -> DesiredPoses:
     """Return what is desired at times (k,) [s]."""
-    parts = np.array_split(times, -(-len(times) // _CHUNK)) if len(times) else [times]
-    return DesiredPoses(
-        np.concatenate([task.position(part) for part in parts]),
-        np.concatenate([task.rotation(part).as_quat() for part in parts]),
-        np.concatenate([task.wrench(part) for part in parts]),
-    )
+    desired = DesiredPoses(*(np.empty((len(times), columns)) for columns in (3, 4, 6)))
+    for first in range(0, len(times), _CHUNK):
+        here = slice(first, first + _CHUNK)
+        desired.position[here] = task.position(times[here])
+        desired.quaternion[here] = task.rotation(times[here]).as_quat()
+        desired.wrench[here] = task.wrench(times[here])
+    return desired
 
 
 def _end_conditions(model: LinkModel, task: LinkTask) -> EndConditions:
@@ -210,7 +224,7 @@ def _end_conditions(model: LinkModel, task: LinkTask) -> EndConditions:
             (0, *row) for row in [*rest, (value, everything, heavy * _start(model, task))]
         ]
     elif task.begins == "loaded":
-        (static,) = _at_rest_under_load(model, task, task.guess[:1], task.nodes[:1])
+        (static,) = _at_rest_under_load(model, task.guess[:1], task.wrench(task.nodes[:1]))
         conditions += [(0, value, tilts, heavy * static[tilts]), (0, rate, tilts, held)]
     if task.ends == "rest":
         conditions += [(task.intervals, *row) for row in rest]

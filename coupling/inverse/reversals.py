@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from coupling.native.desk_gear import backlash_changes
 from elastic_robot.settings import SETTINGS
 
 # A torque that would need longer to push a gear through its backlash counts as none [s].
@@ -74,15 +75,10 @@ def backlash_reversals(
         >>> backlash_reversals(0.1, torque, np.array(1e-4), np.array(1e4))
         array(1)
     """
-    moved = spacing * torque / damping
-    place = np.zeros(moved.shape[1:])
-    flank, changes = np.zeros(place.shape), np.zeros(place.shape, dtype=int)
-    for step in moved:
-        place = np.clip(place + step, -backlash, backlash)
-        reached = np.where(np.abs(place) >= backlash, np.sign(place), 0.0)
-        changes += reached * flank < 0.0
-        flank = np.where(reached != 0.0, reached, flank)
-    return changes
+    shape = torque.shape[1:]
+    widths, dampings = (np.broadcast_to(v, shape).ravel() for v in (backlash, damping))
+    changes = backlash_changes(spacing, torque.reshape(len(torque), -1), widths, dampings)
+    return changes.reshape(shape)
 
 
 def margin(torque: np.ndarray) -> np.ndarray:

@@ -129,3 +129,24 @@ class Layout:
     def _place(self, node: np.ndarray) -> np.ndarray:
         interval, part = np.divmod(node - 1, self.parts)
         return (interval + (self.degree + 3) // 2) * self.stride + 1 + part
+
+
+def stretches(places: np.ndarray, margin: int, count: int, degree: int) -> np.ndarray:
+    """Return the intervals between rows around coefficients: begin and end of each stretch, (k, 2).
+
+    Args:
+        places: Mask of the coefficients, (count + degree,).
+        margin: Number of intervals before and behind them.
+        count, degree: Numbers of intervals and degree of the rows.
+
+    Example:
+        >>> stretches(np.arange(23) == 8, 4, 20, 3)
+        array([[ 1, 15]])
+    """
+    ends = np.zeros(count + 1, dtype=int)
+    numbers = np.flatnonzero(places)
+    np.add.at(ends, np.maximum(numbers - degree - margin, 0), 1)
+    np.add.at(ends, np.minimum(numbers + 3 + margin, count), -1)
+    inside = np.concatenate([[0], np.cumsum(ends[:-1]) > 0, [0]])
+    change = np.diff(inside)
+    return np.column_stack([np.flatnonzero(change == 1), np.flatnonzero(change == -1)])

@@ -13,6 +13,7 @@ rigid and follows its command at once, W is 1.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
@@ -22,15 +23,17 @@ import piqp
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.limited_fit import NoCommandError, stretches
+from coupling.inverse.limited_fit import NoCommandError
 from coupling.inverse.limits import DriveLimits
-from coupling.inverse.rows import CommandRows
+from coupling.inverse.rows import CommandRows, stretches
 from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.gear_parts import Drive
 
 # Longest distance of the dense times [s], and how many of them an interval has at least.
 _DENSE, _LEAST = 2.5e-4, 8
+# Dense times that are looked at at once.
+_CHUNK = 50_000
 # What W has forgotten: exp(-omega t) t [1].
 _FORGOTTEN = 16.0
 # Rows, by the degree, over which a spline forgets a coefficient that is not there.
@@ -47,6 +50,14 @@ _UNIT, _ACCURACY = 1e-6, 1e-9
 def dense_times(rows: CommandRows) -> np.ndarray:
     """Return the times at which a servo's command is wanted [s], (parts * rows.count + 1,)."""
     return rows.start + rows.cycle / _parts(rows) * np.arange(_parts(rows) * rows.count + 1)
+
+
+def dense_chunks(rows: CommandRows) -> Iterator[tuple[slice, np.ndarray]]:
+    """Yield the places of some `dense_times` among all and these times [s], (k,), few at once."""
+    step, size = rows.cycle / _parts(rows), _parts(rows) * rows.count + 1
+    for first in range(0, size, _CHUNK):
+        numbers = np.arange(first, min(first + _CHUNK, size))
+        yield slice(first, first + len(numbers)), rows.start + step * numbers
 
 
 def _parts(rows: CommandRows) -> int:
@@ -98,10 +109,11 @@ class RowsFit:
 
     @cached_property
     def _basis(self) -> tuple[np.ndarray, np.ndarray]:
-        """One B-spline and W of it at dense times from its beginning, (pad * parts,) each."""
+        """One B-spline and W of it at dense times from its beginning, until W forgets it, (n,) each."""
         degree, parts = self.rows.degree, _parts(self.rows)
-        size = (self._pad + degree + 1) * parts
-        coefficients = np.zeros((self._pad + 2 * degree + 1, 1))
+        forgets = 0 if self.drive is None else self._pad
+        size = (forgets + degree + 1) * parts
+        coefficients = np.zeros((forgets + 2 * degree + 1, 1))
         coefficients[degree] = 1.0
         one = UniformSpline(0.0, 1.0, coefficients, degree).at(np.arange(size) / parts)[:, 0]
         return one, self._weighted(one)
@@ -171,8 +183,10 @@ class RowsFit:
 
     def missed(self, coefficients: np.ndarray) -> np.ndarray:
         """Return W of what a command gives too much, at the dense times [rad], (n,)."""
-        given = self._spline(coefficients).at(dense_times(self.rows))[:, 0]
-        return self._weighted(given - self.wanted)
+        given, missed = self._spline(coefficients), -self.wanted
+        for here, times in dense_chunks(self.rows):
+            missed[here] += given.at(times)[:, 0]
+        return self._weighted(missed)
 
     def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
         """Return the best coefficients within limits from those without [rad]."""
@@ -186,7 +200,7 @@ class RowsFit:
             if whole:
                 raise NoCommandError
             whole = margin >= rows.count
-            for begin, end in stretches(over, margin, rows.count, rows.degree):
+            for begin, end in stretches(over, margin, rows.count, rows.degree).tolist():
                 found = self._limited(limits, best, found, slice(begin, end + rows.degree))
             margin *= 2
 

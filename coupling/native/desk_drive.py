@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +13,12 @@ from coupling.native.desk_robot import address, finite_numbers, numbers
 _QUARTERS, _FINE, _HALVES = 5, 16, 2
 # Misses of which an equation knows.
 _MISSES = 3
+# Intervals between rows within which changes die out, at first.
+_LAG = 256
+# Samples that a spline goes through at least.
+_FEWEST_SAMPLES = 4
+# er_solved of desk/drive_fit.h.
+_NOT_POSITIVE, _NO_MEMORY = 1, 2
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,45 @@ class DriveNumbers:
     inertia: np.ndarray
     scale: np.ndarray
     held: HeldElements | None = None
+
+
+class _SampledTorque(ctypes.Structure):
+    """er_sampled_torque of desk/impulse.h."""
+
+    _fields_ = (
+        ("count", ctypes.c_int64),
+        ("spacing", ctypes.c_double),
+        ("torque", ctypes.c_void_p),
+        ("work", ctypes.c_void_p),
+    )
+
+
+def torque_impulses(spacing: float, torque: np.ndarray, steps: int, length: float) -> np.ndarray:
+    """Return the impulses of a torque over steps from its first sample on [N m s], (steps,).
+
+    Args:
+        spacing: Distance of the samples [s].
+        torque: Samples of the torque, four or more [N m], (k,); a cubic spline goes through them, and
+            behind the last one it stays.
+        steps: Number of steps.
+        length: Length of a step [s].
+
+    Raises:
+        ValueError: If there are fewer than four samples, or one is not finite.
+
+    Example:
+        >>> torque_impulses(0.5, np.array([0.0, 0.25, 1.0, 2.25, 4.0]), 2, 1.0).round(12).tolist()
+        [0.333333333333, 2.333333333333]
+    """
+    samples = finite_numbers("torque", torque, (len(torque),))
+    if len(samples) < _FEWEST_SAMPLES:
+        raise ValueError(f"expected {_FEWEST_SAMPLES} samples or more, got {len(samples)}")
+    work, impulse = np.empty_like(samples), np.empty(steps)
+    sampled = _SampledTorque(len(samples), spacing, address(samples), address(work))
+    loaded_library().er_impulses(
+        ctypes.byref(sampled), ctypes.c_int64(steps), ctypes.c_double(length), address(impulse)
+    )
+    return impulse
 
 
 class _Drive(ctypes.Structure):
@@ -195,11 +239,8 @@ class _Fit(ctypes.Structure):
 
     _fields_ = (
         ("drive", _Drive),
-        *(
-            (name, ctypes.c_double)
-            for name in ("cycle", "smoothing", "heavy", "counted", "idle", "held")
-        ),
-        *((name, ctypes.c_void_p) for name in ("bend", "free")),
+        *((name, ctypes.c_double) for name in ("cycle", "smoothing", "heavy", "counted", "idle")),
+        ("bend", ctypes.c_void_p),
         ("conditions", ctypes.c_int64),
         *(
             (name, ctypes.c_void_p)
@@ -215,14 +256,13 @@ class FitWeights:
     Attributes:
         smoothing: Weight of the command's acceleration beyond that of the link [s^2].
         heavy, counted: Weights of equations in a step, and in the value.
-        idle, held: Parts of the diagonal for coefficients, and for unknowns that are not free.
+        idle: Part of the diagonal for coefficients.
     """
 
     smoothing: float
     heavy: float
     counted: float
     idle: float
-    held: float
 
 
 class DeskFit:
@@ -234,7 +274,6 @@ class DeskFit:
         weights: Weights.
         bend: Acceleration of the link where the command's has its coefficients [rad/s^2],
             (count + degree - 2,).
-        free: Mask of unknowns that may change, in their order, ((count + degree + 1) (parts + 1),).
         ends: First coefficient, weights (degree + 1,) and value [rad] of each condition at an end.
 
     Raises:
@@ -247,56 +286,72 @@ class DeskFit:
         cycle: float,
         weights: FitWeights,
         bend: np.ndarray,
-        free: np.ndarray,
         ends: list[tuple[int, np.ndarray, float]],
     ) -> None:
         of, width = drive.of, drive.of.degree + 1
         self._size = (of.count + of.degree + 1) * (of.parts + 1)
-        mask = np.ascontiguousarray(free, dtype=np.uint8)
         first = np.array([end[0] for end in ends], dtype=np.int64)
-        if mask.shape != (self._size,) or not ((first >= 0) & (first < of.count)).all():
-            raise ValueError("expected a mask of all unknowns, and conditions on coefficients")
+        if not ((first >= 0) & (first < of.count)).all():
+            raise ValueError("expected conditions on coefficients")
         weights_of_ends = np.array([end[1] for end in ends]).reshape(len(ends), width)
         arrays = (
             finite_numbers("bends", bend, (of.count + of.degree - 2,)),
-            mask,
             first,
             finite_numbers("conditions", weights_of_ends, (len(ends), width)),
             finite_numbers("conditions", np.array([end[2] for end in ends]), (len(ends),)),
         )
         self._drive, self._read, self._library = drive, arrays, loaded_library()
-        place = [address(values) for values in arrays]
-        of_weights = weights.smoothing, weights.heavy, weights.counted, weights.idle, weights.held
-        self._struct = _Fit(drive.struct, cycle, *of_weights, *place[:2], len(ends), *place[2:])
+        bends, *of_ends = map(address, arrays)
+        of_weights = weights.smoothing, weights.heavy, weights.counted, weights.idle
+        self._struct = _Fit(drive.struct, cycle, *of_weights, bends, len(ends), *of_ends)
 
-    def value(self, coefficients: np.ndarray, misses: np.ndarray) -> float:
-        """Return half the sum of squares [rad^2]; unknowns [rad] as of the drive, (n,) each."""
-        unknowns = self._drive.unknowns(coefficients, misses)
+    def value(self, coefficients: np.ndarray, misses: np.ndarray, stretches: np.ndarray) -> float:
+        """Return half the sum of squares of what is in stretches [rad^2].
+
+        Args:
+            coefficients, misses: Unknowns [rad], as of the drive, (n,) each.
+            stretches: Numbers of the first interval and of that behind the last one, rising, (k, 2).
+        """
         value = self._library.er_drive_fit_value
-        return float(value(ctypes.byref(self._struct), *map(address, unknowns)))
+        unknowns = self._drive.unknowns(coefficients, misses)
+        ranges = self._ranges(stretches)
+        count = ctypes.c_int64(len(ranges))
+        return float(value(ctypes.byref(self._struct), count, *map(address, (ranges, *unknowns))))
 
-    def step(self, coefficients: np.ndarray, misses: np.ndarray, damping: float) -> np.ndarray:
+    def step(
+        self, coefficients: np.ndarray, misses: np.ndarray, damping: float, stretches: np.ndarray
+    ) -> np.ndarray:
         """Return the step of all unknowns that solves the linearised least squares [rad], (size,).
 
         Args:
             coefficients, misses: Start of the step [rad], as of the drive, (n,) each.
             damping: Weight of the change of the command's bends.
+            stretches: Numbers of the first interval and of that behind the last one, rising, (k, 2);
+                nothing changes outside.
 
         Raises:
             LinAlgError: If the matrix is not positive definite.
+            MemoryError: If a part of it does not fit into memory.
         """
         unknowns, step = self._drive.unknowns(coefficients, misses), np.empty(self._size)
+        ranges = self._ranges(stretches)
         solved = self._library.er_drive_fit_step(
             ctypes.byref(self._struct),
-            *map(address, unknowns),
+            ctypes.c_int64(len(ranges)),
+            *map(address, (ranges, *unknowns)),
             ctypes.c_double(damping),
-            address(self._work),
+            ctypes.c_int64(_LAG),
             address(step),
         )
-        if not solved:
+        if solved == _NOT_POSITIVE:
             raise np.linalg.LinAlgError("the equations of a drive are not positive definite")
+        if solved == _NO_MEMORY:
+            raise MemoryError("the equations of a drive do not fit into memory")
         return step
 
-    @cached_property
-    def _work(self) -> np.ndarray:
-        return np.empty(self._library.er_drive_fit_room(ctypes.byref(self._struct)))
+    def _ranges(self, stretches: np.ndarray) -> np.ndarray:
+        ranges = np.ascontiguousarray(stretches, dtype=np.int64).reshape(-1, 2)
+        order = np.concatenate([[0], ranges.ravel(), [self._drive.of.count]])
+        if (np.diff(order) < 0).any():
+            raise ValueError(f"expected rising stretches of the rows, got {ranges.tolist()}")
+        return ranges

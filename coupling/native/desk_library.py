@@ -49,8 +49,8 @@ def loaded_library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(desk_library(host_platform())))
     for name in ("er_desk_create", "er_desk_create_plain", "er_link_iterations_create"):
         getattr(library, name).restype = ctypes.c_void_p
-    for name in ("er_link_iterations_improve", "er_drive_fit_step"):
+    for name in ("er_link_iterations_improve", "er_gear_path"):
         getattr(library, name).restype = ctypes.c_bool
-    library.er_drive_fit_room.restype = ctypes.c_int64
+    library.er_gear_law_with_elements.restype = ctypes.c_int64
     library.er_drive_fit_value.restype = ctypes.c_double
     return library

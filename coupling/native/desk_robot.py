@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,39 @@ def address(values: np.ndarray) -> ctypes.c_void_p:
         values: Array as `numbers` returns it, any unit and shape.
     """
     return ctypes.c_void_p(values.ctypes.data)
+
+
+class ReachRules(ctypes.Structure):
+    """Rules by which poses are approached, by damped least squares: er_reach_rules of desk/reach.h.
+
+    Attributes:
+        tolerance: A step is the last one where position [m] and rotation vector [rad] were off by less.
+        iterations: Steps at most.
+        damping: Damping as a part of the squared error [1].
+        least: Damping that there always is [1].
+        largest_step: Largest change of a joint in a step [rad].
+    """
+
+    _fields_ = (
+        ("tolerance", ctypes.c_double),
+        ("iterations", ctypes.c_int64),
+        *((name, ctypes.c_double) for name in ("damping", "least", "largest_step")),
+    )
+
+
+@dataclass(frozen=True)
+class ReachedAngles:
+    """Angles under which a tool is at poses.
+
+    Attributes:
+        theta: Angles of the chain [rad], (k, angles).
+        error: Norm of what position [m] and rotation vector [rad] were off before the last step, (k,).
+        away: Smallest distance of the TCP from its place on the way [m], (k,).
+    """
+
+    theta: np.ndarray
+    error: np.ndarray
+    away: np.ndarray
 
 
 class DeskRobot:
@@ -145,6 +178,32 @@ class DeskRobot:
         position, rotation = np.empty((len(angles), 3)), np.empty((len(angles), 3, 3))
         self._call("er_desk_place", angles, position, rotation)
         return position, rotation
+
+    def reach(
+        self, rules: ReachRules, position: np.ndarray, quaternion: np.ndarray, theta: np.ndarray
+    ) -> ReachedAngles:
+        """Return angles of the chain with the TCP at poses; of those given the joints' alone change.
+
+        Args:
+            rules: Rules by which the poses are approached.
+            position: Positions of the TCP [m], (k, 3).
+            quaternion: Quaternions of base_from_tool, x, y, z, w [1], (k, 4).
+            theta: Angles of the chain to begin with [rad], (k, angles).
+        """
+        count = len(theta)
+        poses = (
+            finite_numbers("positions", position, (count, 3)),
+            finite_numbers("quaternions", quaternion, (count, 4)),
+        )
+        angles = finite_numbers("angles", theta, (count, self._angles)).copy()
+        error, away = np.empty(count), np.empty(count)
+        self._library.er_desk_reach(
+            self.handle,
+            ctypes.byref(rules),
+            ctypes.c_int64(count),
+            *map(address, (*poses, angles, error, away)),
+        )
+        return ReachedAngles(angles, error, away)
 
     def masses(self, theta: np.ndarray) -> np.ndarray:
         """Return the mass matrices of the elastic coordinates [kg m^2], (k, m, m).

@@ -43,6 +43,8 @@ class MillingForceTable(ProcessSchema):
     """
 
     FORMULA: ClassVar[bool] = True
+    # K_tc of 7075 by the sources of the review, over that of its first [MillingReview2021, table 5].
+    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = (0.78, 1.72)
 
     model: Literal["milling-force"]
     force: Literal["tooth-passing", "mean"] = "tooth-passing"

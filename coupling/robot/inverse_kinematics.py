@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import ToolPath
+from coupling.native.desk_robot import DeskRobot, ReachRules
+from coupling.path.histories import ToolPath, poses
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, reached
@@ -17,7 +19,7 @@ from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_join
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _REACHED = 1e-10
@@ -41,6 +43,8 @@ _REPORT_EVERY = 500
 # Where one sample in so many is planned from pose to pose the others lie close to a spline through them;
 # of so many of these at least, by so many at once.
 _APART, _FEWEST, _AT_ONCE = 16, 8, 10_000
+# How C approaches a pose.
+_RULES = ReachRules(_REACHED, _MAX_ITERATIONS, _DAMPING, _LEAST, _LARGEST_STEP)
 # What may be left along the self-motion of a robot of more joints than six [rad].
 _NEAREST = 1e-9
 
@@ -63,7 +67,7 @@ class InverseKinematics:
     def __init__(self, robot: Robot, home: np.ndarray, watch: Watch = unwatched) -> None:
         self._robot = robot
         self._chain = build_chain(robot)
-        self._data = self._chain.model.createData()
+        self._data, self._desk = self._chain.model.createData(), DeskRobot(robot)
         if len(home) != self._chain.joint_count:
             raise PlanningError(
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
@@ -119,15 +123,26 @@ class InverseKinematics:
         near = CubicSpline(path.time[some], rows_of_poses)
         robot, angles = RigidRobot(self._robot), np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _AT_ONCE)):
-            targets = _targets(path.position[0][rows], path.rotations[0][rows].as_matrix())
-            start = near(path.time[rows]).T
-            tolerance = _REACHED / self._reach
-            q, is_reached = reached(robot, targets, start, tolerance=tolerance, near=self._near)
-            if not is_reached.all() or self._least_singular_value(robot, q) < _SINGULAR:
+            q, is_reached = self._reached(robot, path.at_rows(rows), near(path.time[rows]))
+            if not is_reached.all() or self._least_singular_value(robot, q.T) < _SINGULAR:
                 return None
-            angles[rows] = q.T
+            angles[rows] = q
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
         return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
+
+    def _reached(
+        self, robot: RigidRobot, path: ToolPath, start: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return joint angles (k, joints) at poses from others, and whether each pose was reached."""
+        if self._near is None:
+            solution = self._desk.reach(
+                _RULES, path.position[0], path.pose[0, :, 3:], self._chain.theta(start)
+            )
+            return solution.theta[:, self._chain.drive], solution.error < _REACHED
+        targets = _targets(path.position[0], path.rotations[0].as_matrix())
+        tolerance = _REACHED / self._reach
+        q, is_reached = reached(robot, targets, start.T, tolerance=tolerance, near=self._near)
+        return q.T, is_reached
 
     def _least_singular_value(self, robot: RigidRobot, q: np.ndarray) -> float:
         """Return the smallest singular value of the Jacobians at angles (joints, n)."""
@@ -138,12 +153,10 @@ class InverseKinematics:
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
         """Return joint angles (n, joints), each sample from those before it."""
         angles = np.empty((len(path.time), self._chain.joint_count))
-        rotations = path.rotations[0].as_matrix()
-        guess = self._begin(path.position[0][0], rotations[0])
-        for k, position in enumerate(path.position[0]):
+        guess = self._begin(path.position[0][0], path.rotations[0][0].as_matrix())
+        for k, pose in enumerate(path.pose[0]):
             where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
-            target = pin.SE3(rotations[k], position)
-            angles[k] = self._solve(target, guess, where)
+            angles[k] = self._solve(pose, guess, where)
             if k > 0:
                 self._require_continuity(angles[k], angles[k - 1], where)
             # Linear extrapolation along the path saves an iteration.
@@ -174,8 +187,8 @@ class InverseKinematics:
 
     def poses(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of the undeflected tool at joint angles [rad], (n, joints), (n, 7)."""
-        tools = (base_from_tool(self._chain, self._data, theta) for theta in self._chain.theta(q))
-        return np.array([pose_of(tool) for tool in tools])
+        position, rotation = self._desk.placements(self._chain.theta(q))
+        return poses(position, Rotation.from_matrix(rotation))
 
     def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
@@ -188,43 +201,49 @@ class InverseKinematics:
                 warnings.append(LimitWarning.of("rate", rate, joint.max_rate, time, i + 1))
         return warnings
 
-    def _solve(self, target: pin.SE3, guess: np.ndarray, where: str) -> np.ndarray:
-        q = guess.copy()
-        best = np.inf
-        for _ in range(_MAX_ITERATIONS):
-            error = self._pose_error(target, q)
-            size = float(np.linalg.norm(error))
-            jacobian = self._jacobian(q)
-            step, nearest = self._step(jacobian, error, q)
-            if size < _REACHED and nearest:
-                self._require_regular(jacobian, where)
-                return q
-            best = min(best, float(np.linalg.norm(error[:3])))
-            largest = float(np.abs(step).max())
-            q += step * min(1.0, _LARGEST_STEP / largest)
+    def _solve(self, pose: np.ndarray, guess: np.ndarray, where: str) -> np.ndarray:
+        """Return the joint angles at a pose (7,) from others [rad], (joints,)."""
+        if self._near is None:
+            solution = self._desk.reach(
+                _RULES, pose[None, :3], pose[None, 3:], self._chain.theta(guess[None])
+            )
+            q, came, away = (
+                solution.theta[0, self._chain.drive],
+                solution.error[0] < _REACHED,
+                solution.away[0],
+            )
+        else:
+            q, came, away = self._nearest(self._near, pose, guess)
         # At the border of what it reaches an arm is stretched, and so singular as well.
-        if best < _AWAY:
-            self._require_regular(jacobian, where)
+        if came or away < _AWAY:
+            self._require_regular(self._jacobian(q), where)
+        if came:
+            return q
         farthest = int(np.argmax(np.abs(q - guess))) + 1
         raise PlanningError(
-            f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
-            f" the tool stays {1e3 * best:.3g} mm away (joint {farthest} moved farthest)"
+            f"{where}: the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
+            f" the tool stays {1e3 * away:.3g} mm away (joint {farthest} moved farthest)"
             f"{few_joints(len(q))}"
         )
 
-    def _step(
-        self, jacobian: np.ndarray, error: np.ndarray, q: np.ndarray
-    ) -> tuple[np.ndarray, bool]:
-        """Return the step to a pose [rad], (joints,), and whether the posture is nearest to home."""
-        damping = _DAMPING * float(error @ error)
-        if self._near is None:
-            normal = jacobian.T @ jacobian + (damping + _LEAST) * np.eye(len(q))
-            return np.linalg.solve(normal, jacobian.T @ error), True
+    def _nearest(
+        self, near: NearHome, pose: np.ndarray, guess: np.ndarray
+    ) -> tuple[np.ndarray, bool, float]:
+        """Return the joint angles at a pose nearest to home, whether it came, and how far it was [m]."""
+        target, q, best = pin.XYZQUATToSE3(pose), guess.copy(), np.inf
         scale = np.repeat([1.0 / self._reach, 1.0], 3)
-        scaled, regular = (scale[:, None] * jacobian)[None], np.array([damping + _LEAST])
-        step = task_step(scaled, (scale * error)[None], regular)
-        along = SelfMotion.of(scaled, q[None], self._near).step(step)
-        return (step + along)[0], bool(np.abs(along).max() < _NEAREST)
+        for _ in range(_MAX_ITERATIONS):
+            error = self._pose_error(target, q)
+            size = float(np.linalg.norm(error))
+            best = min(best, float(np.linalg.norm(error[:3])))
+            scaled = (scale[:, None] * self._jacobian(q))[None]
+            step = task_step(scaled, (scale * error)[None], np.array([_DAMPING * size**2 + _LEAST]))
+            along = SelfMotion.of(scaled, q[None], near).step(step)
+            if size < _REACHED and np.abs(along).max() < _NEAREST:
+                return q, True, best
+            whole = (step + along)[0]
+            q += whole * min(1.0, _LARGEST_STEP / float(np.abs(whole).max()))
+        return q, False, best
 
     def _pose_error(self, target: pin.SE3, q: np.ndarray) -> np.ndarray:
         """Position [m] and rotation vector [rad] from the robot's pose to the target, base axes."""

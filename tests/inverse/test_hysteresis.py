@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from coupling.inverse.command import gear_command
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.gear_elements import GearElements
-from coupling.inverse.gear_path import GearLaw, gear_path
+from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import solve_wind_up
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
@@ -76,7 +76,7 @@ def test_a_triangular_torque_makes_the_loop_of_its_elements_in_closed_form():
         beyond = angles[-1] + (pull - torques[-1]) / K
         return np.where(pull < torques[-1], np.interp(pull, torques, angles), beyond)
 
-    angle, _ = gear_path(0.1, torque, spring, 1e-7 * K, 0.0, SLIP)
+    angle, _ = spring.path(0.1, torque, 1e-7 * K, 0.0, SLIP)
     top = virgin(first)
     bottom = top - 2.0 * virgin((first - second) / 2.0)
     back, forth = virgin((first - down) / 2.0), virgin((again - second) / 2.0)
@@ -205,7 +205,7 @@ def link_task(kind, damping):
         time, torque[:, None], curve, np.array([damping]), np.array([start]), (SLIP,)
     )
     inertia = np.full(801, INERTIA)
-    return GearTask(link, time, torque, wind_up.angle[:, 0], curve, damping, inertia, SLIP)
+    return GearTask(link, time, torque, wind_up.angle[:, 0], curve, damping, time, inertia, SLIP)
 
 
 @pytest.mark.parametrize("degree", [3, 5])

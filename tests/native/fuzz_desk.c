@@ -5,7 +5,11 @@
 #include "draw.h"
 
 #include "../../coupling/native/desk/drive_fit.h"
+#include "../../coupling/native/desk/gear_path.h"
 #include "../../coupling/native/desk/link_path.h"
+#include "../../coupling/native/desk/reach.h"
+#include "../../coupling/native/desk/smooth_wrench.h"
+#include "../../coupling/native/desk/spline.h"
 
 static double *draw_numbers(size_t count, bool wild)
 {
@@ -80,7 +84,7 @@ static void draw_drive(bool wild)
                                   .first = draw(2), .pieces = (int64_t)pieces, .sines = (int64_t)sines,
                                   .step = 1e-3, .damping = draw_value(), .link_rate = draw_value()},
                         .cycle = 1e-3 * (double)parts, .smoothing = 1e-8, .heavy = 1e4, .counted = 1e2,
-                        .idle = 1e-7, .held = 1e14, .conditions = (int64_t)conditions};
+                        .idle = 1e-7, .conditions = (int64_t)conditions};
     er_gear_drive *drive = &fit.drive;
     bool held = draw(2);
     const double **arrays[] = {&drive->knots, &drive->origins, &drive->cubics, &drive->amplitude, &drive->order,
@@ -90,31 +94,91 @@ static void draw_drive(bool wild)
     const size_t sizes[] = {pieces - 1, pieces, 4 * pieces, sines, sines, sines, 5 * parts * (degree + 1), degree + 1,
                             160, 4 * steps + 1, 2 * steps, steps, steps, count + degree - 2, conditions * (degree + 1),
                             conditions, 5 * steps, 2 * steps, 10 * steps};
-    double *work, *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
+    double *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
     double *step = draw_numbers(size, false), *wind_up = draw_numbers(5 * steps, false);
     double *defects = draw_numbers(steps, false), *rows = draw_numbers(steps * (degree + 5), false);
-    unsigned char *free_ones = malloc(size);
+    er_stretch stretches[8];
+    int64_t end = 0, some = 0;
     int64_t *first = malloc((conditions + 1) * sizeof *first);
     int count_of_arrays = held ? 19 : 16;
-    CHECK(free_ones != NULL && first != NULL);
+    CHECK(first != NULL);
     for (int k = 0; k < count_of_arrays; k++)
         *arrays[k] = numbers[k] = draw_numbers(sizes[k], wild && draw(3) == 0);
-    for (size_t k = 0; k < size; k++)
-        free_ones[k] = draw(4) != 0;
+    for (; end < (int64_t)count && some < 8; some++) {
+        stretches[some].begin = draw(2) ? end : end + draw((unsigned)(count - end));
+        stretches[some].end = end = stretches[some].begin + 1 + draw((unsigned)(count - stretches[some].begin));
+    }
     for (size_t c = 0; c < conditions; c++)
         first[c] = draw((unsigned)count);
-    fit.free = free_ones;
     fit.condition_first = first;
     er_gear_wind_ups(drive, coefficients, misses, wind_up);
     er_gear_defects(drive, coefficients, misses, defects);
     er_gear_rows(drive, coefficients, misses, rows);
-    er_drive_fit_value(&fit, coefficients, misses);
-    work = draw_numbers((size_t)er_drive_fit_room(&fit), wild);
-    er_drive_fit_step(&fit, coefficients, misses, draw_input(), work, step);
-    free(work);
+    er_drive_fit_value(&fit, some, stretches, coefficients, misses);
+    er_drive_fit_step(&fit, some, stretches, coefficients, misses, draw_input(), 1 + draw(9), step);
     for (int k = 0; k < count_of_arrays; k++)
         free(numbers[k]);
-    free(coefficients), free(misses), free(step), free(wind_up), free(defects), free(rows), free(free_ones), free(first);
+    free(coefficients), free(misses), free(step), free(wind_up), free(defects), free(rows), free(first);
+}
+
+/* A spline at any times; its coefficients may be not a number. */
+static void draw_spline(bool wild)
+{
+    size_t degree = draw(6), terms = 1 + draw((unsigned)degree + 1), intervals = 1 + draw(9), quantities = draw(5);
+    size_t count = draw(40);
+    double *coefficients = draw_numbers((intervals + degree) * quantities, wild);
+    double *powers = draw_numbers(terms * (degree + 1), wild), *times = draw_numbers(count, wild);
+    double *values = draw_numbers(count * quantities, false);
+    er_spline spline = {(int64_t)degree, (int64_t)intervals, (int64_t)quantities, draw_input(), draw_input(), coefficients};
+    er_spline_at(&spline, (int64_t)terms, powers, (int64_t)count, times, values);
+    free(coefficients), free(powers), free(times), free(values);
+}
+
+static void draw_wrench(bool wild)
+{
+    size_t count = 2 + draw(30), at = draw(60);
+    double *instants = draw_numbers(count, wild), *before = draw_numbers(6 * count, wild);
+    double *behind = draw_numbers(6 * count, wild), *times = draw_numbers(at, wild), *wrench = draw_numbers(6 * at, false);
+    er_wrench_history history = {(int64_t)count, draw(2) ? 1e-3 : draw_value(), instants, before, behind};
+    for (size_t k = 1; k < count && draw(8); k++)
+        instants[k] = instants[k - 1] + 0.01 * draw(100);
+    er_smooth_wrench(&history, (int64_t)at, times, wrench);
+    free(instants), free(before), free(behind), free(times), free(wrench);
+}
+
+static void draw_gear(bool wild)
+{
+    size_t corners = 1 + draw(9), count = 1 + draw(200), elements = draw(4), room = corners + 2 * elements, series = draw(4);
+    double *angle = draw_numbers(corners, wild), *torque = draw_numbers(corners, wild);
+    double *slope = draw_numbers(corners + 1, wild), *slip_torque = draw_numbers(elements, wild);
+    double *slip_angle = draw_numbers(elements, wild), *elongation = draw_numbers(elements, wild);
+    double *pulls = draw_numbers(count, wild), *path = draw_numbers(count, false), *rate = draw_numbers(count, false);
+    double *angles = draw_numbers(room, false), *torques = draw_numbers(room, false);
+    double *slopes = draw_numbers(room + 1, false), *rows = draw_numbers(series * count, wild);
+    double *backlash = draw_numbers(series, wild), *damping = draw_numbers(series, wild);
+    int64_t *changes = malloc((series + 1) * sizeof *changes), found;
+    er_gear_law law = {(int64_t)corners, angle, torque, slope};
+    er_gear_elements slips = {(int64_t)elements, slip_torque, slip_angle};
+    CHECK(changes != NULL);
+    for (size_t k = 1; k < corners && !wild; k++)
+        angle[k] = angle[k - 1] + 1e-3 * (1 + draw(9));
+    found = er_gear_law_with_elements(&law, &slips, draw_value(), elongation, angles, torques, slopes);
+    CHECK(found >= 1 && found <= (int64_t)room);
+    CHECK(er_gear_path(&law, &slips, draw(2) ? 1.0 : draw_value(), 1e-3, (int64_t)count, pulls, draw_value(), path, rate));
+    er_backlash_reversals((int64_t)count, (int64_t)series, 1e-3, rows, backlash, damping, changes);
+    free(angle), free(torque), free(slope), free(slip_torque), free(slip_angle), free(elongation), free(pulls), free(path);
+    free(rate), free(angles), free(torques), free(slopes), free(rows), free(backlash), free(damping), free(changes);
+}
+
+static void draw_reach(const er_desk *desk, bool wild)
+{
+    size_t count = 1 + draw(5);
+    double *position = draw_numbers(3 * count, wild), *quaternion = draw_numbers(4 * count, wild);
+    double *theta = draw_numbers(count * desk->robot.angles, wild), *error = draw_numbers(count, false);
+    double *away = draw_numbers(count, false);
+    er_reach_rules rules = {1e-9, draw(40), draw(2) ? 1e-3 : draw_value(), draw(2) ? 1e-12 : draw_value(), 0.3};
+    er_desk_reach(desk, &rules, (int64_t)count, position, quaternion, theta, error, away);
+    free(position), free(quaternion), free(theta), free(error), free(away);
 }
 
 int main(int count, char **arguments)
@@ -138,7 +202,11 @@ int main(int count, char **arguments)
         }
         bool wild = draw(2) == 0;
         draw_rows(desk, wild);
+        draw_reach(desk, wild);
         draw_drive(wild);
+        draw_spline(wild);
+        draw_wrench(wild);
+        draw_gear(wild);
         solved += draw_iteration(desk, wild);
         er_desk_free(desk);
     }

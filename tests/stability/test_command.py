@@ -250,7 +250,7 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
     assert re.search(
         r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", said
     )
-    assert run("check", slot(tmp_path, 0.0005), "-o", tmp_path / "check.html") == 0
+    assert run("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
     assert "Warning: The cut" not in said
     assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
@@ -258,7 +258,7 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
     folder = tmp_path / "run"
-    assert run("couple", slot(tmp_path), "-o", folder, "--no-store") == 1
+    assert run("couple", slot(tmp_path), "-v", "-o", folder, "--no-store") == 1
     verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
     assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
     assert re.search(

@@ -82,6 +82,14 @@ void er_desk_relieve(const er_desk *desk, const er_lanes *theta, const er_wanted
     }
 }
 
+void er_desk_rotation(const double q[4], double R[9])
+{
+    double x = q[0], y = q[1], z = q[2], w = q[3];
+    R[0] = 1.0 - 2.0 * (y * y + z * z), R[1] = 2.0 * (x * y - z * w), R[2] = 2.0 * (x * z + y * w);
+    R[3] = 2.0 * (x * y + z * w), R[4] = 1.0 - 2.0 * (x * x + z * z), R[5] = 2.0 * (y * z - x * w);
+    R[6] = 2.0 * (x * z - y * w), R[7] = 2.0 * (y * z + x * w), R[8] = 1.0 - 2.0 * (x * x + y * y);
+}
+
 /* States from row `first` on, of which there are `count`: the last one stands for those that are not there. */
 static void read_lanes(int width, int64_t first, int64_t count, const double *rows, er_lanes *lanes)
 {

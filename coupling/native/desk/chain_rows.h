@@ -47,6 +47,9 @@ ER_EXPORT void er_desk_masses(const er_desk *desk, int64_t count, const double *
 void er_desk_relieve(const er_desk *desk, const er_lanes *theta, const er_wanted *wanted, er_link_state *state,
                      er_link_derivatives *by);
 
+/* Rotation by rows of a unit quaternion x, y, z, w. */
+void er_desk_rotation(const double quaternion[4], double rotation[9]);
+
 /* Sines and cosines of angles in ER_LANES states. */
 void er_desk_turn(const er_desk *desk, const er_lanes *theta, er_motion *motion);
 

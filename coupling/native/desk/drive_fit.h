@@ -15,23 +15,29 @@ typedef struct {
     er_gear_drive drive;
     double cycle, smoothing;      /* [s]; [s^2], weight of the acceleration */
     double heavy, counted;        /* weights of equations in a step, and in the value */
-    double idle, held;            /* added to the diagonal for coefficients, and for unknowns that are not free */
+    double idle;                  /* added to the diagonal for coefficients */
     const double *bend;           /* phi'' where coefficients of the acceleration stand [rad/s^2], (count + degree - 2) */
-    const unsigned char *free;    /* of all unknowns in their order */
     int64_t conditions;           /* weights @ coefficients from a first one on = value */
     const int64_t *condition_first;
     const double *condition_weights, *condition_value; /* (conditions, degree + 1), [rad] */
 } er_drive_fit;
 
-/* Half the sum of squares [rad^2]. */
-ER_EXPORT double er_drive_fit_value(const er_drive_fit *fit, const double *coefficients, const double *misses);
+/* Intervals begin to end - 1 of the rows; what meets others does not change. */
+typedef struct {
+    int64_t begin, end;
+} er_stretch;
 
-/* Numbers that a step works with. */
-ER_EXPORT int64_t er_drive_fit_room(const er_drive_fit *fit);
+/* Half the sum of squares of what is in stretches [rad^2]. */
+ER_EXPORT double er_drive_fit_value(const er_drive_fit *fit, int64_t count, const er_stretch *stretches,
+                                    const double *coefficients, const double *misses);
 
-/* Fills in the step of all unknowns [rad], (groups (parts + 1)), that solves the linearised least squares, changes of
- * the command's bends weighted by `damping`; false if the matrix is not positive definite.  `work` is overwritten. */
-ER_EXPORT bool er_drive_fit_step(const er_drive_fit *fit, const double *coefficients, const double *misses,
-                                 double damping, double *work, double *step);
+typedef enum { ER_SOLVED, ER_NOT_POSITIVE, ER_NO_MEMORY } er_solved;
+
+/* Fills in the step of all unknowns [rad], (groups (parts + 1)), that solves the linearised least squares in stretches,
+ * zero outside, with changes of the command's bends weighted by `damping`.  Changes die out within `lag` intervals, or
+ * twice as many if that is not so. */
+ER_EXPORT er_solved er_drive_fit_step(const er_drive_fit *fit, int64_t count, const er_stretch *stretches,
+                                      const double *coefficients, const double *misses, double damping, int64_t lag,
+                                      double *step);
 
 #endif

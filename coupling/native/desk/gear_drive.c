@@ -5,6 +5,24 @@
 
 enum { HALVES = 2 };
 
+er_gear_drive er_gear_part(const er_gear_drive *drive, int64_t begin, int64_t end)
+{
+    er_gear_drive part = *drive;
+    int64_t step = begin * drive->parts;
+    part.count = end - begin;
+    part.first = drive->first && begin == 0;
+    part.link += 4 * step;
+    part.impulse += HALVES * step;
+    part.inertia += step;
+    part.scale += step;
+    if (drive->held_wind_up != NULL) {
+        part.held_wind_up += ER_QUARTERS * step;
+        part.held_impulse += HALVES * step;
+        part.held_slope += HALVES * ER_QUARTERS * step;
+    }
+    return part;
+}
+
 /* The piece of the torque curve at an angle. */
 static int64_t piece_at(const er_gear_drive *drive, double x)
 {

@@ -36,6 +36,9 @@ typedef struct {
     const double *held_wind_up, *held_impulse, *held_slope; /* 5, 2, (2, 5) */
 } er_gear_drive;
 
+/* The drive along the intervals begin to end - 1. */
+er_gear_drive er_gear_part(const er_gear_drive *drive, int64_t begin, int64_t end);
+
 /* A step about a motion. */
 typedef struct {
     double impulse[2];              /* of d x' + S(x) - T over its halves [N m s] */

@@ -88,14 +88,6 @@ static void enlarge_diagonal(er_link_iterations *it, int64_t node, int angle, do
         add_to_block(it, node, node, angle, it->damping * value);
 }
 
-static void find_rotation(const double q[4], double R[9])
-{
-    double x = q[0], y = q[1], z = q[2], w = q[3];
-    R[0] = 1.0 - 2.0 * (y * y + z * z), R[1] = 2.0 * (x * y - z * w), R[2] = 2.0 * (x * z + y * w);
-    R[3] = 2.0 * (x * y + z * w), R[4] = 1.0 - 2.0 * (x * x + z * z), R[5] = 2.0 * (y * z - x * w);
-    R[6] = 2.0 * (x * z - y * w), R[7] = 2.0 * (y * z + x * w), R[8] = 1.0 - 2.0 * (x * x + y * y);
-}
-
 /* Errors of the pose, weighted, of point s. */
 static void find_pose_errors(er_link_iterations *it, const points *at, int s, double errors[POSE])
 {
@@ -104,7 +96,7 @@ static void find_pose_errors(er_link_iterations *it, const points *at, int s, do
     double rotation[9], reference[9], turn[3], apart[3];
     for (int k = 0; k < 9; k++)
         rotation[k] = at->state.rotation[k][s];
-    find_rotation(at->quaternion[s], reference);
+    er_desk_rotation(at->quaternion[s], reference);
     er_rotation_between(rotation, reference, turn);
     for (int k = 0; k < 3; k++) {
         apart[k] = at->state.position[k][s] - at->position[s][k];
