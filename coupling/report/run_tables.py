@@ -89,10 +89,11 @@ def _figures_of(deviation: Deviation | DeviationShare | tuple[str, ...] | None) 
 
 
 def _of_tooth_passing(figures: RunResult) -> list[str]:
-    """Return what a periodic process leaves, in parts."""
-    tooth_passing = figures.tooth_passing
+    """Return what a periodic process leaves, in parts, and the mean force of a cut."""
+    tooth_passing, mean = figures.tooth_passing, figures.mean_force_across
+    forces = [] if mean is None else [mean.sentence]
     if tooth_passing is None:
-        return []
+        return forces
     walls = ", ".join(
         f"{axis} {UM * low:.2f} to {UM * high:.2f}"
         for axis, (low, high) in tooth_passing.envelope_m.items()
@@ -101,5 +102,6 @@ def _of_tooth_passing(figures: RunResult) -> list[str]:
         f"Tooth passing: {1e3 * tooth_passing.period_s:.3g} ms. The mean of the last deviation over a"
         f" tooth passing is at most {UM * tooth_passing.slow_m:.2f} um, the ripple about it"
         f" {UM * tooth_passing.ripple_m:.2f} um. A surface cut at the extremes of each tooth passing"
-        f" deviates by {walls} um, base axes."
+        f" deviates by {walls} um, base axes.",
+        *forces,
     ]

@@ -17,6 +17,7 @@ from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.results.limit_warning import LimitWarning
+from coupling.results.mean_force import MeanForceAcross
 from coupling.results.outlook import Replay, WorstReplay
 from coupling.results.repeatability import Repeatability
 
@@ -144,7 +145,7 @@ class RunResult(ResultFile):
     """Figures of a run; docs/run_folder.md says what they are."""
 
     what = "the figures of a run"
-    sparse: ClassVar = ("pinch_gap_m", "stability", "cut")
+    sparse: ClassVar = ("pinch_gap_m", "stability", "cut", "mean_force_across")
 
     case: str
     kind: Kind
@@ -165,6 +166,7 @@ class RunResult(ResultFile):
     outlook: WorstReplay | None = None
     stability: CutStability | None = None
     cut: CutResult | None = None
+    mean_force_across: MeanForceAcross | None = None
     forecast: RunForecast | None = None
     plant: PlantResult | None
     backlash_reversals: tuple[BacklashReversal, ...] | None

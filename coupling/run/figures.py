@@ -88,6 +88,7 @@ def figures_of(
         ),
         outlook=outlook_of(run, before),
         stability=run.of(CUT_STABILITY).stability,
+        mean_force_across=run.of(CUT_STABILITY).force,
         cut=run.of(CUT_STABILITY).cut,
         forecast=run.forecast,
         plant=None if plant is None else plant.stored(tool),
@@ -148,9 +149,10 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
         before: Deviation under its uncorrected command.
 
     Returns:
-        None where nothing was replayed, and of a robot that was measured, of which the forecast tells.
+        None where nothing was replayed, of a coupling, which commands nothing, and of a robot that was
+        measured, of which the forecast tells.
     """
-    if run.forecast is not None:
+    if run.forecast is not None or run.kind == "couple":
         return None
     expected = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
     return WorstReplay.among(before, run.robustness, expected)

@@ -144,6 +144,9 @@ def _sections(figures: RunResult) -> list[Section]:
         " which one parameter differs from the model, in all gears and tilts or in all motors:"
     )
     rows = [(row.name, row.deviation) for row in figures.robustness]
+    if figures.kind == "couple":
+        text = "Deviation as it is estimated for a process that is evaluated twice as often:"
+        return [Section("Samples of the process", (text, deviation_table(rows)))]
     return [Section("On robots that differ from the model", (text, deviation_table(rows)))]
 
 

@@ -16,7 +16,7 @@ from coupling.process import NoisySchema, Process, ProcessResponse
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
-from coupling.run.check import Check, CheckedCommand, of_corrections
+from coupling.run.check import Check, CheckedCommand
 from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop
@@ -199,4 +199,4 @@ def _warnings(command: CheckedCommand) -> list[LimitWarning]:
     return [LimitWarning.of("sampling", sampling.error, tolerance, sampling.time)]
 
 
-SAMPLING = Check[SamplingCheck | None]("sampling", _compute, None, of_corrections, _warnings)
+SAMPLING = Check[SamplingCheck | None]("sampling", _compute, None, warnings=_warnings)

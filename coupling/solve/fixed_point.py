@@ -199,7 +199,7 @@ def iterate(
                 raise
             return ended(*_failure(error, number))
         g, loads, acting = motion.path, motion.loads.on(motion.path), evaluated.loads
-        spring_change = loads.change_from(acting)
+        spring_change = _change_at(rows, loads, acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, spring_change))
         state = _State(g, replace(response, wrench=loads), evaluations[-1])
         states = _States.after(states, state)
@@ -226,6 +226,13 @@ def unloaded_path(loop: Loop[SimulatedRobot], command: JointPath, time: np.ndarr
     """
     none = WrenchHistory.none(time, len(command.q))
     return loop.robot.simulate(command, none, loop.mode)
+
+
+def _change_at(rows: np.ndarray, loads: WrenchHistory, acting: WrenchHistory) -> float:
+    """Return the largest difference of forces at the process's samples, over the larger peak force."""
+    change = loads.before[:, rows, :3] - acting.before[:, rows, :3]
+    largest = float(np.linalg.norm(change, axis=-1).max())
+    return largest / max(loads.peak_force, acting.peak_force) if largest > 0.0 else 0.0
 
 
 def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcome, str]:

@@ -69,7 +69,7 @@ class Robin(ConstantRelaxation):
         blocks = interpolated(
             time, iterate.response.wrench.instants, own_blocks(process.stiffness), axis=1
         )
-        spring = ContactSpring(x.position, blocks)
+        spring = ContactSpring(_anchors(iterate), blocks)
         answered = replace(iterate.loads, spring=spring)
         inner, rest_force, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
@@ -80,7 +80,7 @@ class Robin(ConstantRelaxation):
                 if best is None:
                     raise
                 break  # the next evaluation goes on from the best there is
-            residual = float(np.abs(process.rest_force(spring, motion.path) - rest_force).max())
+            residual = float(np.abs(process.rest_force(motion.path) - rest_force).max())
             if best is None or residual < least:
                 best, least = motion, residual
             change = float(np.abs(process.change(motion.path)).max())
@@ -90,7 +90,7 @@ class Robin(ConstantRelaxation):
                 x.deviation_from(iterate.path), motion.path.deviation_from(iterate.path)
             )
             x = iterate.path.displaced(step)
-            rest_force = process.rest_force(spring, x)
+            rest_force = process.rest_force(x)
         assert best is not None
         return best
 
@@ -163,14 +163,33 @@ class LinearProcess:
 
     def change(self, path: ToolPath) -> np.ndarray:
         """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
+        return self._change(path, self.stiffness)
+
+    def rest_force(self, path: ToolPath) -> np.ndarray:
+        """Return the part of this change that each tool's spring does not give [N], (tools, k, 3)."""
+        between = self.stiffness.copy()
+        for first in range(0, between.shape[-1], 3):
+            between[:, first : first + 3, first : first + 3] = 0.0
+        return self._change(path, between)
+
+    def _change(self, path: ToolPath, stiffness: np.ndarray) -> np.ndarray:
         displacement = (self.iterate.path.position - path.position)[:, self.iterate.rows]
-        change = np.einsum("nij,nj->ni", self.stiffness, joined(displacement))
+        change = np.einsum("nij,nj->ni", stiffness, joined(displacement))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
         return interpolated(path.time, self.iterate.response.wrench.instants, tools, axis=1)
 
-    def rest_force(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
-        """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""
-        return self.change(path) - spring.force(path.position)
+
+def _anchors(iterate: Iterate) -> np.ndarray:
+    """Return where the springs of a process pull to [m], (tools, k, 3).
+
+    Where the process states its stiffness, its force goes on by it between two samples, from what is
+    straight between the tools' positions there: a stiff contact pushes back at once, whatever the robot
+    does in between.  A stiffness that is estimated changes no answer: its springs pull to the path.
+    """
+    path, rows = iterate.path, iterate.rows
+    if iterate.response.stiffness is None:
+        return path.position
+    return interpolated(path.time, path.time[rows], path.position[:, rows], axis=1)
 
 
 @dataclass(frozen=True)

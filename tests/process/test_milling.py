@@ -23,7 +23,9 @@ from coupling.process.cutting_force import (
     Cutter,
     CuttingCoefficients,
     Engagement,
+    Way,
     mean_wrench,
+    tooth_wrench,
 )
 from coupling.run.execute import run_coupling
 from coupling.run.figures import shares_of
@@ -474,3 +476,38 @@ def test_the_speed_of_a_program_is_used_and_not_contradicted(tmp_path, line, sta
     changes = GcodePath.model_validate({"kind": "gcode", "file": str(program)}).task(PART)
     with pytest.raises(CaseError, match=r"S9000 in line 2 .* and S8000 in line 6"):
         milling(changes, **{**keys, "spindle_speed_rpm": None})
+
+
+def radial_force(time: np.ndarray, x: np.ndarray, instant: float, **of_mill: float) -> float:
+    """Radial force over K_rc a of a straight tooth at phi = 90 deg: its chip [m]."""
+    mill = Cutter(RADIUS, 2, 0.0, SPEED, **of_mill)
+    one = np.ones(1)
+    cut = Engagement(np.zeros((1, 2)), 0.0 * one, np.pi * one, 1e-3 * one)
+    way = Way(time, np.column_stack([x, 0.0 * x]))
+    K = CuttingCoefficients(0.0, 1e9, 0.0, 0.0, 0.0, 0.0)
+    wrench = tooth_wrench(mill, K, cut, way, np.array([[1.0, 0.0]]), np.array([instant]))
+    return -wrench[0, 0] / (1e9 * 1e-3)
+
+
+def test_a_tooth_behind_one_that_missed_cuts_what_both_have_left():
+    """The tool lifts off by 3 chips for one passage: nothing there, two chips behind it."""
+    period, chip = np.pi / SPEED, 1e-4
+    at = (0.5 + np.arange(12)) * period  # a tooth at phi = 90 deg
+    x = chip * np.arange(12.0)
+    x[6] -= 3.0 * chip
+    assert radial_force(at, x, at[5]) == pytest.approx(chip)
+    assert radial_force(at, x, at[6]) == 0.0
+    assert radial_force(at, x, at[7]) == pytest.approx(2.0 * chip)
+    assert radial_force(at, x, at[8]) == pytest.approx(chip)
+
+
+def test_runout_gives_one_tooth_more_and_the_other_less():
+    """Offset e along the first tooth: chips c + 2 e and c - 2 e; beyond c/2 one tooth cuts all."""
+    period, chip = np.pi / SPEED, 1e-4
+    at = (0.5 + np.arange(12)) * period
+    x = chip * np.arange(12.0)
+    both = [radial_force(at, x, at[k], runout=2e-5) for k in (8, 9)]
+    assert sorted(both) == pytest.approx([chip - 4e-5, chip + 4e-5])
+    assert both[0] > both[1]  # the first tooth is at 90 deg after a quarter of a turn
+    one = sorted(radial_force(at, x, at[k], runout=8e-5) for k in (8, 9))
+    assert one == pytest.approx([0.0, 2.0 * chip])
