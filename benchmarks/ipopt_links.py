@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import time
 from functools import reduce
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -123,7 +124,7 @@ def by_ipopt(model: LinkModel, path: LinkPath, start: np.ndarray) -> tuple[np.nd
         )
     ]
     square = 0.5 * ca.sumsqr(rows) + 0.5 * ca.sumsqr(ca.vertcat(*held))
-    options = {
+    options: Any = {
         "print_time": False,
         "ipopt": {
             "print_level": 0,
@@ -134,7 +135,8 @@ def by_ipopt(model: LinkModel, path: LinkPath, start: np.ndarray) -> tuple[np.nd
             "hessian_approximation": "limited-memory",
         },
     }
-    solver = ca.nlpsol("links", "ipopt", {"x": ca.vec(unknown), "f": square}, options)
+    problem: Any = {"x": ca.vec(unknown), "f": square}
+    solver = ca.nlpsol("links", "ipopt", problem, options)
     found = np.array(solver(x0=start.ravel())["x"]).reshape(count + 5, size)
     statistics = solver.stats()
     return found, statistics["return_status"], statistics["iter_count"]
