@@ -19,6 +19,7 @@ from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
+from coupling.process.base import Process, marched
 from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
@@ -62,17 +63,20 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
-def drive_of(robot: Robot, requested: OneOfDrives | None) -> OneOfDrives:
-    """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
+def drive_of(
+    robot: Robot, requested: OneOfDrives | None, servos_confirmed: bool = True
+) -> OneOfDrives:
+    """Return how a robot's drives move: as asked for, else as its servos do where its file has them.
 
     Args:
         requested: Value in the case; None: none.
+        servos_confirmed: Whether measurements confirm them; else drives are ideal unless asked for.
 
     Raises:
         CaseError: If it has no motors for servos.
     """
     motors = any(joint.drive is not None for joint in robot.joints)
-    if requested == IDEAL or (requested is None and not motors):
+    if requested == IDEAL or (requested is None and not (motors and servos_confirmed)):
         return IDEAL
     if not motors:
         raise CaseError(
@@ -185,11 +189,16 @@ class SupportTable(_MemberTable):
 
 
 class PartTable(Schema):
-    """[part]: placement of the part frame in the world, or of what the controller shows of it."""
+    """[part]: placement of the part frame in the world, or of what the controller shows of it.
+
+    Attributes:
+        tolerance_mm: Deviation that the part allows of the tool's path; reports judge by it.
+    """
 
     position_m: Vector3
     rpy_deg: Vector3 = [0.0, 0.0, 0.0]
     touch_off: bool | list[Vector3] = False
+    tolerance_mm: Positive | None = None
 
     @field_validator("touch_off")
     @classmethod
@@ -222,15 +231,21 @@ class PartTable(Schema):
 class CouplingTable(Schema):
     """[coupling]: scheme, its first relaxation, and when the iteration ends."""
 
-    scheme: Annotated[str, _one_of(SCHEMES)] = "robin"
+    scheme: Annotated[str, _one_of(SCHEMES)] | None = None
     relaxation: Positive = 1.0
     tolerance_m: Positive = 1e-6
     rms_tolerance_m: Positive | None = None
     force_tolerance: Positive = 1e-3
     max_evaluations: Annotated[int, Field(ge=2)] = 40
 
+    def resolved(self, process: Process) -> CouplingTable:
+        """Return the table with the scheme that suits a process, where it names none."""
+        usual = "robin" if marched(process) is None else "anderson"
+        return self.model_copy(update={"scheme": self.scheme or usual})
+
     def new_scheme(self) -> Scheme:
-        """Return a new relaxation scheme."""
+        """Return a new relaxation scheme; call `resolved` before."""
+        assert self.scheme is not None
         return SCHEMES[self.scheme](self.relaxation)
 
     def tolerance(self) -> Tolerance:

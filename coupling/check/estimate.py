@@ -15,17 +15,18 @@ from coupling.store import EvaluatedProcess
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
-# 11 s for 1.8 s and 18 021 samples, two_robots.toml 32 s for both robots on 48.6 s and 2 431 samples.
-_START = 3.0
-_PER_SECOND = 0.2
-_PER_SAMPLE = 2.5e-4
+# 11 s for 1.8 s and 18 021 samples without draws, two_robots.toml 32 s for both robots on 48.6 s and
+# 2 431 samples; with servos a slot 18 s for 2.6 s and 13 000, a pocket 44 s for 14.7 s and 73 600.
+_START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 2.5e-4
+# The same of each robot that is drawn, and how much longer servos take.
+_DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 1e-3, 7e-6, 1.6
 # Most memory that they held, in all, and by row of the path of one tool [GB]: 0.36 GB with 40 s of path
 # (10 000 rows 4 ms apart), 0.50 GB with 160 s, 0.91 GB with 480 s.
 _MEMORY, _MEMORY_PER_ROW = 0.3, 5e-6
 # What is said before the work begins, not behind it [GB].
 _MUCH = 2.0
 # Gears that reverse often, limits and the machine change it by so much.
-_WITHIN = 2.5
+_WITHIN = 2.0
 # Rows that follow the inverse nearly everywhere: on longer ones every inverse is improved by as many
 # simulations as it may take, each with its share of steps and servos' commands, by second of path.
 _CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
@@ -33,7 +34,14 @@ _CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
 _ASKED_TWICE = 60.0
 
 
-def estimated(desired: ToolPath, controller: Controller, rounds: int, each: float | None) -> str:
+def estimated(
+    desired: ToolPath,
+    controller: Controller,
+    rounds: int,
+    each: float | None,
+    draws: int = 0,
+    has_servos: bool = False,
+) -> str:
     """Return time and memory of a compensation by the inverse of the moving robot, in words.
 
     Args:
@@ -41,9 +49,14 @@ def estimated(desired: ToolPath, controller: Controller, rounds: int, each: floa
         controller: Controller that takes the commands.
         rounds: Inverses at most.
         each: Time of one evaluation of the process [s], None where it was not measured.
+        draws: Number of robots that are drawn.
+        has_servos: Whether a robot's motors follow as their servos do.
     """
     duration = float(desired.time[-1] - desired.time[0])
-    work = len(desired.pose) * (_PER_SECOND * duration + _PER_SAMPLE * len(desired.time))
+    rows = len(desired.time)
+    work = _PER_SECOND * duration + _PER_SAMPLE * rows
+    work += draws * (_DRAW_PER_SECOND * duration + _DRAW_PER_SAMPLE * rows)
+    work *= len(desired.pose) * (_SERVOS if has_servos else 1.0)
     low, high, improved = _START + work / _WITHIN, _START + work * _WITHIN, ""
     if controller.cycle > _CLOSE_ROWS:
         simulations = rounds * Inverter.simulations

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomlkit
@@ -114,6 +117,7 @@ def new_case(
     two_robots: bool,
     folder: Path,
     choice: RobotChoice | None = None,
+    tolerance_mm: float | None = None,
 ) -> NewCase:
     """Return a case with a robot and a process; part and home posture suit the robot.
 
@@ -123,14 +127,17 @@ def new_case(
         choice: Links and gears of a robot that others describe; None: all is guessed.
         process: Name in `STARTS`.
         two_robots: A second robot of the same kind supports the sheet from behind.
+        tolerance_mm: Deviation that the part allows [mm]; None: it is not stated.
 
     Raises:
-        CaseError: If there is no such process, or none for two robots.
+        CaseError: If there is no such process, or none for two robots; or the tolerance is none.
         ElasticRobotError: If the robot file cannot be read.
         PlanningError: If the robot cannot follow the path of the example wherever it lies.
     """
     if process not in STARTS:
         raise CaseError(f"--process: {one_of(STARTS, process)}")
+    if tolerance_mm is not None and not 0.0 < tolerance_mm < math.inf:
+        raise CaseError(f"--tolerance-mm: expected a length > 0, got {tolerance_mm:g}")
     start = STARTS[process]
     choice = choice or RobotChoice()
     new_description = new_robot(robot, choice, folder) if is_foreign(robot) else None
@@ -149,8 +156,18 @@ def new_case(
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
         case[table]["description"] = name_in_case
-        if any(joint.drive for joint in described.joints):
+        if any(joint.drive for joint in described.joints) and _has_confirmed_servos(texts):
             case[table]["drive"] = "servo"
+    remarks: list[str] = []
+    if process == "milling-force":
+        case["part"]["touch_off"] = True
+        if name_in_case in texts and not any(described.tcp_position):
+            texts[name_in_case] = with_spindle(texts[name_in_case])
+            described = _of_text(name_in_case, texts[name_in_case])
+            remarks.append(
+                f"{name_in_case}: TCP and payload are those of a spindle of {SPINDLE_MASS:g} kg whose"
+                f" tool ends {1e3 * SPINDLE_REACH:g} mm before the flange: give yours"
+            )
     title = "by the elastic robot of the paper"
     if described != load_robot(find_robot(_NAME_IN_EXAMPLES)):
         title = f"by the robot {described.name}"
@@ -165,6 +182,8 @@ def new_case(
                 "the robot file alone",
                 (*new_description.remarks, f"No case: {cause}"),
             )
+    if tolerance_mm is not None:
+        case["part"]["tolerance_mm"] = tolerance_mm
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
         case["process"][own_file.key] = own_file.value
@@ -173,8 +192,50 @@ def new_case(
     return NewCase(
         {CASE: text, **texts},
         start.about,
-        () if new_description is None else new_description.remarks,
+        (*remarks, *(() if new_description is None else new_description.remarks)),
     )
+
+
+# A milling spindle with holder and tool, in the flange's frame, x away from it: tip [m] and mass [kg].
+SPINDLE_REACH, SPINDLE_MASS = 0.35, 30.0
+# Its size across and along, for its moments of inertia [m].
+_ACROSS, _ALONG = 0.12, 0.3
+
+
+def with_spindle(text: str) -> str:
+    """Return the text of a robot file whose TCP is the flange, with a milling spindle on it.
+
+    Args:
+        text: Text of the file.
+    """
+    file: Any = tomlkit.parse(text)
+    file["tcp"]["position"] = [SPINDLE_REACH, 0.0, 0.0]
+    long = SPINDLE_MASS / 12.0 * (_ACROSS**2 + _ALONG**2)
+    wide = SPINDLE_MASS / 6.0 * _ACROSS**2
+    if "payload" not in file:
+        file["payload"] = tomlkit.table()
+    file["payload"]["mass"] = SPINDLE_MASS
+    file["payload"]["com"] = [0.5 * _ALONG, 0.0, 0.0]
+    file["payload"]["inertia"] = [round(value, 6) for value in (wide, long, long)]
+    file["payload"]["mass"].comment("an assumption: a milling spindle with holder and tool")
+    file["tcp"]["position"].comment("an assumption: the tip of a milling tool")
+    sources = file.get("sources", {})
+    for key in [key for key in sources if key.startswith("payload.") or key == "tcp"]:
+        sources[key] = "an assumption of elastic-robot init: a milling spindle"
+    return tomlkit.dumps(file)
+
+
+def _of_text(name: str, text: str) -> Robot:
+    """Return the robot of a file that is still to be written."""
+    with tempfile.TemporaryDirectory() as scratch:
+        file = Path(scratch, name)
+        file.write_text(text, encoding="utf-8")
+        return load_robot(file)
+
+
+def _has_confirmed_servos(texts: Mapping[str, str]) -> bool:
+    """Return whether no robot file of a case says that its servos are not confirmed."""
+    return all(tomlkit.parse(text).get("servos_confirmed", True) for text in texts.values())
 
 
 def _loaded(robot: str, choice: RobotChoice) -> Robot:

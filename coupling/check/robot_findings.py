@@ -11,21 +11,24 @@ from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
-from coupling.inverse.diagnosis import diagnosed, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, diagnosed, loads_along, stiff_links
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import arc_length
+from coupling.path.joint_path import JointPath
+from coupling.path.linear import arc_length, interpolated
 from coupling.results.drive_result import DriveMotion
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
+from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
+from coupling.run.robots import chain_of
 from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
@@ -51,6 +54,9 @@ class RobotFindings:
         hysteresis: The same with other slip torques; None where no gear has elements.
         unknown: Reason why they are not known, or empty.
         warnings: Rated loads, gear and motor torques that are exceeded.
+        chain: Its joints, to draw it.
+        joints: Motion of the joints of the rigid robot along the path.
+        torque: Torques of its gears at rest [N m], at the times of `joints`, (n, joints).
     """
 
     name: str
@@ -65,6 +71,9 @@ class RobotFindings:
     hysteresis: tuple[Replay, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
+    chain: ChainResult
+    joints: JointPath
+    torque: np.ndarray
 
 
 def examine_robots(
@@ -114,9 +123,19 @@ def examine_robots(
                         *exceeded(placed.ratings, motion.wrench, gears),
                         *(warning for replay in motors for warning in replay.warnings),
                     ),
+                    chain_of(placed),
+                    motion.rigid,
+                    _torques(moving, loads, motion.rigid),
                 )
             )
     return tuple(robots)
+
+
+def _torques(moving: MovingRobot, loads: GearLoads, joints: JointPath) -> np.ndarray:
+    """Return the torques of the gears at rest by joint, at the times of the joints' motion."""
+    torque = np.zeros_like(joints.q[0])
+    torque[:, moving.model.gear_joint] = interpolated(joints.time, loads.time, loads.static)
+    return torque
 
 
 def _gear_replays(

@@ -28,6 +28,9 @@ StoreFolder = Annotated[
 NoStore = Annotated[
     bool, typer.Option("--no-store", help="Evaluate the process every time, store nothing.")
 ]
+Verbose = Annotated[
+    bool, typer.Option("-v", "--verbose", help="Print all that the report says, too.")
+]
 MeasuredRuns = Annotated[
     list[Path],
     typer.Argument(

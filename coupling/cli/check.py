@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.arguments import CaseFile
+from coupling.cli.arguments import CaseFile, Verbose
 from coupling.cli.console import console
 from coupling.events import Progress
 
@@ -32,6 +32,7 @@ def check(
             " minute, and keep nothing of it. Without it the robot carries only its weight.",
         ),
     ] = False,
+    verbose: Verbose = False,
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
@@ -44,10 +45,11 @@ def check(
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
+    from coupling.report.check_answer import check_answer
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.terminal import print_sections
+    from coupling.report.terminal import print_answer, print_sections, print_warnings
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
@@ -61,6 +63,7 @@ def check(
     file = output or case.parent / f"{case.stem}_check.html"
     with RunView(console) as view:
         require_output(file, ".html", ResultError)
+        view.watch(Progress("reading the case and its path", 0, 1))
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         if much := forewarned(desired):
@@ -91,27 +94,37 @@ def check(
     chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
     if stability is not None and stability.stable:
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
+    warnings = warned(chatter, (*moving, *said))
     sections = [
         *check_summary(robots, loads),
         *cut_section(cut_result(loaded)),
         modes,
-        *warned(chatter, (*moving, *said)),
+        *warnings,
         Section("", others),
     ]
-    write_check_page(file, f"{loaded.name}: check", robots, sections)
-    print_sections(console, sections)
+    answer = check_answer(robots, loaded.resolved, case, chatter)
+    write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
+    print_answer(console, answer)
+    if verbose:
+        print_sections(console, sections)
+    else:
+        print_warnings(console, [str(part) for section in warnings for part in section.parts])
+        console.print(others[-1])
     console.print(f"Page: {file}")
 
 
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     from coupling.check.estimate import estimated, timed
+    from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
-        return estimated(case.desired, case.controller, case.method.max_rounds, each)
+        draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
+        servos = any(placed.drive == "servo" for placed in case.robots)
+        return estimated(case.desired, case.controller, case.method.max_rounds, each, draws, servos)
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"
     )

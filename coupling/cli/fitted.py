@@ -12,6 +12,7 @@ from coupling.errors import CouplingError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
 from coupling.report.terminal import print_sections
+from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
 from coupling.results.response_result import ResponseFitResult
@@ -38,7 +39,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
 
 def write_findings(
     target: Path,
-    result: IdentifiedResult | MotionResult | ResponseFitResult,
+    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified,
     summary: Sequence[Section],
     page: str,
     error: type[CouplingError],

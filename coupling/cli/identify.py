@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from coupling.identification.static.plan import PlanRequest
     from elastic_robot.description import Robot
 
-_PLAN, _MOTION, _RESPONSE = "Plan", "Motion", "Frequency responses"
+_PLAN, _MOTION, _CUTTING = "Plan", "Motion", "Cutting"
+_RESPONSE = "Frequency responses"
 
 
 def identify(
@@ -25,7 +26,7 @@ def identify(
         list[Path] | None,
         typer.Argument(
             help="A CSV file of measured deflections, optional with --plan; or recordings of a motion;"
-            " or frequency responses (CSV, UFF58) and hammer tests."
+            " frequency responses (CSV, UFF58) and hammer tests; or forces in milled slots."
         ),
     ] = None,
     robot: Annotated[
@@ -83,6 +84,21 @@ def identify(
             rich_help_panel=_MOTION,
         ),
     ] = 20.0,
+    diameter_mm: Annotated[
+        float | None, typer.Option(help="Diameter of the cutter.", rich_help_panel=_CUTTING)
+    ] = None,
+    teeth: Annotated[
+        int | None, typer.Option(help="Number of its teeth.", rich_help_panel=_CUTTING)
+    ] = None,
+    helix_deg: Annotated[
+        float | None, typer.Option(help="Helix of its edges.", rich_help_panel=_CUTTING)
+    ] = None,
+    rpm: Annotated[
+        float | None, typer.Option(help="Speed of the spindle.", rich_help_panel=_CUTTING)
+    ] = None,
+    depth_mm: Annotated[
+        float | None, typer.Option(help="Axial depth of the slots.", rich_help_panel=_CUTTING)
+    ] = None,
     posture_deg: Annotated[
         list[str] | None,
         typer.Option(
@@ -108,11 +124,13 @@ def identify(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
-    """Identify a robot from measured deflections, its motion or frequency responses; or plan them."""
+    """Identify a robot from deflections, motion or responses, a material from cuts; or plan."""
     from coupling.cli.fitted import robot_target, write_findings, write_robot
+    from coupling.cli.identify_cutting import identify_from_cuts
     from coupling.cli.identify_motion import identify_from_motion
     from coupling.cli.identify_responses import identify_responses
     from coupling.files.robot_file import find_robot, load_robot
+    from coupling.identification.cutting.slots import is_cutting
     from coupling.identification.least_squares import LOSSES
     from coupling.identification.loops.identification import identify_loops
     from coupling.identification.motion.recording import is_recording
@@ -138,6 +156,9 @@ def identify(
     if files and not plan and is_recording(files[0]):
         identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output)
         return
+    if files and not plan and is_cutting(files[0]):
+        identify_from_cuts(files[0], (diameter_mm, teeth, helix_deg, rpm, depth_mm), output)
+        return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
     if len(files) > 1:
@@ -159,7 +180,7 @@ def identify(
     identify_measured = identified if measured.loop is None else identify_loops
     identified_result = identify_measured(described, measured, options)
     result = figures(identified_result)
-    page = identify_page(f"{table.name}: {described.name}", result)
+    page = identify_page(f"{table.name}: {described.name}", result, str(target))
     write_findings(target, result, identify_summary(result), page, IdentifyError)
     source = f"{table.name}, {measured.count} measurements"
     write_robot(target, identified_text(identified_result, start, target, source), IdentifyError)

@@ -54,6 +54,10 @@ def init(
             help="Class of its gears: light, small, medium or heavy; guessed by its size unless given."
         ),
     ] = None,
+    tolerance_mm: Annotated[
+        float | None,
+        typer.Option(help="How far the tool may be off its path [mm]; reports judge by it."),
+    ] = None,
     listed: Annotated[
         bool,
         typer.Option("--list", help="List available processes and robots, create nothing."),
@@ -69,7 +73,8 @@ def init(
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to create, or --list, got neither")
-    case = new_case(robot, process, two_robots, folder, RobotChoice(base, tip, payload_class))
+    links = RobotChoice(base, tip, payload_class)
+    case = new_case(robot, process, two_robots, folder, links, tolerance_mm)
     file = write_case(case, folder)
     has_case = CASE in case.texts
     command = "check" if has_case else "robots"
@@ -77,11 +82,18 @@ def init(
         f"{file}: {case.about}",
         *(f"{folder / name}: used by it" for name in case.texts if name != file.name),
         *case.remarks,
+        *([] if tolerance_mm is not None or not has_case else [_QUESTION]),
         f"Next: elastic-robot {command} {shlex.quote(str(file))}",
     ):
         console.print(line)
     if not has_case:
         raise typer.Exit(1)
+
+
+_QUESTION = (
+    "How far may the tool be off its path? State it as tolerance_mm in [part] (or by --tolerance-mm):"
+    " reports judge by it."
+)
 
 
 def _list() -> Iterator[str]:

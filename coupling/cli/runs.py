@@ -15,6 +15,7 @@ from coupling.cli.arguments import (
     Output,
     Overwrite,
     StoreFolder,
+    Verbose,
     store_folder,
 )
 from coupling.cli.console import console
@@ -34,11 +35,12 @@ def couple(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    verbose: Verbose = False,
 ) -> None:
     """Evaluate robot and process in turn until path and forces no longer change."""
     from coupling.run.execute import run_coupling
 
-    _run(case, output, overwrite, store, no_store, "couple", run_coupling)
+    _run(case, output, overwrite, store, no_store, verbose, "couple", run_coupling)
 
 
 def compensate(
@@ -47,11 +49,12 @@ def compensate(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    verbose: Verbose = False,
 ) -> None:
     """Correct the command until the tool follows the desired path."""
     from coupling.run.execute import run_compensation
 
-    _run(case, output, overwrite, store, no_store, "compensate", run_compensation)
+    _run(case, output, overwrite, store, no_store, verbose, "compensate", run_compensation)
 
 
 def report(
@@ -78,6 +81,7 @@ def _run(
     overwrite: bool,
     store: Path | None,
     no_store: bool,
+    verbose: bool,
     kind: str,
     work: Callable[[Case, Watch, Path | None], Run],
 ) -> None:
@@ -88,7 +92,7 @@ def _run(
     evaluations = store_folder(folder, store, no_store)
     with RunView(console) as view:
         finished = conduct(file, folder, overwrite, evaluations, kind, work, view.watch)
-    print_run(finished, folder)
+    print_run(finished, folder, verbose)
     if finished.run.not_stored:
         text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"
         console.print(text, style="yellow")
@@ -96,12 +100,20 @@ def _run(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def print_run(finished: FinishedRun, folder: Path) -> None:
-    """Say what a run found and where it is."""
-    from coupling.report.run_report import run_summary
-    from coupling.report.terminal import print_sections
+def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> None:
+    """Say what a run found and where it is.
 
-    print_sections(console, run_summary(finished.stored))
+    Args:
+        verbose: Whether all that its report says is printed.
+    """
+    from coupling.report.run_report import answer_of, run_summary, run_warnings
+    from coupling.report.terminal import print_answer, print_sections, print_warnings
+
+    print_answer(console, answer_of(finished.stored))
+    if verbose:
+        print_sections(console, run_summary(finished.stored))
+    else:
+        print_warnings(console, run_warnings(finished.stored))
     seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):
@@ -109,10 +121,6 @@ def print_run(finished: FinishedRun, folder: Path) -> None:
             f"Warning: the programs in {folder / language} are of an earlier command: elastic-robot"
             f" export {shlex.quote(str(folder))} --to {language} --overwrite"
         )
-        console.print(text, style="yellow")
-    outlook = finished.stored.figures.outlook
-    if outlook is not None and not outlook.gains:
-        text = "Do not send this command to a robot: it may be worse than none, see above."
         console.print(text, style="yellow")
 
 

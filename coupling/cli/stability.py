@@ -53,7 +53,7 @@ def stability(
     from coupling.report.stability_report import stability_page, stability_summary
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
-    from coupling.run.usual_ranges import remark
+    from coupling.run.mistaken_units import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
     from coupling.stability.case_cut import CaseCuts
 

@@ -47,9 +47,13 @@ class FolderKind:
     is_complete: Callable[[Path], bool] = lambda _: True
 
 
+# Ending of a folder's name until it is complete.
+UNFINISHED = ".unfinished"
+
+
 def unfinished_name(target: Path) -> Path:
     """Return where a folder is until it is complete."""
-    return target.parent / f"{target.name}.unfinished"
+    return target.parent / f"{target.name}{UNFINISHED}"
 
 
 def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:

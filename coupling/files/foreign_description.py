@@ -8,7 +8,7 @@ from pathlib import Path
 
 from coupling.files.extras import extra
 from coupling.files.mjcf import urdf_of_mjcf
-from coupling.files.urdf_tree import parse_xml
+from coupling.files.urdf_elements import parse_xml
 from elastic_robot.errors import RobotFileError
 
 _SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")

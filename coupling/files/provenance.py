@@ -10,7 +10,7 @@ from pathlib import Path
 from coupling.files.robot_file import rigid_joints, urdf_of, validated
 from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
 from coupling.files.sources import Number, numbers
-from coupling.files.urdf_tree import plain_name
+from coupling.files.urdf_elements import plain_name
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
@@ -28,12 +28,14 @@ class Provenance:
             by the number of the joint, from 1.
         remarks: Sentences on what its URDF lacks, or what cannot be meant.
         numbers: Numbers of its file, without its URDF's.
+        servos_confirmed: Whether measurements confirm its servos, as its file has it.
     """
 
     files: Mapping[str, str] = field(default_factory=dict)
     stiffness_ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     numbers: tuple[Number, ...] = ()
+    servos_confirmed: bool = True
 
     @property
     def stiffness_range(self) -> tuple[float, float] | None:
@@ -66,7 +68,9 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
         files.append(urdf_of(path, file)[0])
         remarks = list(_remarks(path, file))
     checksums = {source.name: _checksum(source) for source in files}
-    return Provenance(checksums, ranges, tuple(remarks), tuple(numbers(data)))
+    return Provenance(
+        checksums, ranges, tuple(remarks), tuple(numbers(data)), file.servos_confirmed
+    )
 
 
 def urdf_numbers(path: Path) -> list[Number]:

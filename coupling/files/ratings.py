@@ -9,7 +9,7 @@ from pathlib import Path
 from coupling.files.provenance import urdf_efforts
 from coupling.files.robot_file import validated
 from coupling.files.robot_schema import GearTorque, UrdfRobotFile
-from coupling.files.urdf_tree import plain_name
+from coupling.files.urdf_elements import plain_name
 from elastic_robot.description import Robot
 
 

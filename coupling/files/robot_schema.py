@@ -192,6 +192,7 @@ class _RobotKeys(Schema):
     payload: BodyTable | None = None
     modal_damping: ModalDamping | None = None
     controller: ControllerAxesTable | None = None
+    servos_confirmed: bool = True
     sources: dict[str, str] = {}
 
 

@@ -172,7 +172,7 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
     for joint in driven:
         placement = placements[joint.name]
         inertia = pin.Inertia.Zero()
-        for link, joint_from_link in _links_on(tree, joint, on_way):
+        for link, joint_from_link in tree.carried(joint.child, on_way):
             body = tree.inertia(link)
             if body.mass > 0.0:
                 masses[link] = body.mass
@@ -206,16 +206,3 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
             if driven_joint.kind == "revolute" and driven_joint.limits is None
         ),
     )
-
-
-def _links_on(tree: UrdfTree, joint: TreeJoint, on_way: set[str]) -> Iterator[tuple[str, pin.SE3]]:
-    """Yield each link that a joint carries up to the way's next, and its frame in the joint's."""
-    waiting = [(joint.child, pin.SE3.Identity())]
-    while waiting:
-        link, placement = waiting.pop()
-        yield link, placement
-        waiting += [
-            (behind.child, placement * behind.parent_from_joint)
-            for behind in tree.child_joints[link]
-            if behind.name not in on_way
-        ]

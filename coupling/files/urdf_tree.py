@@ -9,37 +9,36 @@ which a parser in native code follows without end, is refused here.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from xml.etree.ElementTree import Element, TreeBuilder
-from xml.parsers import expat
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
 from coupling.files.bounded_file import read_bounded
+from coupling.files.urdf_elements import (
+    child_of,
+    link_of,
+    name_of,
+    number_of,
+    parse_xml,
+    placement_of,
+    plain_name,
+    vector_of,
+)
 from elastic_robot.chain import spatial_inertia
 from elastic_robot.errors import RobotFileError
 
-# A description of links and joints has no such size and no such depth; meshes are files of their own.
-_LARGEST, _DEEPEST = 64 * 2**20, 200
+# A description of links and joints has no such size; meshes are files of their own.
+_LARGEST = 64 * 2**20
 # Types of joints that turn about an axis, and all others of the format.
 ROTATIONS = ("revolute", "continuous")
 _TYPES = (*ROTATIONS, "prismatic", "fixed", "floating", "planar")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-
-
-def plain_name(name: str) -> str:
-    r"""Return a name as it is compared: an XML attribute cannot tell a tab from a blank.
-
-    Example:
-        >>> plain_name("joint\t1")
-        'joint 1'
-    """
-    return " ".join(name.split())
 
 
 @dataclass(frozen=True)
@@ -133,6 +132,18 @@ class UrdfTree:
             link = joints[-1].parent
         return joints[::-1]
 
+    def carried(self, link: str, on_way: Collection[str]) -> Iterator[tuple[str, pin.SE3]]:
+        """Yield a link, those behind it up to a way's joints, and their frames in its own."""
+        waiting = [(link, pin.SE3.Identity())]
+        while waiting:
+            name, placement = waiting.pop()
+            yield name, placement
+            waiting += [
+                (behind.child, placement * behind.parent_from_joint)
+                for behind in self.child_joints[name]
+                if behind.name not in on_way
+            ]
+
     def inertia(self, link: str) -> pin.Inertia:
         """Return mass, centre of mass and inertia about it of a link, in its frame; zero for none.
 
@@ -143,12 +154,12 @@ class UrdfTree:
         if inertial is None:
             return pin.Inertia.Zero()
         try:
-            mass = _number(_child(inertial, "mass"), "value")
+            mass = number_of(child_of(inertial, "mass"), "value")
             if mass < 0.0:
                 raise ValueError(f"mass: expected >= 0 [kg], got {mass:g}")
-            moments = _child(inertial, "inertia")
-            xx, yy, zz, xy, xz, yz = (_number(moments, key) for key in _MOMENTS)
-            placement = _placement(inertial)
+            moments = child_of(inertial, "inertia")
+            xx, yy, zz, xy, xz, yz = (number_of(moments, key) for key in _MOMENTS)
+            placement = placement_of(inertial)
         except ValueError as cause:
             raise ValueError(f"link {link!r}: inertial: {cause}") from cause
         matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -177,46 +188,9 @@ def read_tree(file: Path) -> UrdfTree:
     return tree
 
 
-def parse_xml(text: bytes) -> Element:
-    r"""Return the root of an XML text whose prefixes need not be declared.
-
-    Raises:
-        ValueError: If it is no XML, declares entities or is nested without end.
-
-    Example:
-        >>> parse_xml(b"\n<?xml version='1.0'?><robot><gazebo:plugin/></robot>")[0].tag
-        'gazebo:plugin'
-    """
-    builder, depth = TreeBuilder(), 0
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > _DEEPEST:
-            raise ValueError(f"expected at most {_DEEPEST} elements inside each other, got more")
-        builder.start(tag, attributes)
-
-    def end(tag: str) -> None:
-        nonlocal depth
-        depth -= 1
-        builder.end(tag)
-
-    def entity(name: str, *_: object) -> None:
-        raise ValueError(f"expected no entities, got a declaration of {name[:40]!r}")
-
-    parser = expat.ParserCreate()  # without namespaces: a prefix is a part of the name
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.EntityDeclHandler = entity
-    try:
-        parser.Parse(text.removeprefix(b"\xef\xbb\xbf").lstrip(), True)
-    except (expat.ExpatError, LookupError, UnicodeError) as cause:  # such an encoding is unknown
-        raise ValueError(str(cause)) from cause
-    return builder.close()
-
-
 def _links(root: Element) -> dict[str, Element]:
     """Return the links by their names."""
-    links = [(_name(link, "link"), link) for link in root.findall("link")]
+    links = [(name_of(link, "link"), link) for link in root.findall("link")]
     if not links:
         raise ValueError("expected links, got none: a xacro file must be converted to a URDF first")
     _require_once("link", (name for name, _ in links))
@@ -239,7 +213,7 @@ def _joints(root: Element, links: dict[str, Element]) -> dict[str, TreeJoint]:
 
 
 def _joint(element: Element) -> TreeJoint:
-    name = _name(element, "joint")
+    name = name_of(element, "joint")
     try:
         kind = element.get("type", "")
         if kind not in _TYPES:
@@ -249,9 +223,9 @@ def _joint(element: Element) -> TreeJoint:
         return TreeJoint(
             name=name,
             kind=kind,
-            parent=_link_of(element, "parent"),
-            child=_link_of(element, "child"),
-            parent_from_joint=_placement(element),
+            parent=link_of(element, "parent"),
+            child=link_of(element, "child"),
+            parent_from_joint=placement_of(element),
             axis=_axis(element, kind),
             limits=limits,
             max_rate=max_rate,
@@ -268,7 +242,7 @@ def _limits(element: Element, kind: str) -> tuple[tuple[float, float] | None, fl
     if limit is None or kind in ("fixed", "floating", "planar"):
         return None, None, 0.0
     low, high, rate, effort = (
-        _number(limit, key, default=0.0) for key in ("lower", "upper", "velocity", "effort")
+        number_of(limit, key, default=0.0) for key in ("lower", "upper", "velocity", "effort")
     )
     stated = kind != "continuous" and not low == high == 0.0
     return (low, high) if stated else None, rate if rate > 0.0 else None, effort
@@ -277,7 +251,7 @@ def _limits(element: Element, kind: str) -> tuple[tuple[float, float] | None, fl
 def _axis(element: Element, kind: str) -> np.ndarray:
     """Return a joint's unit vector; x where none is given, as the format has it."""
     axis = element.find("axis")
-    vector = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis, "xyz", (1.0, 0.0, 0.0))
+    vector = np.array([1.0, 0.0, 0.0]) if axis is None else vector_of(axis, "xyz", (1.0, 0.0, 0.0))
     length = float(np.linalg.norm(vector))
     if length == 0.0 and kind in (*ROTATIONS, "prismatic"):
         raise ValueError(f"axis: expected a direction, got {vector.tolist()}")
@@ -322,63 +296,3 @@ def _require_once(kind: str, names: Iterable[str]) -> None:
     for name, count in Counter(names).items():
         if count > 1:
             raise ValueError(f"{kind} {name!r}: expected it once, got it {count} times")
-
-
-def _name(element: Element, kind: str) -> str:
-    name = plain_name(element.get("name", ""))
-    if not name:
-        raise ValueError(f"{kind}: expected a name, got none")
-    return name
-
-
-def _link_of(element: Element, role: str) -> str:
-    link = plain_name(_child(element, role).get("link", ""))
-    if not link:
-        raise ValueError(f"{role}: expected a link, got none")
-    return link
-
-
-def _child(element: Element, tag: str) -> Element:
-    child = element.find(tag)
-    if child is None:
-        raise ValueError(f"expected <{tag}>, got none")
-    return child
-
-
-def _placement(element: Element) -> pin.SE3:
-    """Return the placement that an element's <origin> gives; none is the identity."""
-    origin = element.find("origin")
-    if origin is None:
-        return pin.SE3.Identity()
-    rotation = pin.rpy.rpyToMatrix(_vector(origin, "rpy", (0.0, 0.0, 0.0)))
-    return pin.SE3(rotation, _vector(origin, "xyz", (0.0, 0.0, 0.0)))
-
-
-def _vector(element: Element, key: str, default: tuple[float, float, float]) -> np.ndarray:
-    text = element.get(key)
-    if text is None:
-        return np.array(default)
-    parts = text.split()
-    if len(parts) != 3:
-        raise ValueError(f"{element.tag}: {key}: expected 3 numbers, got {text[:60]!r}")
-    return np.array([_float(part, f"{element.tag}: {key}") for part in parts])
-
-
-def _number(element: Element, key: str, default: float | None = None) -> float:
-    text = element.get(key)
-    if text is None and default is not None:
-        return default
-    if text is None:
-        raise ValueError(f"{element.tag}: expected {key}, got none")
-    return _float(text, element.tag if key == "value" else f"{element.tag}: {key}")
-
-
-def _float(text: str, place: str) -> float:
-    try:
-        value = float(text) if "_" not in text else np.nan
-    except ValueError:
-        value = np.nan
-    # Squares and sums of what is beyond this are no numbers any more.
-    if not abs(value) < 1e100:
-        raise ValueError(f"{place}: expected a finite number, got {text[:40]!r}")
-    return value

@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 
 # A step that gains less than this part of the predicted gain is shortened: its damping, in parts of the
 # columns' squares, where it is first needed, and the factor by which it grows.
-_GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
+_GAINS, _DAMPING, _GROWS = 0.1, 1e-4, 10.0
 # An approximate Jacobian is computed again after a step that gains less than this part of it.
 _TRUSTED = 0.5
 # Predicted gain of log likelihood by an undamped step below which a fit has converged.
@@ -88,6 +88,11 @@ class Estimate(Generic[Linearised]):
     def x(self) -> np.ndarray:
         """The values, any units, (P,)."""
         return self.linearisation.x
+
+    @property
+    def is_at_minimum(self) -> bool:
+        """Whether it has converged or is at a kink: slopes of one side promise what no step gains."""
+        return self.converged or self.is_settled
 
 
 def estimate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from coupling.identification.intervals import left_out
 from coupling.identification.least_squares import LinearProblem
@@ -103,7 +103,7 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
     evidence = Evidence(
         statistic,
-        float(fisher.sf(statistic, more, freedom)),
+        float(fdtrc(more, freedom, statistic)),
         float(errors[0].sum()),
         float(errors[1].sum()),
         tests,

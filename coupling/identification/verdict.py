@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from coupling.results.base import finite
 from coupling.results.parameter_result import EvidenceResult, ParameterResult
@@ -120,4 +120,4 @@ def quantile(freedom: float) -> float:
     Args:
         freedom: Degrees of freedom, > 0; infinite for a normal one.
     """
-    return float(student.ppf(0.975, freedom))
+    return float(stdtrit(freedom, 0.975))

@@ -58,6 +58,11 @@ class Frame:
         quaternion = quaternion if quaternion[3] >= 0.0 else -quaternion
         return (*self.position.tolist(), *quaternion.tolist())
 
+    @property
+    def is_at_the_origin(self) -> bool:
+        """Whether it is the other one."""
+        return not np.any(self.position) and not np.any(self.rotation.as_quat()[:3])
+
     def __matmul__(self, inner: Frame) -> Frame:
         """Return a frame of this one in the other: a_from_c = a_from_b @ b_from_c."""
         return Frame(self.points(inner.position), self.rotation * inner.rotation)

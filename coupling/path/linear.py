@@ -19,7 +19,12 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
         array([[0.5, 3. ],
                [1. , 4. ]])
     """
-    rows = np.moveaxis(values, axis, 0)
+    # NumPy copies each column, so all rows would be copied for each block of a long history.
+    near = slice(0, 1)
+    if len(at):
+        first = int(np.searchsorted(time, at.min()))
+        near = slice(max(first - 1, 0), int(np.searchsorted(time, at.max(), "right")) + 1)
+    time, rows = time[near], np.moveaxis(values, axis, 0)[near]
     columns = rows.reshape(len(time), -1).T
     values_at = np.empty((len(at), len(columns)))
     for k, column in enumerate(columns):

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import qmc
 
 from coupling.robot.batch.following import self_motion
 from coupling.robot.batch.redundancy import POSE
@@ -53,6 +52,8 @@ class Ranges:
 
     def sampled(self, count: int, seed: int) -> np.ndarray:
         """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 9)."""
+        from scipy.stats import qmc
+
         samples = np.tile(self.low, (count, 1))
         free = self.free
         if len(free):

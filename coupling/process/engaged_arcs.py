@@ -181,8 +181,8 @@ class Removal:
             (1.0 - share) * table[before] + share * table[after]
             for table in (arcs.start, arcs.end, arcs.depth)
         )
-        made = (table[nearest] for table in (arcs.start_made, arcs.end_made, arcs.top_made))
-        return Arcs(start, end, depth, *made)
+        limits_made = (table[nearest] for table in (arcs.start_made, arcs.end_made, arcs.top_made))
+        return Arcs(start, end, depth, *limits_made)
 
     @cached_property
     def _goes_on(self) -> np.ndarray:
@@ -249,8 +249,8 @@ def _arcs(stock: Stock, tip: np.ndarray, feed: np.ndarray, radius: float) -> lis
 
 def _stations(time: np.ndarray, tips: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times and places of a tip a step apart along its way, its corners included."""
-    moved = np.append(True, np.linalg.norm(np.diff(tips, axis=0), axis=1) > _STANDING)
-    time, tips = time[moved], tips[moved]
+    has_moved = np.append(True, np.linalg.norm(np.diff(tips, axis=0), axis=1) > _STANDING)
+    time, tips = time[has_moved], tips[has_moved]
     if len(time) < 2:
         return np.repeat(time[:1], 2), np.repeat(tips[:1], 2, axis=0)
     gone = arc_length(tips)

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from coupling.check.robot_findings import RobotFindings
 from coupling.errors import ResultError
-from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.style import drawn, in_space
-from coupling.report.thinning import PARTS
+from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
+from coupling.report.thinning import PARTS, rows_within
 from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.scene import Scene, SceneLine
+from coupling.results.section import Answer, Note, Section, Table, warned
 from coupling.run.gear_check import gear_sections
 from coupling.run.predicted_motor_torques import COLD, WARM, PredictedMotorTorque
 from coupling.run.simulated_motor_torques import motor_limit
 
 _REACH = "#009E73"
+# What is not seen of a path [m].
+_SEEN = 2e-4
 _NOTE = Note(
-    "Posture at the path's first sample, links as straight lines between joints. Thin lines: reach"
+    "In the picture: the robot along its path, under the loads named above. Thin lines: reach"
     " of the TCP from the middle of the path with the tool's orientation there, in the vertical"
     " plane through the robot's base and in the horizontal plane. Beyond them a joint exceeds its"
     " limit, the pose is out of reach or singular. Collisions are not checked."
@@ -32,7 +36,12 @@ _NOTE = Note(
 
 
 def write_check_page(
-    file: Path, title: str, robots: Sequence[RobotFindings], sections: Sequence[Section]
+    file: Path,
+    title: str,
+    robots: Sequence[RobotFindings],
+    sections: Sequence[Section],
+    case: Mapping[str, Any],
+    answer: Answer,
 ) -> Path:
     """Write the page of a case that was checked; return the file.
 
@@ -41,12 +50,14 @@ def write_check_page(
         title: Title of the page.
         robots: Findings on the robots.
         sections: Sections of the page.
+        case: Content of the case.
+        answer: Its first screen.
 
     Raises:
         ResultError: If it cannot be written.
     """
-    drawn = Section("Path, robot and reach", [_NOTE], "workspace", [workspace(robots)])
-    write_page(file, document(title, [*sections, drawn]), ResultError)
+    shown = replace(answer, scene=workspace(robots, case))
+    write_page(file, document(title, [*sections, Section("", [_NOTE])], shown), ResultError)
     return file
 
 
@@ -129,31 +140,39 @@ def _worst_deviation(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     )
 
 
-def workspace(robots: Sequence[RobotFindings]) -> go.Figure:
-    """Links, paths and outlines of what is reached, in the world."""
-    traces = []
-    for number, robot in enumerate(robots):
+def workspace(robots: Sequence[RobotFindings], case: Mapping[str, Any]) -> Scene:
+    """Return robots, paths and outlines of what is reached, in the world.
+
+    Args:
+        robots: Findings on the robots.
+        case: Content of the case.
+    """
+    lines, drawn_robots = [], []
+    for robot, table in zip(robots, ("robot", "support"), strict=False):
         position, reach = robot.path.position[0], robot.clearance
-        rows = np.unique(np.linspace(0, len(position) - 1, 2 * PARTS).astype(int))
-        for name, points, color, width in (
-            ("robot", reach.links, DESIRED, 12),
-            ("reach, vertical plane", reach.vertical, _REACH, 3),
-            ("reach, horizontal plane", reach.horizontal, AFTER, 3),
-            ("path", position[rows], BEFORE, 4),
+        for name, points, color in (
+            ("reach, vertical plane", reach.vertical, _REACH),
+            ("reach, horizontal plane", reach.horizontal, AFTER),
+            ("path", position[_rows_of(robot)], BEFORE),
         ):
-            trace = {
-                **dict(zip("xyz", robot.world_from_base.points(points).T, strict=True)),
-                "type": "scatter3d",
-                "mode": "lines+markers" if name == "robot" else "lines",
-                "name": name,
-                "legendgroup": name,
-                "showlegend": number == 0,
-                "line": {"color": color, "width": width},
-                "marker": {"size": 4, "color": DESIRED},
-            }
-            traces.append(trace)
-    camera = {"eye": {"x": 1.05, "y": -1.75, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
-    return drawn(traces, 620, scene=in_space("m", aspectmode="data", camera=camera))
+            lines.append(SceneLine(name, color, robot.world_from_base.points(points)))
+        process = case.get("process" if table == "robot" else table, {})
+        drawn_robots.append(
+            scene_robot(
+                robot.name,
+                robot.chain,
+                thinned_motion(robot.joints, robot.torque),
+                tool=tool_of(process),
+                description=case.get(table, {}).get("description"),
+            )
+        )
+    return Scene(robots=drawn_robots, lines=lines)
+
+
+def _rows_of(robot: RobotFindings) -> np.ndarray:
+    """Return the rows of a path that are drawn: straight lines between them are within a millimetre."""
+    path = robot.path
+    return rows_within(path.time, path.position[0], np.full(3, _SEEN), 2 * PARTS)
 
 
 def joint_table(demands: Sequence[DriveMotion]) -> Table:

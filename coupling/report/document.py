@@ -14,28 +14,43 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 
 from coupling.report.colours import ON_DARK
-from coupling.results.section import Note, Part, Section, Table
+from coupling.report.scene_page import scene_html, scene_numbers
+from coupling.results.scene import Scene
+from coupling.results.section import Answer, Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
 # Level of gzip: 9 takes three times as long as 6 for a hundredth less.
 _COMPRESSION = 6
-_STYLE, _SCRIPT = (Path(__file__).with_name(f"document.{kind}") for kind in ("css", "js"))
+_BROWSER = Path(__file__).with_name("browser")
+_STYLE, _SCRIPT, _SCENE = (
+    (_BROWSER / name).read_text(encoding="utf-8")
+    for name in ("document.css", "document.js", "scene.js")
+)
+# Libraries of others, as web/ bundles them; their licences are beside them.
+_THREE, _PLOTLY = "three.min.js", "plotly-cartesian.min.js"
+_BY_OTHERS = (
+    "<!-- three.js, (c) three.js authors, and plotly.js, (c) Plotly, Inc.: MIT licence,"
+    " https://opensource.org/license/mit -->"
+)
 
 
-def document(title: str, sections: Iterable[Section]) -> str:
+def document(title: str, sections: Iterable[Section], answer: Answer | None = None) -> str:
     """Return a self-contained HTML text.
 
-    Figures and plotly.js are compressed in it; what a figure's legend says is HTML above it.
+    Figures, scenes and the libraries that draw them are compressed in it, and unpacked after what can be
+    read is shown; what a figure's legend says is HTML above it.
 
     Args:
         title: Title, as plain text.
+        sections: Its sections.
+        answer: First screen, above them.
     """
     drawn: dict[str, go.Figure] = {}
-    body = ""
+    scenes: dict[str, Scene] = {}
+    body = "" if answer is None else _answer(answer, scenes)
     for section in sections:
         heading = html.escape(section.title)
         fields = {
@@ -49,21 +64,62 @@ def document(title: str, sections: Iterable[Section]) -> str:
         )
         shown = f"<h2>{heading}</h2>" if heading else ""
         shown += f"<div>{_section(section)}</div>"
+        if section.scene is not None:
+            name = f"{section.name or 'section'}_scene"
+            scenes[name] = section.scene
+            shown += scene_html(name, section.scene, heading)
         shown += f'<div class="figures">{cells}</div>' if cells else ""
         body += f"<section>{shown}</section>"
     title = html.escape(title)
-    packed = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
+    figures = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
+    numbers = _text({name: scene_numbers(scene) for name, scene in scenes.items()})
+    packed = {"figures": _packed(figures), "scenes": _packed(numbers)}
+    packed |= {"three": _library(_THREE)} if scenes else {}
+    packed |= {"plotly": _library(_PLOTLY)} if drawn else {}
+    data = "".join(
+        f'<script type="application/octet-stream" id="{name}">{text}</script>'
+        for name, text in packed.items()
+    )
     return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<!DOCTYPE html>{_BY_OTHERS}<html lang="en"><head><meta charset="utf-8">'
+        f"<title>{title}</title>"
         '<meta name="generator" content="elastic-robot">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
-        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>"
-        f'<script type="application/octet-stream" id="plotly">{_plotly()}</script>'
-        f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
+        f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head>'
+        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>{data}"
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
-        f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
+        f"<script>{_SCENE}{_SCRIPT}</script></body></html>"
     )
+
+
+def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
+    """Return the first screen, and enter its scene."""
+    state = {True: "yes", False: "no", None: "open"}[answer.good]
+    reason = f"<p>{html.escape(answer.reason)}</p>" if answer.reason else ""
+    figures = "".join(
+        f"<div><dt>{html.escape(figure.label)}</dt><dd>{html.escape(figure.value)}</dd>"
+        f"<dd>{html.escape(figure.note)}</dd></div>"
+        for figure in answer.figures
+    )
+    steps = "".join(
+        f"<li>{html.escape(step.words)}{_command(step.command)}</li>" for step in answer.steps
+    )
+    scene = ""
+    if answer.scene is not None:
+        scenes["first_scene"] = answer.scene
+        scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
+    return (
+        f'<section class="answer"><div><p class="verdict {state}"><b>{html.escape(answer.sentence)}'
+        f'</b></p>{reason}<dl class="three">{figures}</dl>'
+        f'<h2>What to do now</h2><ol class="steps">{steps}</ol></div>{scene}</section>'
+    )
+
+
+def _command(command: str) -> str:
+    if not command:
+        return ""
+    text = html.escape(command)
+    return f'<span class="command"><code>{text}</code><button type="button">Copy</button></span>'
 
 
 def _section(section: Section) -> str:
@@ -109,8 +165,8 @@ _TROUBLE = (
 
 
 @cache
-def _plotly() -> str:
-    return _packed(get_plotlyjs())
+def _library(name: str) -> str:
+    return _packed((_BROWSER / name).read_text(encoding="utf-8"))
 
 
 def _packed(text: str) -> str:
@@ -145,10 +201,18 @@ def _legend(name: str, figure: go.Figure) -> str:
         first = next(figure.data[k] for k in traces if figure.data[k].showlegend is not False)
         numbers = " ".join(map(str, traces))
         items += (
-            f'<li><button type="button" aria-pressed="true" data-figure="{name}"'
+            f'<li><button type="button" aria-pressed="{_is_seen(first)}" data-figure="{name}"'
             f' data-traces="{numbers}">{_swatch(first)}{html.escape(str(first.name))}</button></li>'
         )
+    if (figure.layout.meta or {}).get("log"):
+        button = f'<button type="button" aria-pressed="false" data-log="{name}">log scale</button>'
+        items += f"<li>{button}</li>"
     return f'<ul class="legend" aria-label="Curves, shown or hidden">{items}</ul>'
+
+
+def _is_seen(trace: Any) -> str:
+    """Return whether a trace is seen at first, as an attribute of its button."""
+    return "false" if trace.visible == "legendonly" else "true"
 
 
 _SHAPES = {

@@ -7,9 +7,10 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
-from coupling.report.style import drawn, in_space
+from coupling.report.style import drawn
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.parameter_result import ParameterResult
+from coupling.results.scene import Scene, SceneLine
 
 _MM = 1e3
 
@@ -26,40 +27,23 @@ def amplification(result: IdentifiedResult) -> int:
     return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
 
 
-def arrows(result: IdentifiedResult, factor: int) -> go.Figure:
-    """Draw measured and predicted deflections where the tool was, amplified."""
-    names, place, measured, predicted = _rows(result)
-    traces = []
-    for words, deflection, color, width, symbol in (
-        ("measured", measured, BEFORE, 5, "circle"),
-        ("predicted", predicted, AFTER, 5, "diamond"),
-    ):
-        tip = place + factor * deflection
-        gaps = np.full_like(place, np.nan)
-        x, y, z = np.stack([place, tip, gaps], axis=1).reshape(-1, 3).T
-        shafts = {
-            **{"type": "scatter3d", "x": x, "y": y, "z": z, "mode": "lines"},
-            "legendgroup": words,
-            "line": {"color": color, "width": width},
-            "showlegend": False,
-        }
-        tips = {
-            **dict(zip("xyz", tip.T, strict=True)),
-            "type": "scatter3d",
-            "mode": "markers",
-            "name": words,
-            "legendgroup": words,
-            "marker": {"color": color, "size": 3, "symbol": symbol},
-            "text": [
-                f"{name}: {words} {_MM * size:.3f} mm"
-                for name, size in zip(names, np.linalg.norm(deflection, axis=1), strict=True)
-            ],
-            "hoverinfo": "text",
-        }
-        traces += [shafts, tips]
-    camera = {"eye": {"x": 1.35, "y": -1.35, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}}
-    scene = in_space("m", aspectmode="data", camera=camera)
-    return drawn(traces, 620, scene=scene, legend={"itemsizing": "constant"})
+def arrows(result: IdentifiedResult, factor: int) -> Scene:
+    """Return measured and predicted deflections where the tool was, amplified."""
+    _, place, measured, predicted = _rows(result)
+    gaps = np.full_like(place, np.nan)
+    return Scene(
+        lines=[
+            SceneLine(
+                words,
+                color,
+                np.stack([place, place + factor * deflection, gaps], axis=1).reshape(-1, 3),
+            )
+            for words, deflection, color in (
+                ("measured", measured, BEFORE),
+                ("predicted", predicted, AFTER),
+            )
+        ]
+    )
 
 
 def agreement(result: IdentifiedResult) -> go.Figure:

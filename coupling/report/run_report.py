@@ -12,6 +12,7 @@ from coupling.errors import ResultError
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
+    case_content,
     case_of,
     cost,
     evaluations_table,
@@ -23,16 +24,19 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.cut_report import cut_section
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
-from coupling.report.report_file import write_page
+from coupling.report.report_file import name_path, write_page
+from coupling.report.run_answer import RunContext, run_answer
+from coupling.report.run_scene import part_frame, run_scene
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
-from coupling.report.views import PathView, from_above, robot_views
+from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
-from coupling.results.section import Note, Part, Section, warned
+from coupling.results.scene import Scene
+from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import StoredRobot, StoredRun, read_run
+from coupling.run.stored_run import CASE, StoredRobot, StoredRun, read_run
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:
@@ -72,6 +76,19 @@ def write_pages(run: StoredRun, target: Path) -> None:
         pages[target] = cell_page(run)
     for place, text in pages.items():
         write_page(place, text, ResultError)
+
+
+def answer_of(run: StoredRun, scene: Scene | None = None) -> Answer:
+    """Return the first screen of a run, with what is seen in space if it is drawn."""
+    case = case_content(run)
+    tolerance = case_of(run).part.tolerance_mm
+    context = RunContext(
+        folder=name_path(run.folder),
+        case=name_path(Path(run.case_file or run.folder / CASE)),
+        robot=case.get("robot", {}).get("description", ""),
+        tolerance=None if tolerance is None else 1e-3 * tolerance,
+    )
+    return run_answer(run.figures, context, scene)
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -116,45 +133,65 @@ def cell_head(cell: StoredRun) -> list[Section]:
 
 def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
     """Return verdict, deviations, touch-off and warnings."""
-    # A run of an earlier version has warned of rates alone.
-    warnings = tuple(warning.text for warning in figures_.warnings) or figures_.rate_warnings
     return [
-        verdict(figures_, case_of(run).process.model),
+        replace(
+            verdict(figures_, case_of(run).process.model), title="How it was computed", good=None
+        ),
         deviations,
         Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
-        *warned(warnings, figures_.remarks),
+        *_warned(figures_),
     ]
+
+
+def run_warnings(run: StoredRun) -> list[str]:
+    """Return the warnings and remarks of a run, in sentences."""
+    return [str(part) for section in _warned(run.figures) for part in section.parts]
+
+
+def _warned(figures: RunResult) -> list[Section]:
+    # A run of an earlier version has warned of rates alone.
+    warnings = tuple(warning.text for warning in figures.warnings) or figures.rate_warnings
+    return warned(warnings, figures.remarks)
 
 
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
+    name = next((name for name, stored in run.robots.items() if stored is robot), "forming")
     robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     along_text = [_deviation_note(robot)] + ([_FLANKS] if robot_figures.reversals else [])
     demands = (DRIVES_NOTE, drives_table(robot_figures))
+    case = case_content(run)
+    alone = replace(run, figures=robot_figures, robots={name: robot})
+    scene = run_scene(alone, part_frame(part), case)
     sections = [
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section(
-            "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
+            "Deviation along the path",
+            along_text,
+            "deviation",
+            [run_figures.deviation(robot, scene.tolerance)],
         ),
         Section(
-            "Robot at the part",
-            [_ROBOT],
-            "robot",
-            robot_views(robot_figures.robots, [robot.desired]),
+            "Deviation on the part",
+            [_PART_AXES],
+            "axes",
+            [run_figures.components(robot, scene.tolerance)],
         ),
         *cut_section(robot_figures.cut),
         *check_sections(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section(
-            "Wrench along the path", [_wrench_note(robot)], "wrench", [run_figures.wrench(robot)]
+            "Wrench along the path",
+            [_wrench_note(robot)],
+            "wrench",
+            [run_figures.wrench(robot), *run_figures.tooth_passings(robot)],
         ),
-        Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
-    return _page(robot_figures, sections, run.case)
+    return _page(robot_figures, sections, run.case, answer_of(alone, scene))
 
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
@@ -171,23 +208,26 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
         return []
     return [
         Section("Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
-        Section("Workpiece", [_WORKPIECE], "workpiece", workpiece_figures.fields(workpieces)),
+        Section(
+            "Workpiece",
+            [_WORKPIECE],
+            "workpiece",
+            scene=workpiece_figures.workpiece_scene(workpieces),
+        ),
     ]
 
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
-    paths = [run.desired for run in cell.robots.values()]
-    robots = [run.figures.robots[0] for run in cell.robots.values()]
     sections = [
         *cell_head(cell),
         Section("Gap between the tools", [_GAP], "gap", [gap_figure(cell)]),
-        Section("Robots in the cell", [_ROBOT], "robot", robot_views(robots, paths)),
         *check_sections(cell.figures),
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]
-    return _page(cell.figures, sections, cell.case)
+    scene = run_scene(cell, part_frame(real_part(cell.figures, case_of(cell))), case_content(cell))
+    return _page(cell.figures, sections, cell.case, answer_of(cell, scene))
 
 
 def gap_figure(cell: StoredRun) -> go.Figure:
@@ -202,22 +242,23 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     return over_time(lines, "gap [mm]", 320, shapes=[level])
 
 
-def _page(figures_: RunResult, sections: list[Section], case: str) -> str:
-    """Return sections and inputs as one self-contained HTML text."""
+def _page(figures_: RunResult, sections: list[Section], case: str, answer: Answer) -> str:
+    """Return first screen, sections and inputs as one self-contained HTML text."""
     end = [Section("", [_THINNED]), *inputs(figures_, case)]
-    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end])
+    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end], answer)
 
 
 _ABOVE = Note(
-    "The path along the part's z axis, coloured by the distance of the actual from the desired TCP,"
-    " all on one logarithmic scale."
+    "The path along the part's z axis, coloured by the deviation normal to the part, positive away from"
+    " it, all on one scale."
 )
 _FLANKS = Note(
     "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
     " each gear are labelled."
 )
-_ROBOT = Note(
-    "Posture in the middle of the path, links as straight lines between joints; world frame."
+_PART_AXES = Note(
+    "Actual minus desired TCP: normal to the part, positive away from it, along the feed, and across"
+    " both. Before and after on one scale; dashed: the tolerance of the part, where it is stated."
 )
 _CONVERGENCE = Note(
     "Thin lines: distance of the robot's path from that on which the process was evaluated, for each"
@@ -232,8 +273,8 @@ _GAP = Note(
 )
 _CUT = Note("Section of the workpiece along the part's x axis.")
 _WORKPIECE = Note(
-    "The same surface coloured by the field chosen in the menu. The files workpiece_*.vtu contain it"
-    " for ParaView."
+    "The workpiece, coloured by the field that is chosen; the files workpiece_*.vtu contain it for"
+    " ParaView."
 )
 
 
@@ -242,7 +283,7 @@ def _deviation_note(run: StoredRobot) -> Note:
     if len(run.actual) > 1:
         text += " After compensation: simulated, with the process evaluated on the actual path."
     if run.other:
-        text += " Dotted: the same command and wrench on the robot in the other mode."
+        text += " Dotted, shown by its name above: the same command and wrench in the other mode."
         if len(run.actual) > 1 and run.figures.mode == "dynamic":
             text += " After compensation they differ, as the command compensates inertia."
     if run.plant is not None:
@@ -252,9 +293,7 @@ def _deviation_note(run: StoredRobot) -> Note:
 
 def _wrench_note(run: StoredRobot) -> Note:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return Note(f"Wrench on the tool at the TCP along the {which}, base axes.")
-
-
-def _axes_note(run: StoredRobot) -> Note:
-    first, *more = run.actual
-    return Note(f"Actual minus desired TCP{f' {first}' if more else ''}, world axes.")
+    teeth = "; on the right, as long as a few teeth pass" if run.figures.tooth_passing else ""
+    return Note(
+        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time{teeth}."
+    )

@@ -2,13 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich import table
 from rich.console import Console
 from rich.text import Text
 
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Answer, Note, Section, Table
+
+# Warnings and remarks that are printed beside a first screen.
+_WARNINGS = 3
+_COLOURS = {True: "green", False: "yellow", None: None}
+
+
+def print_answer(console: Console, answer: Answer) -> None:
+    """Print a first screen: a line each for verdict, reason, figures and what to do next."""
+    console.print(Text(answer.sentence), style=_COLOURS[answer.good])
+    if answer.reason:
+        console.print(Text(answer.reason))
+    figures = "; ".join(f"{figure.label}: {figure.value}" for figure in answer.figures)
+    console.print(Text(f"{figures}."))
+    for step in answer.steps:
+        console.print(Text(f"  {step.words} {step.command}".rstrip()))
+
+
+def print_warnings(console: Console, texts: Sequence[str]) -> None:
+    """Print the first of warnings and remarks, and how many more there are."""
+    for text in texts[:_WARNINGS]:
+        console.print(Text(text), style="yellow")
+    if len(texts) > _WARNINGS:
+        console.print(f"{len(texts) - _WARNINGS} more warnings and remarks: see the page, or -v")
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

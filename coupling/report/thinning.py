@@ -29,3 +29,44 @@ def extremes(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> np.nda
         if len(part):
             rows |= {int(part[values[part].argmin()]), int(part[values[part].argmax()])}
     return np.array(sorted(rows))
+
+
+def rows_within(
+    time: np.ndarray, values: np.ndarray, tolerance: np.ndarray, most: int
+) -> np.ndarray:
+    """Return the rows between which straight lines stay within a tolerance of all others.
+
+    Rows are added where the lines are farthest off, all over the path at once, so that few passes are
+    needed. Where `most` rows do not suffice the worst samples of each pass are among them.
+
+    Args:
+        time: Rising times [s], (n,).
+        values: Quantities, any units, (n, k).
+        tolerance: Largest error of each, in its unit, > 0, (k,).
+        most: Largest number of rows.
+
+    Returns:
+        Rising row numbers with the first and the last.
+
+    Example:
+        >>> time = np.linspace(0.0, 1.0, 101)
+        >>> corner = np.abs(time - 0.3)[:, None]
+        >>> rows_within(time, corner, np.array([1e-6]), 50).tolist()
+        [0, 30, 100]
+    """
+    count = len(time)
+    rows = np.unique([0, count - 1])
+    scaled = values / tolerance
+    while len(rows) < min(most, count):
+        begins = np.searchsorted(rows, np.arange(count), side="right").clip(1, len(rows) - 1) - 1
+        first, last = rows[begins], rows[begins + 1]
+        share = ((time - time[first]) / (time[last] - time[first]))[:, None]
+        error = np.abs(scaled - (1.0 - share) * scaled[first] - share * scaled[last]).max(axis=1)
+        largest = np.maximum.reduceat(error, rows[:-1])
+        far = np.flatnonzero(largest > 1.0)
+        if not len(far):
+            break
+        far = far[np.argsort(-largest[far], kind="stable")][: most - len(rows)]
+        new = [rows[k] + int(error[rows[k] : rows[k + 1]].argmax()) for k in far]
+        rows = np.union1d(rows, new)
+    return rows

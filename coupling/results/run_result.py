@@ -105,6 +105,25 @@ class TouchOffResult(ResultPart):
     residual_m: float
 
 
+Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
+
+
+class ChainResult(ResultPart):
+    """A robot as a chain of bodies whose frames are parallel to its base at zero angles, to draw it.
+
+    Attributes:
+        base_pose: Its base in the world: x, y, z [m], qx, qy, qz, qw.
+        origins_m: Origin of each joint in the body before it.
+        axes: Axes of the joints.
+        tool_pose: The TCP in the last body, as `base_pose`.
+    """
+
+    base_pose: Pose
+    origins_m: tuple[Three, ...]
+    axes: tuple[Three, ...]
+    tool_pose: Pose
+
+
 class RobotResult(ResultPart):
     """A robot of a run: its files, how its drives move, sources of its numbers, links."""
 
@@ -118,6 +137,7 @@ class RobotResult(ResultPart):
     stiffness_range_Nm_rad: tuple[float, float] | None = None
     touch_off: TouchOffResult | None = None
     links_m: Annotated[tuple[Three, ...], Field(min_length=2)]
+    chain: ChainResult | None = None
 
 
 class RunResult(ResultFile):

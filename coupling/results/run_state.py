@@ -55,6 +55,7 @@ class _CaseProcess(ResultPart):
 class _CasePart(ResultPart):
     position_m: Three
     rpy_deg: Three
+    tolerance_mm: float | None = None
 
 
 class _CaseCompensation(ResultPart):

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from coupling.results.scene import Scene
+
 if TYPE_CHECKING:  # heavy, and only pages draw
     import plotly.graph_objects as go
 
@@ -61,6 +63,7 @@ class Section:
         figures: Figures that a page draws below, side by side.
         good: Whether it is good news, of which the first sentence is the most important one; None for
             what judges nothing.
+        scene: Picture in space that a page shows above its figures.
     """
 
     title: str
@@ -68,6 +71,56 @@ class Section:
     name: str = ""
     figures: Sequence[go.Figure] = ()
     good: bool | None = None
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True)
+class NextStep:
+    """What to do next.
+
+    Attributes:
+        words: Purpose of the step.
+        command: Command that can be copied; empty where there is none.
+    """
+
+    words: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """One of the few figures that answer a question.
+
+    Attributes:
+        label: Name of the figure.
+        value: The figure with its unit.
+        note: Validity of the figure.
+    """
+
+    label: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """First screen of a result: what to expect, whether that is good enough, and what to do now.
+
+    Attributes:
+        sentence: Expectation for the real robot, beside what is allowed.
+        reason: Reason; empty where nothing is to be said.
+        good: Whether it is good enough; None where nothing says so.
+        figures: Three figures.
+        steps: Next steps.
+        scene: Picture in space; None where nothing moves.
+    """
+
+    sentence: str
+    reason: str = ""
+    good: bool | None = None
+    figures: Sequence[KeyFigure] = ()
+    steps: Sequence[NextStep] = ()
+    scene: Scene | None = None
 
 
 def warned(warnings: Iterable[str], remarks: Iterable[str] = ()) -> list[Section]:

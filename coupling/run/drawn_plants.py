@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.stats.qmc import Sobol
 
+from coupling.case.case import PlacedRobot
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
@@ -20,6 +20,11 @@ from coupling.solve.correction import Correction
 # Robots that are drawn, and those of them that have usual values of what their files leave out as well,
 # by kind of FMU: the one in Python takes as long for one as the native one for a hundred.
 DRAWS = {"native": (64, 16), "python": (8, 4)}
+# Rows of a path that all draws simulate at most, but for the fewest draws.
+_ROWS, _FEWEST = 1_000_000, 8
+# A gear's stiffness without a range: what an identification of all gears of a robot left open, 17 to
+# 37 % (fanuc_r2000ic).
+_ASSUMED = 0.25
 # Of the design, so that the same case has the same figures.
 _SEED = 1
 
@@ -29,6 +34,7 @@ def basis_of(
     ranges: Sequence[StiffnessRanges],
     force_factors: tuple[float, float] | None,
     has_force: bool = True,
+    assumed: Sequence[StiffnessRanges] = (),
 ) -> DrawnFrom:
     """Return what robots and forces can be drawn from, and what has no stated range.
 
@@ -37,6 +43,7 @@ def basis_of(
         ranges: Stiffness of their gears that are not known better.
         force_factors: Lowest and highest real force over the process's, by its source; None: unknown.
         has_force: Whether the process has a force at all.
+        assumed: Ranges of gears for which none is stated, by robot.
     """
     drawn, missing = [], []
     joints = [
@@ -48,8 +55,11 @@ def basis_of(
     stated = sum(has_range for has_range, _ in joints)
     if stated:
         drawn.append(f"the stated stiffness of {stated} gears")
-    if stated < len(joints):
-        missing.append(f"the stiffness of {len(joints) - stated} gears")
+    guessed = sum(len(limits) for limits in assumed)
+    if guessed:
+        drawn.append(f"an assumed {100.0 * _ASSUMED:.0f} % of the stiffness of {guessed} gears")
+    if stated + guessed < len(joints):
+        missing.append(f"the stiffness of {len(joints) - stated - guessed} gears")
     if has_force and force_factors is None:
         missing.append("the force")
     elif has_force and force_factors is not None:
@@ -64,7 +74,11 @@ def basis_of(
         missing.append("errors of its friction and servos")
     if not any(joint.kinematic_error for joint in elastic):
         missing.append("kinematic errors of the gears")
-    is_whole = bool(joints) and stated == len(joints) and not (has_force and force_factors is None)
+    is_whole = (
+        bool(joints)
+        and stated + guessed == len(joints)
+        and not (has_force and force_factors is None)
+    )
     return DrawnFrom(tuple(drawn), tuple(missing), is_whole)
 
 
@@ -84,6 +98,8 @@ def drawn_differences(
         count: Number of draws.
         seed: Seed of the scrambling.
     """
+    from scipy.stats.qmc import Sobol
+
     robots = list(zip((model.robot for model in models), ranges, strict=True))
     size = sum(len(limits) for limits in ranges) + 1
     # A whole sequence is balanced; of one that is cut off the first are nearly so.
@@ -111,6 +127,7 @@ def drawn_replays(
     correction: Correction,
     simulate: Simulate,
     counts: tuple[int, int],
+    assumed: Sequence[StiffnessRanges] = (),
 ) -> DrawnReplays:
     """Replay a command, under the validation's wrench, on robots that are drawn.
 
@@ -119,6 +136,7 @@ def drawn_replays(
         correction: The command.
         simulate: Function that gives the simulation of a robot that has what its file leaves out.
         counts: Numbers of robots, without and with what their files leave out.
+        assumed: Ranges of gears for which none is stated, by robot.
 
     Returns:
         The replays; none where nothing has a stated range.
@@ -128,7 +146,9 @@ def drawn_replays(
     """
     loaded = correction.response.wrench
     has_force = bool(np.any(loaded.wrench))
-    basis = basis_of(models, ranges, force_factors, has_force)
+    basis = basis_of(models, ranges, force_factors, has_force, assumed)
+    if assumed:
+        ranges = [{**limits, **more} for limits, more in zip(ranges, assumed, strict=True)]
     pushes = has_force and force_factors is not None
     if not (pushes or any(ranges)) or all(model.robot.is_rigid for model in models):
         return DrawnReplays(basis)
@@ -165,6 +185,9 @@ def drawn_replays(
 
 def _compute(command: CheckedCommand) -> DrawnReplays:
     case = command.case
+    rows = len(command.correction.desired.time) * len(case.robots)
+    # The FMU in Python takes too long for what is only assumed.
+    assumed = [] if case.fmu == "python" else [assumed_ranges(placed) for placed in case.robots]
     with Models(case.fmu, command.watch) as others:
         return drawn_replays(
             command.cell,
@@ -173,8 +196,36 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
             case.process_table.FORCE_FACTORS,
             command.correction,
             others.of,
-            DRAWS[case.fmu],
+            draw_counts(case.fmu, rows),
+            assumed,
         )
+
+
+def draw_counts(kind: str, rows: int) -> tuple[int, int]:
+    """Return the numbers of robots that are drawn, without and with what their files leave out.
+
+    Args:
+        kind: Kind of the FMUs.
+        rows: Rows of the paths of all tools.
+
+    Example:
+        >>> draw_counts("native", 2000), draw_counts("native", 70000)
+        ((64, 16), (8, 8))
+    """
+    stated, completed_count = DRAWS[kind]
+    if rows * stated > _ROWS:
+        # A power of two is balanced.
+        stated = max(2 ** int(np.log2(max(_ROWS / rows, 1.0))), min(_FEWEST, stated))
+    return stated, min(completed_count, stated)
+
+
+def assumed_ranges(placed: PlacedRobot) -> StiffnessRanges:
+    """Return a range of the stiffness of each gear for which the robot's file states none."""
+    return {
+        number: ((1.0 - _ASSUMED) * joint.stiffness, joint.stiffness / (1.0 - _ASSUMED))
+        for number, joint in enumerate(placed.description.joints, start=1)
+        if joint.stiffness is not None and number not in placed.provenance.stiffness_ranges
+    }
 
 
 DRAWN_ROBOTS = Check("drawn", _compute, DrawnReplays(), of_corrections)

@@ -14,7 +14,7 @@ from coupling.files.csv_table import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
-    write_table,
+    WrittenTables,
 )
 from coupling.files.written_files import claimed, claimed_folder
 from coupling.results.run_result import RunResult
@@ -37,15 +37,19 @@ from coupling.run.stored_run import (
 )
 
 
-def write_run(folder: Path, case: Case, run: Run) -> None:
+def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
     """Write all files of a run but the report into an existing folder.
 
     The files of a single robot are in the folder itself, those of a cell's robots in folders by their
     names.
 
+    Returns:
+        Its tables, for who reads the folder at once.
+
     Raises:
         ResultError: If a file cannot be written.
     """
+    tables = WrittenTables()
     try:
         claimed(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
@@ -53,24 +57,25 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         _write_figures(folder, figures_of(run, case.name, robots))
         gap = run.of(TOOL_GAP)
         if gap is None:
-            _write_tool(folder, run, 0)
-            return
+            _write_tool(folder, run, 0, tables)
+            return tables
         gaps = np.column_stack([gap.before, gap.after]) + gap.commanded
-        _write(folder, GAP, GAP_COLUMNS, gap.time, gaps)
+        _write(tables, folder, GAP, GAP_COLUMNS, gap.time, gaps)
         for tool, name in enumerate(run.robots):
             claimed_folder(folder / name)
             figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
             _write_figures(folder / name, figures)
-            _write_tool(folder / name, run, tool)
+            _write_tool(folder / name, run, tool, tables)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
+    return tables
 
 
 def _write_figures(folder: Path, figures: RunResult) -> None:
     claimed(folder / RESULT).write_text(figures.text(), encoding="utf-8")
 
 
-def _write_tool(folder: Path, run: Run, tool: int) -> None:
+def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> None:
     """Write the tables of one robot and its tool."""
     correction, time, plant = run.correction, run.desired.time, run.of(PLANT_REPLAY)
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
@@ -81,24 +86,24 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
         if path is not None:
             paths[f"{name}_{other_mode(run.mode)}"] = path
     for name, path in paths.items():
-        _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
+        _write(tables, folder, name, POSE_COLUMNS, time, path.pose[tool])
     drives = correction.joints.robots[tool].columns
     command = np.column_stack([correction.command.pose[tool], *drives.values()])
-    _write(folder, "command", (*POSE_COLUMNS, *drives), correction.joints.time, command)
-    _write(folder, "correction", CORRECTION_COLUMNS, time, correction.correction[tool])
+    _write(tables, folder, "command", (*POSE_COLUMNS, *drives), correction.joints.time, command)
+    _write(tables, folder, "correction", CORRECTION_COLUMNS, time, correction.correction[tool])
     wrench = correction.response.wrench
-    _write(folder, "wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
+    _write(tables, folder, "wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
     spring = wrench.spring
     if spring is not None:
         rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
-        _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
+        _write(tables, folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
     motors = run.of(MOTOR_TORQUES)[tool]
     if motors is not None:
         history = motors.history
-        _write(folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
+        _write(tables, folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
     if plant is not None and plant.coupling is not None:
         wrench = plant.wrench
-        _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
+        _write(tables, folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:
@@ -111,7 +116,12 @@ def _write_workpieces(folder: Path, run: Run) -> None:
 
 
 def _write(
-    folder: Path, name: str, columns: tuple[str, ...], time: np.ndarray, values: np.ndarray
+    tables: WrittenTables,
+    folder: Path,
+    name: str,
+    columns: tuple[str, ...],
+    time: np.ndarray,
+    values: np.ndarray,
 ) -> None:
     table = np.column_stack([time, values])
-    write_table(claimed(folder / f"{name}.csv"), ("time", *columns), table)
+    tables.write(claimed(folder / f"{name}.csv"), ("time", *columns), table)

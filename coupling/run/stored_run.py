@@ -17,8 +17,7 @@ from coupling.files.csv_table import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
-    read_header,
-    read_table,
+    WrittenTables,
 )
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -91,6 +90,7 @@ class StoredRun:
         workpieces: Workpieces by `figures.stages`, where the process tells.
         case: Text of its case.toml; empty where it has none.
         answers: The process's answers in their order, as run.json tells them; none where it is gone.
+        case_file: Case file that was run, as run.json tells it; empty where it is gone.
     """
 
     folder: Path
@@ -100,6 +100,7 @@ class StoredRun:
     workpieces: dict[str, Workpiece]
     case: str = ""
     answers: tuple[StoredAnswer, ...] = ()
+    case_file: str = ""
 
     @property
     def first(self) -> StoredRobot:
@@ -107,26 +108,34 @@ class StoredRun:
         return next(iter(self.robots.values()))
 
 
-def read_run(folder: Path) -> StoredRun:
+def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
     """Read a run folder.
+
+    Args:
+        folder: The folder.
+        tables: Tables of it that were just written; None: all are read from their files.
 
     Raises:
         ResultError: If a file is missing or broken.
     """
     figures, gap = _read_figures(folder), None
+    tables = tables or WrittenTables()
     robots = {"forming": folder}
     if (folder / f"{GAP}.csv").exists():
         if figures.pinch_gap_m is None:
             raise ResultError(f"{folder / RESULT}: expected that of two robots beside {GAP}.csv")
-        gap = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)[:, 1:]
+        gap = tables.read(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)[:, 1:]
         robots = {name: folder / name for name in CELL}
     pieces = {
         stage: Workpiece.read(file)
         for stage, name in zip(figures.stages, ("before", "after"), strict=False)
         if (file := workpiece_file(folder, name)).exists()
     }
-    read = {name: _read_robot(place) for name, place in robots.items()}
-    return StoredRun(folder, figures, read, gap, pieces, _read_case(folder), _read_answers(folder))
+    read = {name: _read_robot(place, tables) for name, place in robots.items()}
+    state = _read_state(folder)
+    return StoredRun(
+        folder, figures, read, gap, pieces, _read_case(folder), state.answers, state.case or ""
+    )
 
 
 def _read_case(folder: Path) -> str:
@@ -140,12 +149,12 @@ def _read_case(folder: Path) -> str:
     return ""
 
 
-def _read_answers(folder: Path) -> tuple[StoredAnswer, ...]:
-    """Return what run.json tells of the process's answers; nothing rests on it."""
+def _read_state(folder: Path) -> RunState:
+    """Return what run.json tells; nothing rests on it."""
     for place in (folder, folder.parent):
         with suppress(ResultError):
-            return RunState.read(place / RUN, ResultError).answers
-    return ()
+            return RunState.read(place / RUN, ResultError)
+    return RunState(state="")
 
 
 def _read_figures(folder: Path) -> RunResult:
@@ -175,22 +184,24 @@ def motor_columns(joints: Iterable[int]) -> tuple[str, ...]:
     return tuple(f"tau{joint + 1}" for joint in joints)
 
 
-def _motor_torque(folder: Path) -> tuple[np.ndarray, dict[int, np.ndarray]] | None:
+def _motor_torque(
+    folder: Path, tables: WrittenTables
+) -> tuple[np.ndarray, dict[int, np.ndarray]] | None:
     file = folder / f"{MOTORS}.csv"
     if not file.exists():
         return None
-    names = [name for name in read_header(file, ResultError) if name.startswith("tau")]
+    names = [name for name in tables.header(file, ResultError) if name.startswith("tau")]
     if not all(name[3:].isdecimal() and int(name[3:]) > 0 for name in names):
         raise ResultError(f"{file}: expected columns tau1, tau2 .., got {', '.join(names)}")
-    values = read_table(file, ("time", *names), ResultError).T
+    values = tables.read(file, ("time", *names), ResultError).T
     return values[0], {int(name[3:]) - 1: v for name, v in zip(names, values[1:], strict=True)}
 
 
-def _read_robot(folder: Path) -> StoredRobot:
+def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
     times: dict[str, np.ndarray] = {}
 
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
-        values = read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
+        values = tables.read(folder / f"{name}.csv", ("time", *columns), ResultError)
         times[name] = values[:, 0]
         return values
 
@@ -199,7 +210,7 @@ def _read_robot(folder: Path) -> StoredRobot:
         return ToolPath(values[:, 0], values[:, 1:])
 
     figures = _read_figures(folder)
-    names = drive_columns(read_header(folder / "command.csv", ResultError))
+    names = drive_columns(tables.header(folder / "command.csv", ResultError))
     command = table("command", (*POSE_COLUMNS, *sum(names, ())))
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
@@ -222,7 +233,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
-            motor_torque=_motor_torque(folder),
+            motor_torque=_motor_torque(folder, tables),
             other={
                 stage: tool_path(file.stem)
                 for stage, name in zip(figures.stages, ("uncompensated", "achieved"), strict=False)

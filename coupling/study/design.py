@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 
 def sobol(count: int, width: int, seed: int) -> np.ndarray:
@@ -15,6 +14,8 @@ def sobol(count: int, width: int, seed: int) -> np.ndarray:
         >>> bool(np.all(sobol(9, 2, seed=1)[:5] == sobol(5, 2, seed=1)))
         True
     """
+    from scipy.stats import qmc
+
     power = max(int(np.ceil(np.log2(count))), 0)
     points: np.ndarray = qmc.Sobol(width, scramble=True, rng=seed).random_base2(power)
     return points[:count]
@@ -25,6 +26,8 @@ def latin_hypercube(count: int, width: int, seed: int) -> np.ndarray:
 
     Another number of points is another design.
     """
+    from scipy.stats import qmc
+
     return qmc.LatinHypercube(width, rng=seed).random(count)
 
 

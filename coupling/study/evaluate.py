@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import rankdata
 
 from coupling.errors import StudyError, reason_of
 from coupling.files.atomic_file import AtomicFile
@@ -117,6 +116,8 @@ def _parameters(
     study: Study, points: np.ndarray, figures: dict[str, np.ndarray]
 ) -> tuple[UncertainResult, ...]:
     """Return the uncertain parameters and the significance of each."""
+    from scipy.stats import rankdata
+
     # Ranks are uniform, whatever distribution the values have.
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
     maximum, rms = (influences(uniform, figures[name]) for name in ("maximum", "rms"))

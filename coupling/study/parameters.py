@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import truncnorm
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, Distribution, StudyTable
@@ -46,6 +45,8 @@ class StudyParameter:
         spread = self.spread
         if spread.low is not None and spread.high is not None:
             return spread.low + (spread.high - spread.low) * share
+        from scipy.stats import truncnorm
+
         normal = truncnorm(-CUT_OFF, CUT_OFF, loc=spread.mean, scale=spread.deviation)
         return normal.ppf(share)
 

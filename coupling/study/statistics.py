@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from coupling.results.study_result import ShareResult
 
@@ -116,6 +115,8 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...
     if width == 0 or not enough:
         return None
     degree = enough[0]
+    from scipy.stats import spearmanr
+
     # Equal figures may have a variance by rounding.
     variance = float(np.var(figure))
     if np.ptp(figure) == 0.0:

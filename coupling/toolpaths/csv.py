@@ -10,10 +10,12 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, read_header, read_table
 from coupling.files.formats import other_format
-from coupling.files.toml_file import FilePath
+from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.toolpaths.instants import NONE, Corners, inserted
+from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.untilted import UntiltedPath
 
@@ -33,11 +35,14 @@ class CsvPath(ToolPathTable):
 
     Keys: file, with the columns time, x, y, z, qx, qy, qz, qw (s, m, unit quaternion of
     part_from_tool).  The path must begin and end at rest, because the drives do.  Where the tilt is
-    measured from the path, the normal is each row's own: opposite to its axis of approach.
+    measured from the path, the normal is each row's own: opposite to its axis of approach.  sample_s,
+    the longest time between two samples of the process: between rows farther apart the path goes on as
+    a smooth one through them; None: its rows are the samples.
     """
 
     kind: Literal["csv"]
     file: FilePath
+    sample_s: Positive | None = None
 
     def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
@@ -57,7 +62,12 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], table[:, 1:]).transformed(part)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        return self._headed(UntiltedPath(part, *inserted(path, corners)))
+        path, rows = inserted(path, corners)
+        if self.sample_s is not None:
+            require_few(float(path.time[-1] - path.time[0]) / self.sample_s, self.file)
+            time, _ = divided(path.time, self.sample_s)
+            path, rows = InterpolatedPath(path).at(time), np.arange(len(time))
+        return self._headed(UntiltedPath(part, path, rows))
 
     def _table(self) -> np.ndarray:
         """Return time [s], position [m] and quaternion of each row, (rows, 8)."""

@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
-from coupling.programs.languages import read_program
 from coupling.programs.program import Pose, ProgramMove, RobotProgram
 from coupling.toolpaths.oriented_points import SAME, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import counted
@@ -31,6 +30,8 @@ class ProgramPath(OrientedPath):
     @cached_property
     def _program(self) -> RobotProgram:
         try:
+            from coupling.programs.languages import read_program
+
             return read_program(self.file)
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause

@@ -6,8 +6,10 @@ CalculiX runs where it is installed.
 from __future__ import annotations
 
 import numpy as np
+import plotly.graph_objects as go
 
 from coupling.case.case import Case
+from coupling.path.workpiece import Workpiece
 from coupling.report import workpiece_figures
 from coupling.run.execute import Run
 from coupling.run.figures import shares_of
@@ -62,11 +64,22 @@ def _contours(case: Case, run: Run) -> str:
 def _draw(case: Case, run: Run) -> None:
     """Draw the formed sheet before and after compensation."""
     pieces = workpieces(case, run)
-    cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
+    cut = workpiece_figures.cut(pieces)
     cut.update_layout(width=500, height=420, showlegend=True)
-    for figure in fields:
-        figure.update_layout(width=450, height=420, updatemenus=())
-    save("cone_fem", cut, *fields)
+    save("cone_fem", cut, *(_shape(name, piece) for name, piece in pieces.items()))
+
+
+def _shape(name: str, piece: Workpiece) -> go.Figure:
+    """Draw a formed sheet, coloured by its first field."""
+    (surface,) = workpiece_figures.workpiece_scene({name: piece}).surfaces
+    x, y, z = 1e3 * surface.points.T
+    label, values = next(iter(surface.fields.items()))
+    i, j, k = surface.triangles.T
+    colours = {"intensity": values, "colorbar": {"title": label}, "colorscale": "Viridis"}
+    if len(values) == len(surface.triangles):
+        colours["intensitymode"] = "cell"
+    figure = go.Figure(go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, **colours))
+    return figure.update_layout(width=450, height=420, title=name)
 
 
 @PAGE.part

@@ -35,10 +35,10 @@ class BalancerCurve:
         """Return the curve through points [rad, N m]."""
         spline = CubicSpline(*np.array(table, dtype=float).T, bc_type="natural")
         first, last = spline.x[[0, -1]]
-        for end, beyond in ((last, last + 1.0), (first, first - 1.0)):
+        for end, outside in ((last, last + 1.0), (first, first - 1.0)):
             slope = spline(end, 1)
-            line = [0.0, 0.0, slope, spline(end) + slope * (min(end, beyond) - end)]
-            spline.extend(np.array(line)[:, None], np.array([beyond]))
+            line = [0.0, 0.0, slope, spline(end) + slope * (min(end, outside) - end)]
+            spline.extend(np.array(line)[:, None], np.array([outside]))
         return cls(spline)
 
     def torque(self, angle: np.ndarray) -> np.ndarray:

@@ -98,12 +98,12 @@ class CommandedMotion:
         """
         powers = np.zeros((5, len(command.q)))
         powers[:3] = command.q, command.qd, 0.5 * command.qdd
-        known = 0.0
+        estimated_jerk = 0.0
         if past is not None and length > _NO_STEP:
             gained, q, qd = _explained(past, command, length)
             powers += _OFFSET @ np.array([-q, -length * qd]) / length**_EXPONENTS
-            known = gained / max(past.length, length / SETTINGS.neighbour_ratio)
-        powers[3] += np.where(np.isnan(command.jerk), known, command.jerk) / 6.0
+            estimated_jerk = gained / max(past.length, length / SETTINGS.neighbour_ratio)
+        powers[3] += np.where(np.isnan(command.jerk), estimated_jerk, command.jerk) / 6.0
         return cls(command, start, powers)
 
     @cached_property

@@ -238,7 +238,7 @@ class Joint:
         """Refuse what a joint without stiffness cannot have."""
         damps = f"damping = {self.damping!r}", "a rigid joint has no damping"
         plays = f"backlash = {self.backlash!r}", "a rigid joint has no backlash"
-        for has, (beside, reason) in (
+        for has, (other, reason) in (
             (self.damping > 0.0, damps),
             (self.backlash > 0.0, plays),
             (self.hysteresis, ("hysteresis", "a rigid joint has no hysteresis")),
@@ -248,7 +248,7 @@ class Joint:
         ):
             if has:
                 raise ValueError(
-                    f"stiffness: expected a number > 0 [N m/rad] beside {beside}, got none: {reason}"
+                    f"stiffness: expected a number > 0 [N m/rad] beside {other}, got none: {reason}"
                 )
 
     def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
@@ -344,10 +344,12 @@ class Robot:
         data = _tuples(json.loads(text))
         parts = {"tilt": Tilt, "hysteresis": StopElement, "kinematic_error": KinematicError}
 
-        def joint(own: dict[str, Any]) -> Joint:
-            lists = {key: tuple(kind(**part) for part in own[key]) for key, kind in parts.items()}
-            drive = own["drive"] and Drive(**own["drive"])
-            return Joint(**{**own, **lists, "body": Body(**own["body"]), "drive": drive})
+        def joint(values: dict[str, Any]) -> Joint:
+            lists = {
+                key: tuple(kind(**part) for part in values[key]) for key, kind in parts.items()
+            }
+            drive = values["drive"] and Drive(**values["drive"])
+            return Joint(**{**values, **lists, "body": Body(**values["body"]), "drive": drive})
 
         payload = data["payload"] and Body(**data["payload"])
         return cls(**{**data, "joints": tuple(map(joint, data["joints"])), "payload": payload})

@@ -173,13 +173,17 @@ class Dynamics:
 
     def static_torque_gradient(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
-        own = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
-        self.chain.balancers.relieve_gradient(own, theta)
+        gravity_gradient = pin.computeGeneralizedGravityDerivatives(
+            self.chain.model, self.data, theta
+        )
+        self.chain.balancers.relieve_gradient(gravity_gradient, theta)
         if not acting.acts:
-            return -own[self._rows]
+            return -gravity_gradient[self._rows]
         jacobian = tcp_jacobian(self.chain, self.data, theta)
-        turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - own)[self._rows]
-        return turned - self.support(theta, acting) if acting.is_sprung else turned
+        gradient = (tcp_force_gradient(jacobian, self._wrench(acting)) - gravity_gradient)[
+            self._rows
+        ]
+        return gradient - self.support(theta, acting) if acting.is_sprung else gradient
 
     def _inverse_dynamics(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray

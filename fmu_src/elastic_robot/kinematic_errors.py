@@ -60,14 +60,16 @@ class KinematicErrors:
 
     def of_joint(self, joint: int) -> KinematicErrors:
         """Return those of one joint, from 0, as of a robot that has no other."""
-        own = self.joint == joint
-        none = np.zeros(int(own.sum()), dtype=int)
-        return KinematicErrors(1, none, self.amplitude[own], self.order[own], self.phase[own])
+        is_of_joint = self.joint == joint
+        none = np.zeros(int(is_of_joint.sum()), dtype=int)
+        return KinematicErrors(
+            1, none, self.amplitude[is_of_joint], self.order[is_of_joint], self.phase[is_of_joint]
+        )
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return eps, eps', eps'', eps''' [rad, 1, 1/rad, 1/rad^2] at q (..., n) [rad], (4, ..., n)."""
-        turned = self._turned(q)
-        sine, cosine = self.amplitude * np.sin(turned), self.amplitude * np.cos(turned)
+        phase = self._turned(q)
+        sine, cosine = self.amplitude * np.sin(phase), self.amplitude * np.cos(phase)
         n = self.order
         sines = np.array([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
         return sines @ self._owner
@@ -103,15 +105,15 @@ class KinematicErrors:
             return q
         enough = _ROUNDING * (1.0 + np.abs(output))
         eps, slope, *_ = self.derivatives(q)
-        left = eps
+        misfit = eps
         for _ in range(_PASSES):
-            if np.all(np.abs(left) <= enough):
+            if np.all(np.abs(misfit) <= enough):
                 break
-            newton = q - left / (1.0 + slope)
+            newton = q - misfit / (1.0 + slope)
             missed = self.output_angle(newton) - output
-            q = np.where(np.abs(missed) < 0.5 * np.abs(left), newton, q - left)
+            q = np.where(np.abs(missed) < 0.5 * np.abs(misfit), newton, q - misfit)
             eps, slope, *_ = self.derivatives(q)
-            left = q + eps - output
+            misfit = q + eps - output
         return q
 
     def at_motor(self, outputs: np.ndarray) -> np.ndarray:

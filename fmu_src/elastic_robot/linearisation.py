@@ -149,14 +149,14 @@ class Linearisation:
         m, omega = len(self.mass), 2.0 * np.pi * np.asarray(frequency, dtype=float)[:, None, None]
         impedance = self.stiffness + 1j * omega * self.damping - omega**2 * self.mass
         try:
-            moved = np.linalg.solve(impedance, self.forcing[None, :, :6])
+            motion = np.linalg.solve(impedance, self.forcing[None, :, :6])
         except np.linalg.LinAlgError as cause:
             raise ParameterError(
                 "frequencies: expected numbers > 0 where a gear is inside its backlash, got one at"
                 " which the"
                 " dynamic compliance is infinite"
             ) from cause
-        return self.output[:6, :m] @ moved
+        return self.output[:6, :m] @ motion
 
 
 def linearise(

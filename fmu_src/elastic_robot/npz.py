@@ -78,10 +78,10 @@ def _array(name: str, content: bytes) -> np.ndarray:
         raise ValueError(f"the array '{name}' has a header that is not NumPy's") from None
     if kind.hasobject or len(shape) > 2 or min(shape, default=0) < 0:
         raise ValueError(f"the array '{name}' has a header that is not NumPy's")
-    size, left = kind.itemsize, len(content) - stream.tell()
+    size, remaining = kind.itemsize, len(content) - stream.tell()
     for length in shape:
         size *= length
-    if size != left or kind.itemsize == 0:
-        raise ValueError(f"the array '{name}' has {left} bytes, not those of its header")
+    if size != remaining or kind.itemsize == 0:
+        raise ValueError(f"the array '{name}' has {remaining} bytes, not those of its header")
     entries = np.frombuffer(content, kind, offset=stream.tell())
     return entries.reshape(shape, order="F" if by_columns else "C")

@@ -131,18 +131,18 @@ class ElasticRobot(RobotOutputs):
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = HeldInputs.at(time, drives, load.at(0.0), torque)
+        inputs = HeldInputs.at(time, drives, load.at(0.0), torque)
         past = Past.start(self._hysteresis, 0 if undeflected else slipped)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
-            u = self.chain.kinematic_errors.output_angle(held.q)
-            x = equilibrium(self._dynamics, self._curve, u, held.acting, past)
-        angle, rate = held.q[self._motors.joint], held.qd[self._motors.joint]
+            u = self.chain.kinematic_errors.output_angle(inputs.q)
+            x = equilibrium(self._dynamics, self._curve, u, inputs.acting, past)
+        angle, rate = inputs.q[self._motors.joint], inputs.qd[self._motors.joint]
         none = np.zeros_like(angle)
         motors = MotorState(angle, rate, none, none)
         self._state = State(time, x, np.zeros_like(x), past.elongation_at(x), motors)
-        self._held = held
-        integral = self._motors.held(held.commands, self._elastic_torque())
+        self._held = inputs
+        integral = self._motors.held(inputs.commands, self._elastic_torque())
         self._state = replace(self._state, motors=replace(motors, integral=integral))
         self._opposite = (False, False)
         self._opposite = bool(self.tcp()[6] < 0.0), bool(self.rigid()[6] < 0.0)
@@ -163,20 +163,20 @@ class ElasticRobot(RobotOutputs):
                 before.
         """
         state = self._now()
-        held = HeldInputs.at(end, drives, load.at(end - state.time), torque)
+        inputs = HeldInputs.at(end, drives, load.at(end - state.time), torque)
         if self._quasistatic or self.chain.elastic_count == 0:
             past = Past(self._hysteresis, state.x, state.elongation)
-            u = self.chain.kinematic_errors.output_angle(held.q)
-            x = equilibrium(self._dynamics, self._curve, u, held.acting, past)
+            u = self.chain.kinematic_errors.output_angle(inputs.q)
+            x = equilibrium(self._dynamics, self._curve, u, inputs.acting, past)
             self._state = replace(state, time=end, x=x, elongation=past.elongation_at(x))
         else:
-            self._state = self._advance(state, held, end, drives, load)
-        self._held = held
+            self._state = self._advance(state, inputs, end, drives, load)
+        self._held = inputs
         if self._drive == "torque":  # the rigid robot goes with motors that have no command
-            self._held = replace(held, q=self.motor_angle(), qd=self.motor_rate())
+            self._held = replace(inputs, q=self.motor_angle(), qd=self.motor_rate())
 
     def _advance(
-        self, state: State, held: HeldInputs, end: float, drives: Drives, load: Load
+        self, state: State, inputs: HeldInputs, end: float, drives: Drives, load: Load
     ) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
         damping = self._parameters.damping
@@ -190,13 +190,16 @@ class ElasticRobot(RobotOutputs):
         )
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                return motion.advance(state, end, drives, load, held.torque)
+                return motion.advance(state, end, drives, load, inputs.torque)
         except IntegrationError as cause:
-            acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
+            acting, force = (
+                inputs.acting,
+                np.hypot.reduce(inputs.acting.wrench.reshape(2, 3), axis=1),
+            )
             spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.has_spring
             spring += f"a contact of {acting.contact.stiffness:.3g} N/m, " * acting.contact.holds
             raise IntegrationError(
                 f"{cause}, under {force[0]:.3g} N, {force[1]:.3g} N m, {spring}drives of"
-                f" {np.abs(held.qd).max():.3g} rad/s and {np.abs(held.qdd).max():.3g} rad/s2: one of"
+                f" {np.abs(inputs.qd).max():.3g} rad/s and {np.abs(inputs.qdd).max():.3g} rad/s2: one of"
                 " these is too large, or the robot is unstable"
             ) from cause

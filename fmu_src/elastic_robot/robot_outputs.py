@@ -54,8 +54,8 @@ class RobotOutputs:
 
         In quasi-static mode they are those of the rigid robot.
         """
-        chain, held = self.chain, self._held
-        theta, rate = chain.theta(np.stack([held.q, held.qd]))
+        chain, inputs = self.chain, self._held
+        theta, rate = chain.theta(np.stack([inputs.q, inputs.qd]))
         if not self._quasistatic:
             theta, rate = self._theta(), self._theta_rate()
         return tcp_jacobian(chain, self._dynamics.data, theta) @ rate
@@ -115,19 +115,19 @@ class RobotOutputs:
         Of an ideal drive what gives it the commanded motion: its gear's torque, as it feels it, its
         rotor's inertia, the friction of a motor that has slipped; in quasi-static mode its gear's alone.
         """
-        carried, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
-        held, frictions = self._held, iter(self._parameters.friction)
-        torque = carried * self.chain.kinematic_errors.slope(self.motor_angle())[joints]
+        gear_torque, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
+        inputs, frictions = self._held, iter(self._parameters.friction)
+        torque = gear_torque * self.chain.kinematic_errors.slope(self.motor_angle())[joints]
         if self._motors.drives:
             torque[np.isin(joints, self._motors.joint)] = self._instant().torque
             return torque
         for row, joint in enumerate(joints):
             drive = self._robot.joints[joint].drive
             if drive is not None and not self._quasistatic:
-                rate = float(held.qd[joint])
-                torque[row] += drive.inertia * held.qdd[joint]
+                rate = float(inputs.qd[joint])
+                torque[row] += drive.inertia * inputs.qdd[joint]
                 torque[row] += drive.friction_torque(
-                    next(frictions), np.sign(rate), rate, carried[row]
+                    next(frictions), np.sign(rate), rate, gear_torque[row]
                 )
         return torque
 
@@ -185,8 +185,8 @@ class RobotOutputs:
 
     def _instant(self) -> MotorInstant:
         """Return what the motors do."""
-        motors, held = self._now().motors, self._held
-        return self._motors.at(held.commands, motors, self._elastic_torque(), held.torque)
+        motors, inputs = self._now().motors, self._held
+        return self._motors.at(inputs.commands, motors, self._elastic_torque(), inputs.torque)
 
     def _elastic_torque(self) -> np.ndarray:
         """Return S + H + d x' [N m], (m,)."""
@@ -242,12 +242,12 @@ class RobotOutputs:
         return -self._contact()[0] if self._held.acting.contact.holds else np.ones(1)
 
     def _contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        held, theta = self._held, self._theta()
+        inputs, theta = self._held, self._theta()
         if self._quasistatic:
             return self._dynamics.contact_state(
-                theta[None], np.zeros((1, len(theta))), held.acting.resting
+                theta[None], np.zeros((1, len(theta))), inputs.acting.resting
             )
-        return self._dynamics.contact_state(theta[None], self._theta_rate()[None], held.acting)
+        return self._dynamics.contact_state(theta[None], self._theta_rate()[None], inputs.acting)
 
     def compliance(self) -> np.ndarray:
         """Return the static compliance of the TCP at the present state, (6, 6).
@@ -265,10 +265,10 @@ class RobotOutputs:
     def _at_rest(
         self,
     ) -> tuple[Dynamics, TorqueCurve, np.ndarray, np.ndarray, ToolLoad, HeldHysteresis]:
-        state, held = self._now(), self._held
+        state, inputs = self._now(), self._held
         hysteresis = self._hysteresis.held(state.elongation, state.v)
         u = self._at_output()[0]
-        return self._dynamics, self._curve, u, state.x, held.acting, hysteresis
+        return self._dynamics, self._curve, u, state.x, inputs.acting, hysteresis
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there.

@@ -154,13 +154,13 @@ class SplineCurve:
         inner = np.append(self.knots, np.full((len(rows), 1), np.inf), axis=1)[rows, piece]
         longest = np.where((piece > 0) & np.isfinite(inner), inner - origin, np.inf)
         t = np.zeros(len(rows))
-        rest = np.isfinite(longest)
-        t[rest] = 0.5 * longest[rest]
+        is_inside = np.isfinite(longest)
+        t[is_inside] = 0.5 * longest[is_inside]
         for _ in range(_INVERSION_STEPS):
             value = c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3]))
             slope = c[:, 1] + t * (2.0 * c[:, 2] + 3.0 * t * c[:, 3])
-            moved = t - (value - torque) / np.maximum(slope, 1e-6 * self._end_slope)
-            t = np.where(rest, np.clip(moved, 0.0, longest), moved)
+            newton_step = t - (value - torque) / np.maximum(slope, 1e-6 * self._end_slope)
+            t = np.where(is_inside, np.clip(newton_step, 0.0, longest), newton_step)
         return np.where((torque == 0.0) & np.isfinite(self.half_width), 0.0, origin + t)
 
     def region(self, x: np.ndarray) -> np.ndarray:
@@ -191,8 +191,8 @@ class SplineCurve:
         """The knots at which the curvature jumps."""
         rows, inside = np.arange(len(self.knots)), np.isfinite(self.knots)
         knots = np.where(inside, self.knots, self.origins[:, :-1])
-        left, right = self.cubics[:, :-1], self.cubics[:, 1:]
-        before = 2.0 * left[..., 2] + 6.0 * left[..., 3] * (knots - self.origins[:, :-1])
+        inner, right = self.cubics[:, :-1], self.cubics[:, 1:]
+        before = 2.0 * inner[..., 2] + 6.0 * inner[..., 3] * (knots - self.origins[:, :-1])
         behind = 2.0 * right[..., 2]
         if knots.shape[1] == 0:
             return knots

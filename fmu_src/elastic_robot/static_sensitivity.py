@@ -93,8 +93,8 @@ def static_sensitivities(
     forces = [by.wrench, by.anchor, by.spring, by.drive, by.parameters.values]
     stiffness = -dynamics.static_torque_gradient(chain.theta(q, x), acting)
     stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x) + hysteresis.slope
-    moved = -np.linalg.solve(stiffness, np.hstack(forces))
-    parts = np.split(moved, np.cumsum([matrix.shape[1] for matrix in forces[:-1]]), axis=1)
+    by_force = -np.linalg.solve(stiffness, np.hstack(forces))
+    parts = np.split(by_force, np.cumsum([matrix.shape[1] for matrix in forces[:-1]]), axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))
     of_tcp = [jacobian[:, chain.elastic] @ part for part in parts]
     of_tcp[3] += jacobian[:, chain.drive]

@@ -32,13 +32,13 @@ def read_table(path: Path) -> tuple[list[str], np.ndarray]:
         ValueError: With what was expected and what was got, but not in which file.
     """
     try:
-        found = os.stat(path)
-        if stat.S_ISDIR(found.st_mode):
+        status = os.stat(path)
+        if stat.S_ISDIR(status.st_mode):
             raise ValueError("expected a file, got a folder")
-        if not stat.S_ISREG(found.st_mode):  # opening a pipe could wait for ever
+        if not stat.S_ISREG(status.st_mode):  # opening a pipe could wait for ever
             raise ValueError("expected a file, got a pipe or device")
-        if found.st_size > MOST_BYTES:
-            raise ValueError(f"expected at most {MOST_BYTES} bytes, got {found.st_size}")
+        if status.st_size > MOST_BYTES:
+            raise ValueError(f"expected at most {MOST_BYTES} bytes, got {status.st_size}")
         content = path.read_bytes()
     except FileNotFoundError:
         raise ValueError("does not exist") from None
@@ -86,22 +86,22 @@ def _parse_csv(text: bytes) -> tuple[list[str], np.ndarray]:
     names = header.split(b",")
     _require_columns(len(names))
     cells = rb"[ \t\r]*,[ \t\r]*".join([_NUMBER] * len(names))
-    row, kept = re.compile(rb"[ \t\r]*" + cells + rb"[ \t\r]*"), []
+    row, numbered_lines = re.compile(rb"[ \t\r]*" + cells + rb"[ \t\r]*"), []
     for number, line in enumerate(lines, start=2):
         bare = line.lstrip(_BLANKS)
         if not bare or bare.startswith(b"#"):
             continue
         if len(bare) > MOST_DIGITS or not row.fullmatch(bare):
             _require_row(bare, len(names), number)
-        kept.append((number, bare))
+        numbered_lines.append((number, bare))
     data = np.empty((0, len(names)))
-    if kept:
+    if numbered_lines:
         # NumPy takes a carriage return for a line's end; here it is a blank.
-        joined = io.BytesIO(b"\n".join(line.replace(b"\r", b" ") for _, line in kept))
+        joined = io.BytesIO(b"\n".join(line.replace(b"\r", b" ") for _, line in numbered_lines))
         data = np.loadtxt(joined, delimiter=",", comments=None, ndmin=2)
     huge = np.flatnonzero(~np.isfinite(data).all(axis=1))
     if len(huge):
-        number, line = kept[huge[0]]
+        number, line = numbered_lines[huge[0]]
         raise _no_number(number, line.split(b",")[int(np.argmin(np.isfinite(data[huge[0]])))])
     return [_shown(name) for name in names], data
 

@@ -194,8 +194,8 @@ class BacklashCurve:
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """S(x) [N m], shape of x."""
-        beyond = np.maximum(np.abs(x) - self.backlash, 0.0)
-        return self.stiffness * np.copysign(beyond, x)
+        excess = np.maximum(np.abs(x) - self.backlash, 0.0)
+        return self.stiffness * np.copysign(excess, x)
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """Return k outside the backlash, 0 inside [N m/rad]."""

@@ -33,7 +33,7 @@ def checked(monkeypatch, command):
 
     def check(case: Path, *options: str) -> tuple[int, str]:
         monkeypatch.chdir(case.parent)
-        done = command("check", case, *options)
+        done = command("check", case, "-v", *options)
         return done.returncode, done.stdout + done.stderr
 
     return check
@@ -89,7 +89,7 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
     assert "No gear reverses: an error of the backlash causes little but a constant" in forced
-    most, rest = map(float, re.findall(r"([0-9.]+) um\b(?!/)", forced))
+    most, rest = map(float, re.findall(r"([0-9.]+) um\b(?!/)", forced.partition("Path:")[2]))
     assert rest < 0.1 * most
 
 

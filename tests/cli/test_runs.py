@@ -33,13 +33,13 @@ def finished(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
     folder = tmp_path_factory.mktemp("run")
     case = folder / "stroke.toml"
     case.write_text(LINE.read_text().replace('"linear"', '"backlash"'))
-    return folder / "out", command("compensate", case, "-o", folder / "out")
+    return folder / "out", command("compensate", case, "-v", "-o", folder / "out")
 
 
 def test_compensation_succeeds_and_says_so(finished):
     folder, done = finished
     assert done.returncode == 0, done.stderr
-    assert "Converged" in done.stdout
+    assert "If the file is right: " in done.stdout
     assert "path change max" in done.stdout
     assert "gravity alone" in done.stdout
     assert "process (loaded minus unloaded)" in done.stdout
@@ -197,7 +197,7 @@ def test_not_converging_is_status_1_with_a_result(tmp_path):
     case.write_text(text)
     done = command("couple", case, "-o", tmp_path / "out")
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "NOT CONVERGED" in done.stdout
+    assert "NOT FINISHED" in done.stdout
     assert json.loads((tmp_path / "out" / "result.json").read_text())["converged"] is False
     files = {file.name for file in (tmp_path / "out").iterdir()}
     assert files == FILES | {"uncompensated_dynamic.csv"}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
+
+from coupling.errors import ProgramError
 
 _LETTERS = list("[]{}(),;:=\\\"'\n 0189.eE-+xXPLM\x00é")
 
@@ -18,3 +21,12 @@ def damaged(text: str, count: int, seed: int = 18) -> Iterator[str]:
             k = int(rng.integers(len(letters)))
             letters[k : k + int(rng.integers(3))] = rng.choice(_LETTERS, rng.integers(3)).tolist()
         yield "".join(letters)
+
+
+def read_or_refused(
+    read: Callable[[str], object], text: str, count: int = 300, seed: int = 18
+) -> None:
+    """Require that every damaged copy of a text is read, or refused with a ProgramError."""
+    for copy in damaged(text, count, seed):
+        with suppress(ProgramError):
+            read(copy)

@@ -23,13 +23,13 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
     fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, "backlash", noise_of(rows))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    found = support(fit.problem, np.arange(4) == number, fit.weight, tests=1)
-    columns = fit.problem.columns.reshape(-1, 4)
-    rest = fit.problem.residual(fit.problem.solve())
+    found = support(fit.at.problem, np.arange(4) == number, fit.at.weight, tests=1)
+    columns = fit.at.problem.columns.reshape(-1, 4)
+    rest = fit.at.problem.residual(fit.at.problem.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
-    t = fit.values[number] / np.sqrt(variance[number, number])
+    t = fit.at.x[number] / np.sqrt(variance[number, number])
     assert found.statistic == pytest.approx(t**2, rel=1e-6)
-    assert found.within == pytest.approx(np.sum(left_out(fit.problem, fit.weight) ** 2))
+    assert found.within == pytest.approx(np.sum(left_out(fit.at.problem, fit.at.weight) ** 2))
     assert found.is_supported
 
 

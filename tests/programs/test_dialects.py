@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from damage import damaged
+from damage import damaged, read_or_refused
 
 from coupling.errors import ProgramError
 from coupling.programs.languages import LANGUAGES
@@ -94,9 +94,7 @@ def test_krl_taught_with_a_pendant_is_read_with_its_speeds_and_in_one_frame():
 
 
 def test_damaged_ones_are_read_or_refused():
-    for text in damaged(RAPID_POSTED, 300):
-        with suppress(ProgramError):
-            read_rapid(text)
+    read_or_refused(read_rapid, RAPID_POSTED)
     for source, points in zip(
         damaged(KRL_TAUGHT, 300), damaged(KRL_TAUGHT_POINTS, 300, seed=19), strict=True
     ):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 import numpy as np
 import pytest
-from counted_calls import counted_calls
-from damage import damaged
+from counted_calls import require_proportional
+from damage import read_or_refused
 from hypothesis import given
 from hypothesis import strategies as st
 from krl_programs import POINTS, START, ZERO, places, program
@@ -285,17 +283,13 @@ def test_a_folder_gives_the_programs_that_are_called_and_the_data_of_all(tmp_pat
 
 def test_damaged_programs_are_read_or_refused():
     whole = "\n".join(body for body, _ in COMPUTED.values())
-    for text in damaged(whole, 300):
-        with suppress(ProgramError):
-            program(f"{START}\n{text}", POINTS)
-    for data in damaged(POINTS, 300):
-        with suppress(ProgramError):
-            program(f"{START}\nLIN P2", data)
+    read_or_refused(lambda text: program(f"{START}\n{text}", POINTS), whole)
+    read_or_refused(lambda data: program(f"{START}\nLIN P2", data), POINTS)
 
 
 def test_work_grows_in_proportion_to_length():
-    def calls(count: int) -> int:
+    def read_moves(count: int) -> None:
         lines = "\n".join(f"LIN {{X {k}.5,Y 2,Z 3,A 0,B 90,C 0,E1 0}} C_DIS" for k in range(count))
-        return counted_calls(lambda: program(f"{START}\n{lines}"))
+        program(f"{START}\n{lines}")
 
-    assert calls(800) - calls(400) < 1.01 * 2.0 * (calls(400) - calls(200))
+    require_proportional(read_moves)

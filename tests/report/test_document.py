@@ -12,14 +12,11 @@ from coupling.report.document import document
 from coupling.report.terminal import print_sections
 from coupling.results.section import Note, Section, Table, warned
 
-IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
 DRAWN = {
     "scatter": (go.Scatter(x=[0.0, 1.0], y=[0.0, 1.0]), ".js-line"),
     "bar": (go.Bar(x=[0.0, 1.0], y=[2.0, 1.0]), ".bars path"),
     "heatmap": (go.Heatmap(z=[[0.0, 1.0], [2.0, 3.0]]), ".heatmaplayer image"),
-    "mesh3d": (go.Mesh3d(**IN_SPACE, i=[0], j=[1], k=[2]), "canvas"),
-    "scatter3d": (go.Scatter3d(**IN_SPACE), "canvas"),
 }
 
 

@@ -1,14 +1,14 @@
-"""Fields of a workpiece in space: what the menu calls them is what the scale beside them measures."""
+"""Fields of a workpiece in space: labels name the units of the values."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from coupling.path.workpiece import Workpiece
-from coupling.report.workpiece_figures import fields
+from coupling.report.workpiece_figures import workpiece_scene
 
 
-def test_the_menu_names_the_units_of_the_scales():
+def test_lengths_are_millimetres_and_a_field_of_cells_is_that_of_both_halves():
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     piece = Workpiece(
         corners,
@@ -16,8 +16,8 @@ def test_the_menu_names_the_units_of_the_scales():
         {"deflection [m]": np.array([0.0, 0.0, 0.0, -0.002])},
         {"plastic strain": np.array([0.1]), "stress [Pa]": np.array([1e8])},
     )
-    (figure,) = fields({"after": piece})
-    names = ["deflection [mm]", "plastic strain", "stress [Pa]"]
-    assert [button.label for button in figure.layout.updatemenus[0].buttons] == names
-    assert [surface.colorbar.title.text for surface in figure.data] == names
-    assert min(figure.data[0].intensity) == -2.0
+    (surface,) = workpiece_scene({"after": piece}).surfaces
+    assert list(surface.fields) == ["deflection [mm]", "plastic strain", "stress [Pa]"]
+    assert surface.fields["deflection [mm]"].min() == -2.0
+    assert len(surface.triangles) == 2
+    np.testing.assert_array_equal(surface.fields["plastic strain"], [0.1, 0.1])

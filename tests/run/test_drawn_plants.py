@@ -13,10 +13,11 @@ from coupling.case.file import load_case
 from coupling.path.deviation import measure
 from coupling.process import PROCESSES
 from coupling.process.isf_force_law import IsfForceLawTable
+from coupling.process.milling_table import MillingForceTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
 from coupling.robot.simulated_model import SimulatedModel
-from coupling.run.drawn_plants import DRAWN_ROBOTS, basis_of, drawn_differences
+from coupling.run.drawn_plants import DRAWN_ROBOTS, assumed_ranges, basis_of, drawn_differences
 from coupling.run.execute import run_compensation
 
 RANGES = {1: (5e6, 4e7), 4: (1e6, 3e6)}
@@ -55,7 +56,9 @@ def test_what_no_source_states_is_named(example):
 def test_real_forces_differ_from_the_computed_ones_as_much_as_they_were_measured_to():
     """1525 N were measured, 557 N less than by finite elements, 290 N less than by the law."""
     stated = {table: table.FORCE_FACTORS for table in PROCESSES.values() if table.FORCE_FACTORS}
-    assert set(stated) == {IsfForceLawTable, SheetFemTable}
+    assert set(stated) == {IsfForceLawTable, SheetFemTable, MillingForceTable}
+    # K_tc of 7075: 600 to 1319 MPa, 767 MPa in the first row.
+    assert stated[MillingForceTable] == pytest.approx((600.0 / 767.0, 1319.0 / 767.0), abs=5e-3)
     for table, more in ((SheetFemTable, 557.0), (IsfForceLawTable, 290.0)):
         low, high = stated[table]
         assert high - 1.0 == pytest.approx(more / 1525.0, abs=5e-3)
@@ -64,8 +67,12 @@ def test_real_forces_differ_from_the_computed_ones_as_much_as_they_were_measured
 
 def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_path):
     case = line_case(tmp_path, "native")
-    assert run_compensation(case).of(DRAWN_ROBOTS).stated == ()
     (placed,) = case.robots
+    gears = [joint for joint in placed.description.joints if joint.stiffness]
+    assert len(assumed_ranges(placed)) == len(gears)
+    without = run_compensation(case).of(DRAWN_ROBOTS)
+    assert len(without.stated) == 64
+    assert without.basis.drawn == (f"an assumed 25 % of the stiffness of {len(gears)} gears",)
     provenance = replace(placed.provenance, stiffness_ranges=RANGES)
     run = run_compensation(replace(case, robots=(replace(placed, provenance=provenance),)))
     largest = [replay.deviation.maximum for replay in run.of(DRAWN_ROBOTS).stated]

@@ -16,8 +16,9 @@ from coupling.files.robot_file import find_robot
 from coupling.files.robot_schema import RobotFile, UrdfRobotFile
 from coupling.files.toml_file import Schema
 from coupling.process import PROCESSES
+from coupling.run.mistaken_units import MISTAKEN, remark
 from coupling.run.plausibility import remarks
-from coupling.run.usual_ranges import EXPECTED, MISTAKEN, NO_RANGE, range_key, remark
+from coupling.run.usual_ranges import EXPECTED, NO_RANGE, range_key
 from coupling.solve import METHODS
 from coupling.toolpaths import TOOL_PATHS
 

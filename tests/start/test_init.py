@@ -15,13 +15,21 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
 from coupling.check import new_case as module
-from coupling.check.new_case import CASE, STARTS, new_case, write_case
+from coupling.check.new_case import (
+    CASE,
+    SPINDLE_MASS,
+    SPINDLE_REACH,
+    STARTS,
+    new_case,
+    write_case,
+)
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
-from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.part_placement import part_placements
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.plausibility import remarks
 
 WAYS = [
     (name, two) for name, start in STARTS.items() for two in (False, True)[: 1 + bool(start.cell)]
@@ -47,7 +55,8 @@ def test_every_robot_follows_the_path_of_every_process(
         InverseKinematics(placed.description, placed.home).plan(
             seldom.transformed(placed.world_from_base.inverse())
         )
-    assert (tmp_path / f"{robot}.toml").read_text() == shipped_robots()[robot].read_text()
+    if process != "milling-force":  # which may put a spindle on its flange
+        assert (tmp_path / f"{robot}.toml").read_text() == shipped_robots()[robot].read_text()
 
 
 @pytest.mark.parametrize("process", ["external", "measured"])
@@ -136,3 +145,21 @@ def test_the_command_makes_lists_and_refuses(
     assert made == (
         {CASE, "icme2008.toml"} if arguments and arguments[0].startswith("new") else set()
     )
+
+
+def test_a_robot_that_mills_has_a_spindle_and_touches_off_its_part(tmp_path):
+    """The TCP of the KR 300 is its flange: tool and spindle are set, its servos are not confirmed."""
+    case = new_case("kuka_kr300", "milling-force", False, tmp_path)
+    loaded = load_case(write_case(case, tmp_path))
+    (placed,) = loaded.robots
+    assert placed.touch_off is not None
+    assert placed.description.tcp_position == (SPINDLE_REACH, 0.0, 0.0)
+    bare = load_robot(find_robot("kuka_kr300"))
+    lighter = bare.joints[-1].body.mass - placed.description.joints[-1].body.mass
+    assert lighter == pytest.approx(150.0 - SPINDLE_MASS)  # its file has what it carried
+    assert placed.drive == "ideal"
+    assert any("do not confirm the servos" in text for text in remarks(loaded))
+    assert any("spindle" in text for text in case.remarks)
+    other = new_case("icme2008", "milling-force", False, tmp_path / "other")
+    assert "touch_off = true" in other.texts["case.toml"]
+    assert not any("spindle" in text for text in other.remarks)  # it has a tool

@@ -113,6 +113,28 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
     )
 
 
+def test_a_csv_path_is_sampled_between_its_rows_as_finely_as_asked(tmp_path):
+    """Rows 20 ms apart of a smooth motion, sampled every millisecond: on it to a micrometre."""
+
+    def motion(time: np.ndarray) -> np.ndarray:
+        u = time / time[-1]
+        x = 0.05 * u**4 * (35.0 - 84.0 * u + 70.0 * u**2 - 20.0 * u**3)
+        return np.column_stack([x, 0.02 * np.sin(np.pi * x / 0.05), 0.0 * x])
+
+    coarse, fine = np.linspace(0.0, 1.0, 51), np.linspace(0.0, 1.0, 1001)
+    pose = np.hstack([motion(coarse), np.tile([0.0, 0.0, 0.0, 1.0], (51, 1))])
+    file = tmp_path / "path.csv"
+    write_table(file, ("time", *POSE_COLUMNS), np.column_stack([coarse, pose]))
+    path = CsvPath(kind="csv", file=file, sample_s=1e-3).task(FLAT)
+    np.testing.assert_allclose(path.forming.time, fine, atol=1e-12)
+    position = FLAT.coordinates(path.forming.position[0])
+    np.testing.assert_allclose(position, motion(fine), atol=1e-6)
+    np.testing.assert_allclose(position[::20], pose[:, :3], atol=1e-12)
+    assert len(path.sample_rows) == 1001
+    with pytest.raises(CaseError, match="sample_s"):
+        CsvPath(kind="csv", file=file, sample_s=1e-8).task(FLAT)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from coupling.identification.estimate import Estimate
@@ -35,9 +33,7 @@ def fit_loops(
     """Fit a robot's parameters to loading loops; arguments as of `fit_static`."""
     model = LoopModel(elasticity, measured, torque_curve)
     experiment = StaticExperiment(elasticity, measured, model.predict, noise, loss)
-    estimated = fit_loops_from(experiment, elasticity.start)
-    # At a kink the slopes of one side predict more than any step gains.
-    return StaticFit.of(replace(estimated, converged=estimated.is_settled))
+    return StaticFit.of(fit_loops_from(experiment, elasticity.start))
 
 
 def fit_loops_from(

@@ -26,9 +26,9 @@ from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticExperiment, StaticFit
 from coupling.identification.static.identification import (
     IdentifyOptions,
-    refit_identified,
     require_deflected,
     rms_of,
+    values_to_write,
 )
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.verdicts import (
@@ -86,7 +86,7 @@ def identify_loops(
         weak = [j for j in weak if not supports[j].is_supported]
         if not weak:
             break
-        dropped += [_candidate_test(parameters[j], float(fit.values[j]), supports[j]) for j in weak]
+        dropped += [_candidate_test(parameters[j], float(fit.at.x[j]), supports[j]) for j in weak]
         gone = {joint_of(parameters[j]) for j in weak}
         wider, shaped = without_elements(wider, gone), shaped - gone
     identification = _conclude(fit, supports, shaped, measured, options, rms_start)
@@ -112,7 +112,7 @@ def _fit(
     angles = elasticity.chosen("slip_angle")
     tested = np.flatnonzero(~elasticity.is_torsion & ~angles)
     return fit, {
-        int(j): support(fit.problem, elasticity.together(int(j)), fit.weight, len(tested))
+        int(j): support(fit.at.problem, elasticity.together(int(j)), fit.at.weight, len(tested))
         for j in tested
     }
 
@@ -131,7 +131,7 @@ def _conclude(
 ) -> Identification:
     elasticity = fit.elasticity
     assert isinstance(elasticity, LoopParameters)
-    sure = intervals(fit.problem, fit.weight, fit.values, options.noise.is_known)
+    sure = intervals(fit.at.problem, fit.at.weight, fit.at.x, options.noise.is_known)
     separable = separability(fit.rigid, elasticity.names)
     left_out = _left_out(fit, measured, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
@@ -156,15 +156,10 @@ def _conclude(
         for item in elasticity.parameters
         if item.kind in ("hysteresis", "slip_angle") and joint_of(item) in shaped
     )
-    identified = np.array([item.identifiable for item in parameters])
-    start_values = elasticity.start.copy()
-    for j, item in enumerate(elasticity.parameters):
-        if item.name in added and item.kind == "hysteresis" and not identified[j]:
-            start_values[j] = elasticity.least[j]
-    start_values = np.where(elasticity.chosen("slip_angle"), _assumed(fit, sure), start_values)
-    written = refit_identified(fit, identified, start_values, sure)
+    start = np.where(elasticity.chosen("slip_angle"), _assumed(fit, sure), elasticity.start)
+    written = values_to_write(fit, parameters, start, added, sure)
     model = LoopModel(elasticity, measured, options.torque_curve)
-    residual = measured.deflection - fit.prediction.deflection
+    residual = measured.deflection - fit.at.prediction.deflection
     assert measured.loop is not None
     loops = tuple(
         LoopErrors(
@@ -190,10 +185,10 @@ def _conclude(
 
 def _assumed(fit: StaticFit, sure: ConfidenceIntervals) -> np.ndarray:
     """Return slip angles by a data sheet's loop of that slip torque, in their intervals, (P,)."""
-    elasticity, assumed = fit.elasticity, fit.values.copy()
+    elasticity, assumed = fit.elasticity, fit.at.x.copy()
     of = {
         (parameter.kind, parameter.coordinate): value
-        for parameter, value in zip(elasticity.parameters, fit.values, strict=True)
+        for parameter, value in zip(elasticity.parameters, fit.at.x, strict=True)
     }
     for j, parameter in enumerate(elasticity.parameters):
         if parameter.kind == "slip_angle":
@@ -215,14 +210,14 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
     elasticity = fit.elasticity
     assert isinstance(elasticity, LoopParameters)
     errors = np.empty_like(measured.deflection)
-    white = fit.white * fit.weight[:, None, None]
-    scale = fit.problem.scale
+    white = fit.at.white * fit.at.weight[:, None, None]
+    scale = fit.at.problem.scale
     prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in loop_rows(measured):
         kept_rows = np.setdiff1d(np.arange(measured.count), rows)
         others, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
         model = LoopModel(elasticity, others, options.torque_curve)
-        start = np.where(model.effective, fit.values, _before(elasticity))
+        start = np.where(model.effective, fit.at.x, _before(elasticity))
         experiment = StaticExperiment(
             elasticity,
             others,
@@ -251,7 +246,7 @@ def _before(elasticity: LoopParameters) -> np.ndarray:
 
 
 def _squares(fit: StaticFit, errors: np.ndarray) -> float:
-    white = np.einsum("kij,kj->ki", fit.white, errors) * fit.weight[:, None]
+    white = np.einsum("kij,kj->ki", fit.at.white, errors) * fit.at.weight[:, None]
     return float(np.sum(white**2))
 
 

@@ -132,20 +132,14 @@ class MotionLinearisation:
 
 
 @dataclass(frozen=True)
-class MotionFit:
-    """A fitted robot.
+class MotionFit(MotionLinearisation):
+    """Recordings around fitted values.
 
     Attributes:
-        problem: The problem with the last weights.
-        x: Values as the fit counts, parts of usual sizes [1], (P,).
         converged: Whether another step would make what was measured hardly likelier.
-        slopes: Derivatives of the gears' motion there; nearby, unless they are exact.
     """
 
-    problem: MotionProblem
-    x: np.ndarray
     converged: bool
-    slopes: GearSlopes
 
     @cached_property
     def blocks(self) -> NormalBlocks:
@@ -182,10 +176,10 @@ def fit_motion(
     problem = reweigh(problem, x)
     start = MotionLinearisation(problem, x, GearSlopes.of(problem, x, near))
     if not len(x):
-        return MotionFit(problem, x, True, start.slopes)
+        return MotionFit(problem, x, start.slopes, True)
     estimated = estimate(start, problem.bounds, steps, settled)
     point = estimated.linearisation
-    return MotionFit(point.problem, point.x, estimated.converged, point.slopes)
+    return MotionFit(point.problem, point.x, point.slopes, estimated.converged)
 
 
 def _solve_sensors(problem: MotionProblem) -> np.ndarray:

@@ -170,6 +170,10 @@ class StaticLinearisation:
         """Return the same: its Jacobian is exact."""
         return self
 
+    def in_units(self, whitened: np.ndarray) -> np.ndarray:
+        """Return whitened residuals, (k, r), in [m] and [rad]."""
+        return np.einsum("kij,kj->ki", np.linalg.inv(self.white), whitened)
+
 
 @dataclass(frozen=True)
 class StaticFit:
@@ -178,7 +182,7 @@ class StaticFit:
     Attributes:
         elasticity: The parameters.
         at: The experiment around the fitted values.
-        converged: Whether another step would change nothing.
+        converged: Whether no step would make the measurements likelier.
         reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
@@ -198,39 +202,10 @@ class StaticFit:
         Args:
             rigid: The problem in the rigid posture; None: that around the fitted values.
         """
-        point, converged = estimated.linearisation, estimated.converged
+        point, converged = estimated.linearisation, estimated.is_at_minimum
         reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
         elasticity = point.experiment.elasticity
         return cls(elasticity, point, converged, reason, rigid or point.problem)
-
-    @property
-    def values(self) -> np.ndarray:
-        """Fitted values of p, in its units, (P,)."""
-        return self.at.x
-
-    @property
-    def prediction(self) -> Prediction:
-        """Prediction at these values."""
-        return self.at.prediction
-
-    @property
-    def problem(self) -> LinearProblem:
-        """The whitened linear problem around them, without weights of the loss."""
-        return self.at.problem
-
-    @property
-    def weight(self) -> np.ndarray:
-        """Weights of the loss, (k,)."""
-        return self.at.weight
-
-    @property
-    def white(self) -> np.ndarray:
-        """W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r)."""
-        return self.at.white
-
-    def in_units(self, whitened: np.ndarray) -> np.ndarray:
-        """Return whitened residuals, (k, r), in [m] and [rad]."""
-        return np.einsum("kij,kj->ki", np.linalg.inv(self.white), whitened)
 
 
 def fit_static(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from coupling.identification.static.suspicions import common_loss, shifted_point
 from coupling.identification.static.verdicts import (
     CandidateTest,
     Identification,
+    IdentifiedParameter,
     judge_parameters,
     rms,
 )
@@ -119,19 +120,16 @@ def _once(
     elasticity = ElasticParameters.of(robot, options.torque_curve)
     fit = fit_static(elasticity, measured, options.torque_curve, options.noise, options.loss)
     is_noise_known = options.noise.is_known
-    sure = intervals(fit.problem, fit.weight, fit.values, is_noise_known)
+    sure = intervals(fit.at.problem, fit.at.weight, fit.at.x, is_noise_known)
     tested = np.flatnonzero(~elasticity.is_torsion)
     every = np.arange(len(elasticity.names))
-    supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
+    supports = {
+        int(j): support(fit.at.problem, every == j, fit.at.weight, len(tested)) for j in tested
+    }
     separable = separability(fit.rigid, elasticity.names)
     parameters = judge_parameters(fit, sure, supports, separable)
-    identified = np.array([p.identifiable for p in parameters])
-    start_values = elasticity.start.copy()
-    for j, name in enumerate(elasticity.names):
-        if name in added and not identified[j]:
-            start_values[j] = elasticity.least[j]
-    written = refit_identified(fit, identified, start_values, sure)
-    errors = fit.in_units(left_out(fit.problem, fit.weight))
+    written = values_to_write(fit, parameters, elasticity.start, added, sure)
+    errors = fit.at.in_units(left_out(fit.at.problem, fit.at.weight))
     model = StaticModel(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
     return Identification(
@@ -147,13 +145,17 @@ def _once(
         separable,
         options.noise,
         tuple(further),
-        common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
+        common_loss(fit.at.problem, fit.at.weight, fit.at.white, fit.at.prediction.deflection),
         tuple(shifted_points(fit, measured)),
     )
 
 
-def refit_identified(
-    fit: StaticFit, identified: np.ndarray, start_values: np.ndarray, sure: ConfidenceIntervals
+def values_to_write(
+    fit: StaticFit,
+    parameters: Sequence[IdentifiedParameter],
+    start: np.ndarray,
+    added: Collection[str],
+    sure: ConfidenceIntervals,
 ) -> np.ndarray:
     """Return the values to write: kept ones, and beside them those that fit best in their intervals.
 
@@ -161,13 +163,17 @@ def refit_identified(
     are the fit's.
 
     Args:
-        identified: Mask of identified parameters, (P,).
-        start_values: Values of the others, in p's units, (P,).
+        parameters: Verdicts on the parameters.
+        start: Values of those that are not identified, in p's units, (P,).
+        added: Names of those that the robot had not: not identified they vanish, but for slip angles.
     """
-    written = np.where(identified, fit.values, start_values)
+    identified = np.array([item.identifiable for item in parameters])
+    vanishes = [item.name in added and item.parameter.kind != "slip_angle" for item in parameters]
+    start_values = np.where(np.array(vanishes), fit.elasticity.least, start)
+    written = np.where(identified, fit.at.x, start_values)
     if identified.all() or not identified.any():
         return written
-    problem = fit.problem.weighted(fit.weight)
+    problem = fit.at.problem.weighted(fit.at.weight)
     residual = problem.residual(np.where(identified, 0.0, start_values))
     of_identified = replace(problem.only(identified), target=residual)
     written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
@@ -187,12 +193,12 @@ def _further(
             column = candidate_column(robot, options.torque_curve, candidate, measured)
         except ElasticRobotError:  # it would move no inertia
             continue
-        whole.append((candidate, (fit.white @ column[:, :, None])[:, :, 0]))
+        whole.append((candidate, (fit.at.white @ column[:, :, None])[:, :, 0]))
     for candidate, column in whole:
-        problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
-        last = np.arange(len(problem.start)) == len(fit.values)
-        tested = support(problem, last, fit.weight, len(whole))
-        value = float(problem.weighted(fit.weight).solve()[-1])
+        problem = fit.at.problem.also(column, _SIZE[candidate.axis is not None])
+        last = np.arange(len(problem.start)) == len(fit.at.x)
+        tested = support(problem, last, fit.at.weight, len(whole))
+        value = float(problem.weighted(fit.at.weight).solve()[-1])
         results.append(CandidateTest(candidate, value, tested))
     return results
 

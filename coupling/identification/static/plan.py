@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from coupling.errors import IdentifyError
 from coupling.identification.static.elastic import ElasticParameters
@@ -130,6 +129,8 @@ def planned(
 
 def _candidates(robot: Robot, wish: PlanRequest) -> Measurements:
     """Return every direction of the load at every candidate pose."""
+    from scipy.stats import qmc
+
     limits = np.array([joint.limits or (-np.pi, np.pi) for joint in robot.joints])
     power = max(int(np.ceil(np.log2(max(wish.poses, 2)))), 1)
     shares = qmc.Sobol(len(limits), scramble=True, rng=wish.seed).random_base2(power)

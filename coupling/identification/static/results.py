@@ -41,7 +41,7 @@ def figures(identification: Identification) -> IdentifiedResult:
         identification.fit,
         identification.separability,
     )
-    predicted = fit.prediction.deflection
+    predicted = fit.at.prediction.deflection
     places = positions(fit.elasticity.robot, measured)
     return IdentifiedResult(
         converged=fit.converged,
@@ -93,7 +93,7 @@ def figures(identification: Identification) -> IdentifiedResult:
                 measured=measured.deflection[k].tolist(),
                 predicted=predicted[k].tolist(),
                 left_out_error=identification.left_out[k].tolist(),
-                weight=float(fit.weight[k] ** 2),
+                weight=float(fit.at.weight[k] ** 2),
             )
             for k, name in enumerate(measured.names)
         ),

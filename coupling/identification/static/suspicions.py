@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.least_squares import LinearProblem
@@ -77,7 +77,7 @@ def common_loss(
     if not deviation > 0.0:
         return None
     value = float(solution[-1])
-    probability = float(2.0 * student.sf(abs(value) / deviation, freedom))
+    probability = float(2.0 * stdtr(freedom, -abs(value) / deviation))
     return CommonLoss(value, quantile(freedom) * deviation, probability)
 
 
@@ -108,14 +108,14 @@ class MovedPoint:
 
 def shifted_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
     """Return the shifts of both points that fit best, one point at a time."""
-    columns = point_columns(fit.elasticity, measured, fit.values)
+    columns = point_columns(fit.elasticity, measured, fit.at.x)
     points = []
     for name, by_shift in zip(_NAMES, columns, strict=True):
-        problem = fit.problem
-        for column in np.moveaxis(fit.white @ by_shift, 2, 0):
+        problem = fit.at.problem
+        for column in np.moveaxis(fit.at.white @ by_shift, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
-        tested = np.arange(len(problem.start)) >= len(fit.values)
-        shift = problem.weighted(fit.weight).solve()[tested]
-        own_support = support(problem, tested, fit.weight, len(_NAMES))
+        tested = np.arange(len(problem.start)) >= len(fit.at.x)
+        shift = problem.weighted(fit.at.weight).solve()[tested]
+        own_support = support(problem, tested, fit.at.weight, len(_NAMES))
         points.append(MovedPoint(name, tuple(shift.tolist()), own_support))
     return points

@@ -53,7 +53,7 @@ def judge_parameters(
     elasticity = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
-    numbers = np.array([elasticity.in_units(fit.values), *ends]).T.tolist()
+    numbers = np.array([elasticity.in_units(fit.at.x), *ends]).T.tolist()
     verdicts = []
     for j, parameter in enumerate(elasticity.parameters):
         reason, tested = _reason(fit, sure, separable, j), supports.get(j)
@@ -166,7 +166,7 @@ class Identification:
     @property
     def residual(self) -> np.ndarray:
         """Measured less predicted deflections [m, rad], (k, r)."""
-        return self.measured.deflection - self.fit.prediction.deflection
+        return self.measured.deflection - self.fit.at.prediction.deflection
 
     @property
     def refusal(self) -> str:
@@ -277,4 +277,4 @@ def warnings(result: Identification) -> list[str]:
 def _start(result: Identification) -> np.ndarray:
     """Return what the start values predict in the rigid posture, (k, r)."""
     rigid = result.fit.rigid
-    return result.fit.in_units(rigid.columns @ rigid.start)
+    return result.fit.at.in_units(rigid.columns @ rigid.start)

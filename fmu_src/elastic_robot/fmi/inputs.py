@@ -34,7 +34,7 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
 
     def limited(angles: Block) -> Block:
         # Inputs start at 0, which is in their range whatever the drive's.
-        found = [
+        limits = [
             variable
             if joint.limits is None
             else replace(
@@ -42,7 +42,7 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
             )
             for variable, joint in zip(angles.variables, joints, strict=True)
         ]
-        return replace(angles, variables=tuple(found))
+        return replace(angles, variables=tuple(limits))
 
     def along(
         array: str,
@@ -54,8 +54,8 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
     ) -> Block:
         """Return a vector: `text`, an axis, and what is behind it in the descriptions."""
         variables = [
-            Variable(f"{prefix}{c}", unit, f"{text} {c} {behind}", own)
-            for c, own in zip(AXES, start, strict=True)
+            Variable(f"{prefix}{c}", unit, f"{text} {c} {behind}", initial)
+            for c, initial in zip(AXES, start, strict=True)
         ]
         return block(variables, Array(array, f"{text} {behind}: x, y, z", 3))
 

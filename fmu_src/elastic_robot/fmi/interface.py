@@ -62,12 +62,12 @@ def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> d
     parameters = _parameters(chain, robot)
     texts = _started(parameters.pop("strings"), strings)
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
-    given = outputs(chain, motors)
+    output_blocks = outputs(chain, motors)
     table = {
         **inputs(robot.joints),
-        **given,
+        **output_blocks,
         **parameters,
-        **exchange(chain, given, motors),
+        **exchange(chain, output_blocks, motors),
         "strings": texts,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}
@@ -98,9 +98,9 @@ def _started(block: Block, strings: Mapping[str, str]) -> Block:
 def _with_joints(block: Block, robot: Robot) -> Block:
     """Return a block whose variables have the names of the joints beside their numbers."""
 
-    def name_of(found: re.Match[str]) -> str:
+    def name_of(match: re.Match[str]) -> str:
         # Files may name a joint by anything; what XML and a line of a log cannot hold is left out.
-        words = " ".join(robot.joints[int(found[1]) - 1].name.split())
+        words = " ".join(robot.joints[int(match[1]) - 1].name.split())
         return "".join(filter(str.isprintable, words))
 
     def named(found: re.Match[str]) -> str:
@@ -108,8 +108,8 @@ def _with_joints(block: Block, robot: Robot) -> Block:
         return f"{found[0]} ({name})" if name else found[0]
 
     def described(variable: Variable) -> Variable:
-        found = _OF_JOINT.search(variable.text)
-        joint = "" if found is None else name_of(found)
+        match = _OF_JOINT.search(variable.text)
+        joint = "" if match is None else name_of(match)
         return replace(variable, text=_OF_JOINT.sub(named, variable.text), joint=joint)
 
     return replace(block, variables=tuple(map(described, block.variables)))

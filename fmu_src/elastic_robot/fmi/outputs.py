@@ -119,7 +119,10 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         """Return the block of a state: texts by number, and that of all of them."""
         nominal = STATES[name].nominal
         return block(
-            [Variable(f"{name}[{k}]", unit, own, nominal=nominal) for k, own in texts.items()],
+            [
+                Variable(f"{name}[{k}]", unit, description, nominal=nominal)
+                for k, description in texts.items()
+            ],
             Array(name, text, len(texts)),
             starts_from=starts_from,
             exchanged=(name,),
@@ -202,7 +205,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     # What motors feel of their gears' torque follows the place in a kinematic error.
     felt = ("q_cmd", TIME) if len(chain.kinematic_errors.joint) else ()
     apart = "TCP minus rigid TCP"
-    turned = "Rotation vector from the rigid to the elastic tool"
+    rotation_text = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
     of_contact = "of the contact on the tool, base axes"
     names = chain.elastic_names
@@ -232,12 +235,12 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
                 Variable(f"deviation.{prefix}{c}", unit, f"{text}, {c}, base axes", nominal=nominal)
                 for prefix, unit, text, nominal in (
                     ("", "m", apart, DEVIATION),
-                    ("r", "rad", turned, ANGLE),
+                    ("r", "rad", rotation_text, ANGLE),
                 )
                 for c in AXES
             ],
             Array("deviation.position", f"{apart}: x, y, z in base axes", 3),
-            Array("deviation.rotation", f"{turned}: x, y, z in base axes", 3),
+            Array("deviation.rotation", f"{rotation_text}: x, y, z in base axes", 3),
             exchanged=("q_cmd", TIME, "deflection"),
         ),
         "compliance": block(

@@ -15,11 +15,11 @@ RELATIVE = 1e-4
 LEAST, MOST = 1e-9, 1e-5
 
 
-def allowed_error(own: float, relative: float | None) -> float:
+def allowed_error(tcp_tolerance: float, relative: float | None) -> float:
     """Return the error allowed at the TCP over a path [m].
 
     Args:
-        own: Value of the parameter [m]; 0: not set.
+        tcp_tolerance: Value of the parameter [m]; 0: not set.
         relative: Relative tolerance of the experiment; None or 0: not given.
 
     Example:
@@ -28,8 +28,8 @@ def allowed_error(own: float, relative: float | None) -> float:
         >>> allowed_error(0.0, 0.5), allowed_error(1e-12, 0.5)
         (1e-05, 1e-12)
     """
-    if own > 0.0:
-        return own
+    if tcp_tolerance > 0.0:
+        return tcp_tolerance
     if not relative:
         return TOLERANCE
     return min(max(TOLERANCE * (relative / RELATIVE), LEAST), MOST)

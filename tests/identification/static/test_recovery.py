@@ -34,7 +34,7 @@ def test_stiffnesses_and_tilts_are_found_to_rounding(joints, rotations):
     start = right.described(right.start * rng.uniform(0.6, 1.6, len(right.start)))
     found = fit_static(ElasticParameters.of(start, "backlash"), rows, "backlash", noise_of(rows))
     assert found.converged
-    np.testing.assert_allclose(found.values, right.start, rtol=1e-8)
+    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-8)
 
 
 @pytest.mark.parametrize("seed", [1, 4, 9])
@@ -52,4 +52,4 @@ def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     start = ElasticParameters.of(begun, "backlash")
     found = fit_static(start, rows, "backlash", noise_of(rows))
     assert found.converged
-    np.testing.assert_allclose(found.values, right.start, rtol=1e-7)
+    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)

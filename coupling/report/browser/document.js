@@ -1,4 +1,4 @@
-// Draws the page's figures: unpacks them and plotly.js, follows light and dark, paper and legends.
+// Draws the page's scenes and figures: unpacks them and their libraries, follows light and dark, paper and legends.
 (async () => {
   "use strict";
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -28,9 +28,6 @@
     const axis = { gridcolor: grid, zerolinecolor: grid, linecolor: grid };
     for (const [key, own] of Object.entries(layout)) {
       if (/^[xy]axis/.test(key)) layout[key] = { ...axis, ...own };
-      if (/^scene/.test(key)) {
-        for (const name of ["xaxis", "yaxis", "zaxis"]) own[name] = { ...axis, ...own[name] };
-      }
     }
     return {
       ...layout, uirevision: "kept", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -39,25 +36,20 @@
     };
   }
 
-  // What is seen in space fills its place, and from farther where that is narrow: it is scaled by its height.
-  function framed(layout, width) {
-    const farther = Math.max(1, 0.95 * (layout.height ?? 450) / width);
-    for (const own of Object.entries(layout).filter(([key]) => /^scene/.test(key)).map((it) => it[1])) {
-      if (!layout.updatemenus) layout.margin = { l: 0, r: 0, t: 0, b: 0 };
-      const eye = own.camera?.eye;
-      if (!eye) continue;
-      const from = Object.fromEntries(Object.entries(eye).map(([key, at]) => [key, at * farther]));
-      own.camera = { ...own.camera, eye: from };
-    }
+  let figures = {}, hidden = {}, logarithmic = {};
+  for (const button of document.querySelectorAll('.legend [data-traces][aria-pressed="false"]')) {
+    const name = button.dataset.figure;
+    hidden[name] = [...(hidden[name] ?? []), ...button.dataset.traces.split(" ").map(Number)];
   }
-
-  let figures, hidden = {};
   function draw(name, night, width) {
     const place = document.getElementById(name), given = figures[name];
     const data = recoloured(given.data, night);
-    for (const trace of hidden[name] ?? []) data[trace].visible = false;
+    data.forEach((trace, k) => { trace.visible = !(hidden[name] ?? []).includes(k); });
     const layout = themed(given.layout, night);
-    framed(layout, width || place.clientWidth);
+    if (logarithmic[name]) {
+      layout.yaxis = { ...layout.yaxis, type: "log", autorange: true, range: undefined, exponentformat: "none" };
+      layout.annotations = [];  // they stand at heights of the linear axis
+    }
     if (width) {
       const beside = Math.min(2, place.closest(".figures").children.length);
       layout.width = (width - 16 * (beside - 1)) / beside;
@@ -69,35 +61,86 @@
   function legend(button) {
     const show = button.getAttribute("aria-pressed") === "false";
     button.setAttribute("aria-pressed", String(show));
+    if (button.dataset.log) {
+      logarithmic[button.dataset.log] = show;
+      draw(button.dataset.log, dark.matches);
+      return;
+    }
     const traces = button.dataset.traces.split(" ").map(Number), name = button.dataset.figure;
     const others = (hidden[name] ?? []).filter((trace) => !traces.includes(trace));
     hidden[name] = show ? others : [...others, ...traces];
     draw(name, dark.matches);
   }
 
-  // What can be read is shown before plotly.js keeps the page busy; a hidden page has no frames.
+  // What can be read is shown before libraries keep the page busy; a hidden page has no frames.
   const shown = new Promise((next) => {
-    setTimeout(next, 200);
-    requestAnimationFrame(() => setTimeout(next));
+    setTimeout(next, 1000);
+    new PerformanceObserver((entries) => {
+      if (entries.getEntriesByName("first-contentful-paint").length) next();
+    }).observe({ type: "paint", buffered: true });
   });
 
-  try {
-    const parts = [unpacked("plotly"), unpacked("figures"), shown];
+  function run(text) {
     const script = document.createElement("script");
-    [script.textContent, figures] = await Promise.all(parts);
+    script.textContent = text;
     document.head.append(script);
-    figures = JSON.parse(figures);
-  } catch (error) {
-    document.getElementById("trouble").hidden = false;
-    throw error;
+  }
+
+  const measured = (name) => { document.documentElement.dataset[name] ??= String(Math.round(performance.now())); };
+  const idle = () => new Promise((next) => (self.requestIdleCallback ?? setTimeout)(next, { timeout: 200 }));
+
+  // A machine without WebGL keeps the pictures.
+  async function showScenes() {
+    if (!document.getElementById("three")) return;
+    try {
+      const [three, scenes] = await Promise.all([unpacked("three"), unpacked("scenes")]);
+      run(three);
+      document.scenes = {};
+      for (const [name, scene] of Object.entries(JSON.parse(scenes))) {
+        document.scenes[name] = showScene(document.getElementById(name), scene);
+        measured("scene");
+        await idle();
+      }
+    } catch (error) {
+      document.documentElement.dataset.scene = "none";
+      console.warn(error);
+    }
+  }
+
+  for (const button of document.querySelectorAll(".command button")) {
+    button.addEventListener("click", async () => {
+      const code = button.previousElementSibling;
+      getSelection().selectAllChildren(code);
+      try {
+        await navigator.clipboard.writeText(code.textContent);
+      } catch {
+        document.execCommand("copy");  // a page from a file has no clipboard of its own
+      }
+      button.textContent = "Copied";
+      setTimeout(() => { button.textContent = "Copy"; }, 1500);
+    });
+  }
+
+  await shown;
+  measured("first");
+  await showScenes();
+  if (document.getElementById("plotly")) {
+    try {
+      await idle();
+      const [plotly, data] = await Promise.all([unpacked("plotly"), unpacked("figures")]);
+      run(plotly);
+      figures = JSON.parse(data);
+    } catch (error) {
+      document.getElementById("trouble").hidden = false;
+      throw error;
+    }
   }
   const all = (night, width) => Object.keys(figures).forEach((name) => draw(name, night, width));
   for (const name of Object.keys(figures)) {
     draw(name, dark.matches);
-    document.documentElement.dataset.first ??= String(Math.round(performance.now()));
-    await new Promise((next) => setTimeout(next));  // the page answers in between
+    await idle();  // the page answers in between
   }
-  document.documentElement.dataset.drawn = String(Math.round(performance.now()));
+  measured("drawn");
   dark.addEventListener("change", () => all(dark.matches));
   addEventListener("beforeprint", () => all(false, paper));
   addEventListener("afterprint", () => all(dark.matches));

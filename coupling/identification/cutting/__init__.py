@@ -1,0 +1,1 @@
+"""Cutting coefficients and run-out from slots under a dynamometer."""

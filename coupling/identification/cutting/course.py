@@ -1,0 +1,57 @@
+"""Forces over a revolution in a slot, with run-out, and what a dynamometer shows of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coupling.identification.cutting.slots import SlotCutter
+from coupling.process.cutting_force import CuttingCoefficients
+
+# Angles in a revolution, and slices over the depth.
+_ANGLES, _SLICES = 96, 6
+# An edge, which is round, begins to act where its chip is about so thick [m].
+_ROUNDNESS = 8e-6
+
+
+def slot_amplitudes(
+    coefficients: CuttingCoefficients, run_out: float, cutter: SlotCutter, feed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return amplitudes at the frequencies of the spindle and of the teeth, across, along, axial.
+
+    A chip is what a tooth reaches beyond those before it, whose radii differ by the run-out of the axis:
+    a tooth that reaches less leaves its chip to the next, and its edge does not act.
+
+    Args:
+        coefficients: Cutting coefficients.
+        run_out: Distance of the cutter's axis from the spindle's, towards a tooth [m].
+        cutter: Cutter and cut.
+        feed: Feeds [m/s], (n,).
+
+    Returns:
+        Both amplitudes [N], (n, 3) each.
+    """
+    K = coefficients
+    edges = ((K.K_tc, K.K_te), (K.K_rc, K.K_re), (K.K_ac, K.K_ae))
+    chip = cutter.chip(feed)[:, None, None]
+    angle = (np.arange(_ANGLES)[:, None] + 0.5) * 2.0 * np.pi / _ANGLES
+    height = (np.arange(_SLICES) + 0.5) * cutter.depth / _SLICES
+    lag = np.tan(cutter.helix) / (0.5 * cutter.diameter) * height
+    teeth = np.arange(cutter.teeth)
+    radius = run_out * np.cos(2.0 * np.pi * teeth / cutter.teeth)
+    force = np.zeros((len(feed), _ANGLES, 3))
+    for tooth in teeth:
+        phi = (angle + 2.0 * np.pi * tooth / cutter.teeth - lag) % (2.0 * np.pi)
+        sin, cos, is_in_slot = np.sin(phi), np.cos(phi), phi < np.pi
+        reach = np.minimum.reduce(
+            [
+                passes * chip * sin + radius[tooth] - radius[(tooth - passes) % cutter.teeth]
+                for passes in range(1, cutter.teeth + 1)
+            ]
+        )
+        acts = is_in_slot / (1.0 + np.exp(-np.clip(reach / _ROUNDNESS, -50.0, 50.0)))
+        thick = np.where(is_in_slot, np.maximum(reach, 0.0), 0.0)
+        tangential, radial, axial = (by_chip * thick + edge * acts for by_chip, edge in edges)
+        across, along = tangential * sin - radial * cos, -tangential * cos - radial * sin
+        force += np.stack([across, along, axial], axis=-1).sum(axis=2) * cutter.depth / _SLICES
+    spectrum = 2.0 * np.abs(np.fft.rfft(force, axis=1)) / _ANGLES
+    return spectrum[:, 1], spectrum[:, cutter.teeth]

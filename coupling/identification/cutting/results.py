@@ -1,0 +1,88 @@
+"""From slots to figures: the fit, and each feed predicted by a fit of the others."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted_slots
+from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
+from coupling.results.cutting_result import (
+    CuttingIdentified,
+    CuttingParameterResult,
+    SlotPrediction,
+)
+
+Quantity = Literal["mean", "once", "passing"]
+Axis = Literal["across", "along", "axial"]
+# Fewer feeds than these leave none to hold out.
+_HELD_OUT = 4
+
+
+def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentified:
+    """Return the figures of an identification from slots.
+
+    Raises:
+        IdentifyError: If they say nothing.
+    """
+    fit = fitted_slots(cutter, slots)
+    count = len(slots.feed)
+    others: list[CuttingFit] = []
+    if count >= _HELD_OUT:
+        others = [fitted_slots(cutter, slots.without(row)) for row in range(count)]
+    fitted_forces = fit.predicted(cutter, slots.feed)
+    held_out = [
+        other.predicted(cutter, slots.feed[row : row + 1]) for row, other in enumerate(others)
+    ]
+    predictions = [
+        SlotPrediction(
+            feed_m_s=float(slots.feed[row]),
+            quantity=quantity,
+            axis=axis,
+            measured_N=_force(slots, quantity, row, number),
+            fitted_N=_force(fitted_forces, quantity, row, number),
+            held_out_N=_force(held_out[row], quantity, 0, number) if held_out else None,
+        )
+        for row in range(count)
+        for quantity in get_args(Quantity)
+        for number, axis in enumerate(get_args(Axis))
+        if (quantity, axis) != ("passing", "axial")
+    ]
+    values = [*fit.values.tolist(), fit.run_out]
+    halves = [*fit.half.tolist(), fit.run_out_half]
+    return CuttingIdentified(
+        axes=slots.axes,
+        parameters=tuple(
+            CuttingParameterResult(
+                name=name, value=value, low=max(value - half, 0.0), high=value + half
+            )
+            for name, value, half in zip((*COEFFICIENTS, "run_out_m"), values, halves, strict=True)
+        ),
+        shown=tuple(fit.shown.tolist()),
+        predictions=tuple(predictions),
+    )
+
+
+def _force(slots: MeasuredSlots, quantity: Quantity, row: int, axis: int) -> float:
+    forces: np.ndarray = getattr(slots, quantity)
+    return float(forces[row, axis])
+
+
+def keys_text(result: CuttingIdentified, source: str) -> str:
+    """Return the coefficients as keys of [process], with where they are from.
+
+    Raises:
+        IdentifyError: If there are none.
+    """
+    rows = [parameter for parameter in result.parameters if parameter.name in COEFFICIENTS]
+    if not rows:
+        raise IdentifyError("expected coefficients, got none")
+    lines = [
+        f"# Keys of [process]: cutting coefficients from {source}, 95 % intervals behind them."
+    ]
+    lines += [
+        f"{row.name:8s} = {row.value:.4g}    # {row.low:.3g} to {row.high:.3g}" for row in rows
+    ]
+    return "\n".join(lines) + "\n"

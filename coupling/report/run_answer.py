@@ -1,0 +1,326 @@
+"""First screen of a run: what to expect on the real robot, whether it is good enough, what to do now."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from coupling.report.lengths import in_words
+from coupling.results.run_result import RunResult
+from coupling.results.scene import Scene
+from coupling.results.section import Answer, KeyFigure, NextStep
+
+# Gears that are named on the first screen.
+_NAMED = 2
+
+# Ends of an iteration without a result, in words that need no glossary.
+_UNFINISHED = {
+    "diverged": "Each further step made it worse.",
+    "limit cycle": "Further steps went to and fro without coming closer.",
+    "stagnated": "Further steps no longer helped.",
+    "exhausted": "It takes more steps than the case allows.",
+    "process failed": "The process could not be evaluated on the path.",
+    "robot failed": "The robot could not be simulated on the path.",
+}
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """What a first screen needs beside a run's figures.
+
+    Attributes:
+        folder, case: Run folder and case file, as commands name them.
+        robot: Robot file, as the case names it.
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
+    """
+
+    folder: str
+    case: str
+    robot: str
+    tolerance: float | None = None
+
+    def command(self, *words: str) -> str:
+        """Return a command line.
+
+        Example:
+            >>> RunContext("results/my cone", "cone.toml", "icme2008").command("report", "a b")
+            "elastic-robot report 'a b'"
+        """
+        return shlex.join(["elastic-robot", *words])
+
+
+def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = None) -> Answer:
+    """Return the first screen of a run.
+
+    Args:
+        figures: Content of result.json.
+        context: Names and tolerance of the run.
+        scene: Its picture in space.
+    """
+    is_stable = figures.stability is None or figures.stability.stable
+    if figures.kind == "couple":
+        return _coupled(figures, context, scene, is_stable)
+    expected = ExpectedDeviation.of(figures)
+    fits = None if context.tolerance is None else _fits(expected, context.tolerance)
+    gains = figures.outlook is None or figures.outlook.gains
+    good = fits if figures.converged and gains and is_stable else False
+    return Answer(
+        sentence=_sentence(figures, context, expected, gains, is_stable),
+        reason=_reason(figures, expected),
+        good=good,
+        figures=(
+            KeyFigure(
+                "Before",
+                in_words(figures.deviation_before_m.maximum),
+                "uncorrected, with this robot file",
+            ),
+            KeyFigure(
+                "Expected after",
+                "not known" if expected is None else expected.words,
+                "on the real robot"
+                if expected is not None and expected.is_whole
+                else "on the real robot; its file does not say how exact it is",
+            ),
+            KeyFigure(
+                "If the file is right",
+                in_words(figures.deviation_after_m.maximum),
+                "on a robot exactly as its file says",
+            ),
+        ),
+        steps=list(_steps(figures, context, good, gains, is_stable)),
+        scene=scene,
+    )
+
+
+@dataclass(frozen=True)
+class ExpectedDeviation:
+    """Largest deviation to expect on a real robot.
+
+    Attributes:
+        maximum: The deviation [m].
+        is_whole: Whether all that may differ from the model is in it; else the real one may be larger.
+    """
+
+    maximum: float
+    is_whole: bool
+
+    @classmethod
+    def of(cls, figures: RunResult) -> ExpectedDeviation | None:
+        """Return that of a run; None where nothing tells.
+
+        It is that of robots drawn from what the robot file states and leaves out, but no less than
+        that by one parameter that differs a little.
+        """
+        if figures.forecast is not None:
+            return cls(figures.forecast.maximum, True)
+        outlook = figures.outlook
+        if outlook is None:
+            return None
+        expected = outlook.expected
+        if expected is None:
+            return cls(outlook.deviation, False)
+        completed = expected.with_left_out
+        highest = max(outlook.deviation, expected.high, completed.high if completed else 0.0)
+        return cls(highest, expected.is_whole or completed is not None)
+
+    @property
+    def words(self) -> str:
+        """The deviation in words."""
+        return f"{'' if self.is_whole else 'at least '}{in_words(self.maximum)}"
+
+
+def _fits(expected: ExpectedDeviation | None, tolerance: float) -> bool | None:
+    """Return whether a tolerance will be kept; None where that is open."""
+    if expected is None:
+        return None
+    return expected.is_whole or None if expected.maximum <= tolerance else False
+
+
+def _sentence(
+    figures: RunResult,
+    context: RunContext,
+    expected: ExpectedDeviation | None,
+    gains: bool,
+    is_stable: bool,
+) -> str:
+    before = in_words(figures.deviation_before_m.maximum)
+    after = in_words(figures.deviation_after_m.maximum)
+    if not is_stable:
+        return "This cut will chatter: do not run it."
+    if not figures.converged:
+        return (
+            f"NOT FINISHED: no command was found that keeps the path. The last one leaves {after} even"
+            f" on a robot exactly as its file says, uncorrected {before}: do not send it to a robot."
+        )
+    if expected is None:
+        return (
+            f"NOT CERTAIN: up to {after} if the robot is exactly as its file says; nothing tells how"
+            " exact that is."
+        )
+    if not gains:
+        left, uncorrected = _worse(figures, expected)
+        return (
+            "WORSE THAN NOTHING is possible: small errors of the robot file or of the force already"
+            f" leave {left}, uncorrected {uncorrected}: do not send this command to a robot."
+        )
+    reach = (
+        f"expect the tool within {in_words(expected.maximum)} of its path on the real robot"
+        if expected.is_whole
+        else f"expect {expected.words} on the real robot, whose file does not say how exact it is"
+    )
+    if context.tolerance is None:
+        share = "about" if expected.is_whole else "at least"
+        return (
+            f"Of {before} {share} {in_words(expected.maximum)} may remain on the real robot until it is"
+            " identified. How much the part allows is not stated."
+        )
+    verdict = {True: "GOOD ENOUGH", False: "NOT GOOD ENOUGH", None: "NOT CERTAIN"}
+    fits = verdict[_fits(expected, context.tolerance)]
+    return f"{fits}: {reach}; your tolerance is {in_words(context.tolerance)}."
+
+
+def _worse(figures: RunResult, expected: ExpectedDeviation) -> tuple[str, str]:
+    """Return the deviation that makes a command worse than none, and that of none, in words."""
+    outlook = figures.outlook
+    assert outlook is not None
+    if expected.maximum > outlook.nothing:
+        return in_words(expected.maximum), in_words(outlook.nothing)
+    # A constant goes with a shift of the part; what then remains is worse.
+    drawn = outlook.expected
+    shifted = max(outlook.less_constant, drawn.less_constant_high if drawn is not None else 0.0)
+    return f"{in_words(shifted)} after a shift of the part", in_words(outlook.nothing_less_constant)
+
+
+def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
+    """Return what makes up the figure that is expected."""
+    stability, outlook = figures.stability, figures.outlook
+    if stability is not None and not stability.stable:
+        return f"{stability.sentence}."
+    if not figures.converged:
+        return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
+    if figures.forecast is not None:
+        return f"{figures.forecast.sentence}."
+    if outlook is None or expected is None:
+        return ""
+    left_out = outlook.expected.left_out_m if outlook.expected is not None else {}
+    if left_out:
+        name, deviation = max(left_out.items(), key=lambda item: item[1])
+        text = (
+            f"The robot file does not state everything: usual values of what is missing make up most of"
+            f" this: {name} alone {in_words(deviation)}."
+        )
+    else:
+        text = (
+            f"Most of this by one number of the file: {outlook.worst} leaves"
+            f" {in_words(outlook.deviation)}."
+        )
+    names = critical_joints(figures)
+    if names:
+        text += f" The gears of {names} reverse along this path, where their backlash is felt most."
+    return text
+
+
+def critical_joints(figures: RunResult) -> str:
+    """Return the joints whose backlash is felt most along the path, in words; empty for none."""
+    gears = [gear for gear in figures.gears if gear.at_risk and gear.reversals]
+    worst = sorted(gears, key=lambda gear: -gear.backlash_error)[:_NAMED]
+    several = len(figures.robots) > 1
+    return " and ".join(
+        f"joint {gear.joint}{f' of the {gear.robot} robot' if several else ''}"
+        for gear in sorted(worst, key=lambda gear: (gear.robot or "", gear.joint))
+    )
+
+
+def _capital(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def _steps(
+    figures: RunResult, context: RunContext, good: bool | None, gains: bool, is_stable: bool
+) -> Iterator[NextStep]:
+    """Yield what to do next."""
+    folder = context.folder
+    if not is_stable:
+        yield NextStep(
+            "Find a depth and speed that do not chatter:",
+            context.command("stability", context.case),
+        )
+        return
+    if not figures.converged:
+        yield NextStep(
+            "See whether robot and path fit each other:", context.command("check", context.case)
+        )
+        yield NextStep(
+            "Find a place where the robot is stiffer:", context.command("place", context.case)
+        )
+        return
+    if context.tolerance is None:
+        yield NextStep(
+            f"State what the part allows: tolerance_mm = 0.2 in [part] of {context.case}."
+        )
+    if good is not True:
+        joints = critical_joints(figures)
+        yield NextStep(
+            f"Measure the robot{f', the gears of {joints} first' if joints else ''}; this plans it:",
+            context.command("identify", "--plan", "--robot", context.robot, "-o", "plan.csv"),
+        )
+        if any(gear.at_risk for gear in figures.gears):
+            yield NextStep(
+                "Or place the part where no gear reverses:", context.command("place", context.case)
+            )
+    if gains:
+        yield NextStep("Write the robot program:", context.command("export", folder, "--to", "krl"))
+        yield NextStep(
+            "Run it, measure the tool's path, and correct what remains:",
+            context.command("next", folder, "measured.csv", "-o", f"{folder}_next"),
+        )
+
+
+def _coupled(
+    figures: RunResult, context: RunContext, scene: Scene | None, is_stable: bool
+) -> Answer:
+    """Return the first screen of a run without a correction."""
+    before = figures.deviation_before_m
+    size = in_words(before.maximum)
+    fits = None if context.tolerance is None else before.maximum <= context.tolerance
+    if not is_stable:
+        sentence = "This cut will chatter: do not run it."
+    elif not figures.converged:
+        sentence = f"NOT FINISHED: robot and process did not come to rest; so far {size}."
+    else:
+        sentence = f"Uncorrected, the tool leaves its path by up to {size} with this robot file"
+        if context.tolerance is not None:
+            verdict = "within" if fits else "more than"
+            sentence += f", {verdict} your tolerance of {in_words(context.tolerance)}"
+        sentence += "."
+    reason = _reason(figures, None)
+    steps = [
+        NextStep("Correct the command:", context.command("compensate", context.case)),
+        NextStep(
+            "Find a place where the robot is stiffer:", context.command("place", context.case)
+        ),
+    ]
+    if not is_stable:
+        steps = [
+            NextStep(
+                "Find a depth and speed that do not chatter:",
+                context.command("stability", context.case),
+            )
+        ]
+    return Answer(
+        sentence=sentence,
+        reason=reason,
+        good=fits if figures.converged and is_stable else False,
+        figures=(
+            KeyFigure("Uncorrected", size, "largest, with this robot file"),
+            KeyFigure(
+                "Less a constant",
+                in_words(before.maximum_less_constant),
+                "after the part is shifted to fit",
+            ),
+            KeyFigure("Largest force", f"{figures.peak_force_N:.3g} N", "on the tool"),
+        ),
+        steps=steps,
+        scene=scene,
+    )

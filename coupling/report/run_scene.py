@@ -1,0 +1,220 @@
+"""Runs in space: their robots along the path, and how far the tools are off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from coupling.errors import CouplingError
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.inverse.inversion import MovingRobot
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
+from coupling.path.linear import interpolated
+from coupling.report.meshes import robot_meshes
+from coupling.report.part_deviation import signed_deviation
+from coupling.report.thinning import rows_within
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.run_result import ChainResult
+from coupling.results.scene import (
+    Scene,
+    SceneMotion,
+    SceneRobot,
+    SceneTool,
+    SceneTrack,
+)
+from coupling.run.stored_run import StoredRobot, StoredRun
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.errors import ElasticRobotError
+
+# Errors that thinning may make: of positions as a part of the path's extent, of deviations as a part of
+# the largest one, of joint angles [rad]; and the largest number of rows.
+_POSITION, _DEVIATION, _ANGLE, _MOST = 5e-4, 1e-2, 1e-3, 5000
+# Error of torques, as a part of the largest one, and that of rounding [N m].
+_TORQUE, _ROUND = 0.02, 0.1
+# Extent that a path has at least, and largest deviation below which no detail is of interest [m].
+_LEAST, _SEEN = 1e-9, 1e-5
+# Names of tracks beside those of a run's stages.
+PLANT = "on the robot of [plant]"
+
+
+def run_scene(run: StoredRun, world_from_part: Frame, case: Mapping[str, Any]) -> Scene:
+    """Return what a run shows in space.
+
+    Args:
+        run: The run.
+        world_from_part: Frame of its part.
+        case: Content of its case.toml.
+    """
+    tolerance = case.get("part", {}).get("tolerance_mm")
+    return Scene(
+        robots=list(_robots(run, case)),
+        tracks=[
+            replace(track, robot=name if len(run.robots) > 1 else "")
+            for name, robot in run.robots.items()
+            for track in tracks_of(robot)
+        ],
+        world_from_part=world_from_part,
+        tolerance=None if tolerance is None else 1e-3 * tolerance,
+    )
+
+
+def tracks_of(robot: StoredRobot) -> list[SceneTrack]:
+    """Return the paths of one robot's tool that a run has."""
+    paths = dict(robot.actual)
+    if robot.plant is not None:
+        paths[PLANT] = robot.plant
+    return [track(name, robot.desired, path) for name, path in paths.items()]
+
+
+def track(name: str, desired: ToolPath, actual: ToolPath) -> SceneTrack:
+    """Return a tool's path beside the desired one with as few rows as show it.
+
+    Args:
+        name: Name of the track.
+        desired, actual: Paths of one tool at the same times.
+    """
+    signed = signed_deviation(desired, actual)
+    position, deviation = desired.position[0], (actual.position - desired.position)[0]
+    extent = max(float(np.ptp(position, axis=0).max()), _LEAST)
+    largest = max(float(np.abs(deviation).max()), _SEEN)
+    errors = np.repeat([_POSITION * extent, _DEVIATION * largest], [3, 4])
+    values = np.hstack([position, deviation, signed[:, :1]])
+    rows = rows_within(desired.time, values, errors, _MOST)
+    return SceneTrack(name, desired.time[rows], position[rows], deviation[rows], signed[rows])
+
+
+def _robots(run: StoredRun, case: Mapping[str, Any]) -> Iterator[SceneRobot]:
+    results = {result.name: result for result in run.figures.robots}
+    for name, stored in run.robots.items():
+        result = results.get(name)
+        if result is None or result.chain is None:  # of an earlier version
+            continue
+        table = case.get("robot" if name == "forming" else name, {})
+        description = _description(table)
+        torque = None
+        if description is not None:
+            frame = Frame.of_pose(result.chain.base_pose)
+            torque = _gear_torque(
+                description, result.torque_curve, stored.joints, stored.wrench, frame
+            )
+        motion = thinned_motion(stored.joints, torque)
+        reversals = [c for c in run.figures.reversals if c.robot in ("", name)]
+        tool = tool_of(case.get("process" if name == "forming" else name, {}))
+        yield scene_robot(result.title, result.chain, motion, reversals, tool, _file_of(table))
+
+
+def scene_robot(
+    name: str,
+    chain: ChainResult,
+    motion: SceneMotion,
+    reversals: Sequence[BacklashReversal] = (),
+    tool: SceneTool | None = None,
+    description: str | None = None,
+) -> SceneRobot:
+    """Return a robot in space.
+
+    Args:
+        name: Its name.
+        chain: Its joints.
+        motion: Their motion.
+        reversals: Passages of its gears through their backlash.
+        tool: Shape of its tool.
+        description: Its file, of which meshes are taken; None: links are drawn.
+    """
+    return SceneRobot(
+        name=name,
+        world_from_base=Frame.of_pose(chain.base_pose),
+        origins=np.array(chain.origins_m),
+        axes=np.array(chain.axes),
+        body_from_tool=Frame.of_pose(chain.tool_pose),
+        motion=motion,
+        flanks=_flanks(reversals),
+        tool=tool,
+        meshes=() if description is None else robot_meshes(description),
+    )
+
+
+def thinned_motion(joints: JointPath, torque: np.ndarray | None = None) -> SceneMotion:
+    """Return the motion of one robot's joints with as few rows as show it.
+
+    Args:
+        joints: The motion.
+        torque: Torques of the gears at its times [N m], (n, joints).
+    """
+    values = q = joints.q[0]
+    errors = np.full(q.shape[1], _ANGLE)
+    if torque is not None:
+        values = np.hstack([q, torque])
+        errors = np.append(errors, _TORQUE * np.abs(torque).max(axis=0) + _ROUND)
+    rows = rows_within(joints.time, values, errors, _MOST)
+    return SceneMotion(joints.time[rows], q[rows], None if torque is None else torque[rows])
+
+
+def tool_of(table: Mapping[str, Any]) -> SceneTool | None:
+    """Return the tool that a table of a case describes; None where it does not.
+
+    Example:
+        >>> tool_of({"cutter_diameter_m": 0.016})
+        SceneTool(diameter=0.016, is_round=False)
+    """
+    for key, is_round in (("cutter_diameter_m", False), ("tool_diameter_m", True)):
+        if isinstance(table.get(key), float):
+            return SceneTool(table[key], is_round)
+    return None
+
+
+def _file_of(table: Mapping[str, Any]) -> str | None:
+    name = table.get("description")
+    return name if isinstance(name, str) else None
+
+
+def _description(table: Mapping[str, Any]) -> Robot | None:
+    """Return the robot of a case's table; None where its file is gone, which spoils no picture."""
+    name = _file_of(table)
+    try:
+        return None if name is None else load_robot(find_robot(name))
+    except ElasticRobotError:
+        return None
+
+
+def _gear_torque(
+    robot: Robot, curve: str, joints: JointPath, wrench: WrenchHistory, world_from_base: Frame
+) -> np.ndarray | None:
+    """Return the torques of the gears at rest in every row [N m], (n, joints); None if not known.
+
+    A command accelerates its drives to pass their backlash, which the links do not follow: what it would
+    need of rigid gears says nothing.
+    """
+    try:
+        moving = MovingRobot(robot, curve)
+    except (CouplingError, ElasticRobotError, ValueError):
+        return None
+    model, chain, q = moving.model, build_chain(robot), joints.q[0]
+    instants = np.clip(joints.time, wrench.time[0], wrench.time[-1])
+    load = interpolated(instants, wrench.time, wrench.wrench[0])
+    to_base = world_from_base.rotation.inv()
+    load = np.hstack([to_base.apply(load[:, :3]), to_base.apply(load[:, 3:])])
+    theta = chain.theta(q)
+    rest, torque = np.zeros_like(theta), np.zeros_like(q)
+    torque[:, np.asarray(model.gear_joint)] = -model.load(theta, rest, rest, load)[:, model.gears]
+    return torque
+
+
+def _flanks(reversals: Sequence[BacklashReversal]) -> dict[int, np.ndarray]:
+    """Return at which flanks gears are from which time on, by the number of the joint from 0."""
+    flanks: dict[int, list[tuple[float, float]]] = {}
+    for change in sorted(reversals, key=lambda change: change.begins):
+        gear = flanks.setdefault(change.joint - 1, [(-1e9, float(change.before))])
+        gear += [(change.begins, 0.0), (change.ends, float(change.after))]
+    return {joint: np.array(gear) for joint, gear in flanks.items()}
+
+
+def part_frame(part: Mapping[str, Any]) -> Frame:
+    """Return the placement of a part by the keys of [part]."""
+    return Frame.of_rpy(part["position_m"], np.deg2rad(part["rpy_deg"]))

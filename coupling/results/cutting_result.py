@@ -1,0 +1,39 @@
+"""What measured slots say of a material, an edge and a spindle."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from coupling.results.base import ResultFile, ResultPart
+
+
+class CuttingParameterResult(ResultPart):
+    """A fitted parameter with its 95 % interval."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+
+
+class SlotPrediction(ResultPart):
+    """A measured force at a feed, predicted by a fit of all slots and by one of the others."""
+
+    feed_m_s: float
+    quantity: Literal["mean", "once", "passing"]
+    axis: Literal["across", "along", "axial"]
+    measured_N: float
+    fitted_N: float
+    held_out_N: float | None
+
+
+class CuttingIdentified(ResultFile):
+    """Figures of an identification from slots."""
+
+    what = "the figures of an identification from slots"
+
+    axes: tuple[str, str, str]
+    parameters: tuple[CuttingParameterResult, ...]
+    shown: tuple[float, ...]
+    predictions: tuple[SlotPrediction, ...]
+    refusal: str = ""

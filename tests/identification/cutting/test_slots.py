@@ -1,0 +1,145 @@
+"""Cutting coefficients and run-out from slots: recovered, predicted, refused."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from places import ROOT
+
+from coupling.cli.main import main
+from coupling.errors import IdentifyError
+from coupling.files.toml_file import document
+from coupling.identification.cutting.course import slot_amplitudes
+from coupling.identification.cutting.fit import CuttingFit, fitted_slots
+from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
+from coupling.process.cutting_force import Cutter, CuttingCoefficients, Engagement, tooth_wrench
+
+SLOTS = ROOT / "examples" / "identify" / "slots.csv"
+MILL = SlotCutter(16e-3, 2, float(np.deg2rad(45.0)), 6000.0, 3e-3)
+TRUE = np.array([9e8, 2.5e8, 1.5e8, 1.6e4, 1.9e4, 1.5e4])
+FEEDS = np.array([300.0, 600.0, 900.0, 1500.0]) / 6e4
+OPTIONS = [
+    "--diameter-mm",
+    "16",
+    "--teeth",
+    "2",
+    "--helix-deg",
+    "45",
+    "--rpm",
+    "6000",
+    "--depth-mm",
+    "3",
+]
+
+
+def run(*words: object) -> int:
+    with pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return int(end.value.code or 0)
+
+
+def test_coefficients_and_run_out_are_recovered_from_a_slots_forces():
+    shown = np.array([1.1, 1.2, 1.0, 1.05, 1.1])
+    exact = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, shown).predicted(MILL, FEEDS)
+    fit = fitted_slots(MILL, exact)
+    np.testing.assert_allclose(fit.values, TRUE, rtol=1e-9)
+    assert fit.run_out == pytest.approx(1.2e-5, rel=0.1)
+    assert abs(fit.run_out - 1.2e-5) < fit.run_out_half
+    np.testing.assert_allclose(
+        fit.predicted(MILL, FEEDS).passing[:, :2], exact.passing[:, :2], rtol=0.02
+    )
+
+
+def test_without_run_out_the_teeths_amplitudes_are_those_of_the_force_law():
+    """And there is none at the spindle's frequency; edges apart, whose roundness the law has not."""
+    cut_only = CuttingCoefficients(*TRUE[:3].tolist(), 0.0, 0.0, 0.0)
+    once, passing = slot_amplitudes(cut_only, 0.0, MILL, FEEDS)
+    np.testing.assert_allclose(once, 0.0, atol=1e-9)
+    speed = MILL.rpm * 2.0 * np.pi / 60.0
+    mill = Cutter(8e-3, 2, MILL.helix, speed)
+    time = (np.arange(400) + 0.5) / 400 * 2.0 * np.pi / speed
+    cut = Engagement(
+        np.tile([MILL.chip(FEEDS)[2], 0.0], (400, 1)),
+        *(np.full(400, value) for value in (0.0, np.pi, MILL.depth)),
+    )
+    spectrum = np.abs(np.fft.rfft(tooth_wrench(mill, cut_only, cut, time)[:, 1::-1], axis=0)) / 200
+    np.testing.assert_allclose(passing[2, :2], spectrum[2], rtol=5e-3)
+
+
+@pytest.mark.parametrize("held_out", [2])
+def test_a_measured_feed_between_others_is_predicted(held_out):
+    """Within 11 N of the means, 10 % of the teeth's amplitude, 15 % of the spindle's in the plane."""
+    measured = MeasuredSlots.read(SLOTS, MILL)
+    others = fitted_slots(MILL, measured.without(held_out))
+    feed = measured.feed[held_out : held_out + 1]
+    predicted = others.predicted(MILL, feed)
+    assert np.abs(predicted.mean[0] - measured.mean[held_out]).max() < 11.0
+    ratio = predicted.passing[0, :2] / measured.passing[held_out, :2]
+    assert np.abs(ratio - 1.0).max() < 0.10
+    ratio = predicted.once[0] / measured.once[held_out]
+    assert np.abs(ratio - 1.0).max() < 0.151
+
+
+def test_columns_and_signs_of_the_axes_are_told_apart(tmp_path):
+    text = SLOTS.read_text()
+    header, *rows = [line for line in text.splitlines() if not line.startswith("#")]
+    swap = {"x": "y", "y": "x"}
+    names = [
+        name[:-1] + swap.get(name[-1], name[-1]) if "_" in name[:-1] else name
+        for name in header.split(",")
+    ]
+    file = tmp_path / "swapped.csv"
+    file.write_text("\n".join([",".join(names), *rows]))
+    a, b = (MeasuredSlots.read(path, MILL) for path in (SLOTS, file))
+    assert (a.axes, b.axes) == (("+x", "+y", "+z"), ("+y", "+x", "+z"))
+    np.testing.assert_array_equal(a.mean, b.mean)
+
+
+def test_the_command_writes_keys_that_a_case_reads(tmp_path, capsys):
+    target = tmp_path / "coefficients.toml"
+    assert run("identify", SLOTS, *OPTIONS, "-o", target) == 0
+    keys = document(target, IdentifyError)
+    assert keys["K_tc_Pa"] == pytest.approx(9.69e8, rel=0.01)
+    figures = json.loads(target.with_suffix(".json").read_text())
+    assert len(figures["predictions"]) == 4 * 8
+    assert "held out" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("lines", "words", "options"),
+    [
+        (("feed_mm_min,mean_x",), "--diameter-mm, --teeth", ()),
+        (None, "amplitude_120Hz_x", ("--rpm", "7200")),
+        (None, "--teeth: expected a number", ("--teeth", "0")),
+        (None, "--helix-deg", ("--helix-deg", "95")),
+        (("300,1,1,1", "600,2,2,2"), "three feeds", OPTIONS),
+        (("300,1,1,1", "300,2,2,2", "600,3,3,3"), "each once", OPTIONS),
+        (("300,3,1,1", "600,2,0.9,2", "900,1,0.8,3"), "that falls", OPTIONS),
+        (("300,x,1,1",), "expected a finite number", OPTIONS),
+    ],
+)
+def test_what_cannot_be_used_is_refused(tmp_path, capsys, lines, words, options):
+    file = SLOTS
+    if lines is not None:
+        amplitudes = ",".join(f"amplitude_{f}Hz_{axis}" for f in (100, 200) for axis in "xyz")
+        file = tmp_path / "slots.csv"
+        rows = [line if "mean" in line else f"{line},1,1,1,1,1,1" for line in lines]
+        head = [] if "mean" in lines[0] else [f"feed_mm_min,mean_x,mean_y,mean_z,{amplitudes}"]
+        file.write_text("\n".join([*head, *rows, *(["1,1"] if "mean" in lines[0] else [])]) + "\n")
+    given = dict(zip(OPTIONS[::2], OPTIONS[1::2], strict=True)) if options else {}
+    given |= dict(zip(options[::2], options[1::2], strict=True))
+    flat = [word for pair in given.items() for word in pair]
+    target = tmp_path / "out.toml"
+    assert run("identify", file, *flat, "-o", target) == 2
+    assert words in capsys.readouterr().err.replace("\n", " ")
+    assert not target.exists()
+
+
+def test_more_teeth_have_their_own_frequency(tmp_path):
+    three = SlotCutter(10e-3, 3, 0.5, 6000.0, 2e-3)
+    exact = CuttingFit(TRUE, TRUE, 5e-6, 0.0, np.ones(5)).predicted(three, FEEDS)
+    fit = fitted_slots(three, exact)
+    np.testing.assert_allclose(fit.values, TRUE, rtol=1e-9)
+    assert fit.run_out == pytest.approx(5e-6, rel=0.2)

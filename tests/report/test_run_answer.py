@@ -1,0 +1,138 @@
+"""First screens: what to expect, whether it is good enough, and what to do now."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from line_case import line_case
+from outlooks import outlook
+from reported import compensated
+
+from coupling.report.document import document
+from coupling.report.run_answer import RunContext, run_answer
+from coupling.results.outlook import DeviationInterval, DrawnDeviation
+from coupling.results.run_result import RunResult
+from coupling.results.section import Answer
+from coupling.run.stored_run import read_run
+
+# What a visitor would have to look up.
+GLOSSARY = re.compile(r"inverse|converge|rms|quasi-static|robin|spline|wind-up|urad|TCP|FMU", re.I)
+INTERVAL = {"low": 1e-5, "less_constant_low": 1e-5}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> RunResult:
+    """Figures of a run that has converged."""
+    folder = tmp_path_factory.mktemp("answer")
+    return read_run(compensated(folder, line_case(folder, "native"))[2]).figures
+
+
+def answered(figures: RunResult, tolerance: float | None) -> Answer:
+    context = RunContext("results/line", "line.toml", "icme2008", tolerance)
+    return run_answer(figures, context)
+
+
+def drawn(high: float, is_whole: bool = True) -> DrawnDeviation:
+    """Robots drawn from stated ranges, which leave up to `high` [m]."""
+    return DrawnDeviation(
+        samples=64,
+        high=high,
+        less_constant_high=high,
+        drawn=("81 to 119 % of the force",),
+        missing=(),
+        is_whole=is_whole,
+        **INTERVAL,
+    )
+
+
+def expecting(figures: RunResult, high: float, is_whole: bool = True) -> RunResult:
+    found = outlook(("backlash -20 %", 1e-5, 1e-5))
+    return figures.model_copy(
+        update={"outlook": found.model_copy(update={"expected": drawn(high, is_whole)})}
+    )
+
+
+def test_the_real_robot_s_figure_is_judged_by_the_tolerance(finished):
+    """Between 0.25 and 0.35 mm the verdict on 0.3 mm changes; nothing else of the run does."""
+    run = expecting(finished, 3e-4)
+    good, bad, unknown = (answered(run, tolerance) for tolerance in (3.5e-4, 2.5e-4, None))
+    assert (good.good, bad.good, unknown.good) == (True, False, None)
+    assert good.sentence == (
+        "GOOD ENOUGH: expect the tool within 0.300 mm of its path on the real robot; your tolerance is"
+        " 0.350 mm."
+    )
+    assert bad.sentence.startswith("NOT GOOD ENOUGH: expect the tool within 0.300 mm")
+    assert "tolerance_mm" in unknown.steps[0].words
+    assert [figure.value for figure in good.figures][1] == "0.300 mm"
+    assert [step.command.split()[1] for step in good.steps] == ["export", "next"]
+    assert bad.steps[0].command.split()[1] == "identify"
+
+
+def test_a_robot_file_without_ranges_promises_nothing(finished):
+    run = expecting(finished, 1e-4, is_whole=False)
+    answer = answered(run, 2e-4)
+    assert answer.good is None
+    assert answer.sentence.startswith("NOT CERTAIN: expect at least 0.100 mm on the real robot")
+    assert answered(run, 5e-5).good is False
+
+
+def test_usual_values_of_what_a_file_leaves_out_count(finished):
+    completed = DeviationInterval(samples=16, high=7e-4, less_constant_high=6e-4, **INTERVAL)
+    expected = drawn(8e-5, is_whole=False).model_copy(
+        update={"with_left_out": completed, "left_out_m": {"servos": 3.8e-4, "friction": 4.4e-4}}
+    )
+    found = outlook(("backlash -20 %", 1e-5, 1e-5)).model_copy(update={"expected": expected})
+    answer = answered(finished.model_copy(update={"outlook": found}), 2e-4)
+    assert "expect the tool within 0.700 mm" in answer.sentence
+    assert "friction alone 0.440 mm" in answer.reason
+
+
+def test_what_is_worse_than_nothing_is_never_to_be_sent(finished):
+    for replays, told in (
+        (("force +5 %", 5e-3, 4e-3), "leave 5.00 mm, uncorrected"),
+        (("damping -20 %", 1e-3, 9e-4), "leave 0.900 mm after a shift of the part"),
+    ):
+        answer = answered(finished.model_copy(update={"outlook": outlook(replays)}), 1e-2)
+        assert answer.good is False
+        assert answer.sentence.startswith("WORSE THAN NOTHING is possible")
+        assert told in answer.sentence
+        assert not any("export" in step.command for step in answer.steps)
+
+
+def test_a_run_that_has_not_converged_is_never_good(finished):
+    run = expecting(finished, 1e-6).model_copy(update={"converged": False, "reason": "stopped"})
+    answer = answered(run, 1.0)
+    assert answer.good is False
+    assert answer.sentence.startswith("NOT FINISHED")
+    assert not any("export" in step.command for step in answer.steps)
+
+
+def test_a_first_screen_needs_no_glossary(finished):
+    """Five cases, three of which are bad."""
+    bad = finished.model_copy(update={"outlook": outlook(("force +5 %", 5e-3, 4e-3))})
+    cases = (
+        (finished, None),
+        (expecting(finished, 3e-4), 3.5e-4),
+        (expecting(finished, 3e-4), 2.5e-4),
+        (bad, 1e-3),
+        (finished.model_copy(update={"converged": False, "reason": "it was stopped"}), 1e-3),
+    )
+    for figures, tolerance in cases:
+        answer = answered(figures, tolerance)
+        words = [answer.sentence, answer.reason, *(step.words for step in answer.steps)]
+        words += [f"{figure.label} {figure.value} {figure.note}" for figure in answer.figures]
+        assert len(answer.figures) == 3
+        assert answer.steps
+        assert not GLOSSARY.search(" ".join(words)), words
+
+
+def test_commands_can_be_copied_from_the_page_whatever_the_names():
+    """A folder with blanks and quotes is one word of a command; what is told is no HTML."""
+    context = RunContext("results/it's a cone", "a case.toml", "icme2008")
+    assert context.command("report", context.folder) == (
+        "elastic-robot report 'results/it'\"'\"'s a cone'"
+    )
+    page = document("", [], replace(Answer("<b>", steps=()), reason="&"))
+    assert "&lt;b&gt;" in page

@@ -1,0 +1,221 @@
+"""Scenes: the robot of a page is the robot of the run, and its meshes those of its URDF."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import NEEDS_CHROMIUM, chromium, opened
+from line_case import line_case
+from reported import compensated
+
+from coupling.files.urdf_visuals import read_visuals
+from coupling.path.frame import AT_THE_ORIGIN
+from coupling.report.document import document
+from coupling.report.meshes import robot_meshes
+from coupling.report.run_scene import run_scene
+from coupling.report.still import links, stills
+from coupling.results.scene import Scene
+from coupling.results.section import Answer
+from coupling.run.stored_run import read_run
+
+CASE = {"robot": {"description": "icme2008"}, "process": {"tool_diameter_m": 0.01}}
+# A pendulum whose arm is a box of 0.1 x 0.2 x 0.6 m, carried by a base that is a ball.
+URDF = """<robot name="pendulum">
+<link name="base"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+<link name="arm"><visual><origin xyz="0 0 -0.3"/><geometry><box size="0.1 0.2 0.6"/></geometry></visual>
+<visual><geometry><mesh filename="gone.stl"/></geometry></visual>
+<inertial><mass value="2"/><origin xyz="0 0 -0.3"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="swing" type="revolute"><parent link="base"/><child link="arm"/>
+<origin xyz="0 0 1" rpy="1.5707963267948966 0 0"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1"/></joint></robot>"""
+ROBOT = """name = "pendulum"
+[urdf]
+file = "pendulum.urdf"
+[tcp]
+link = "arm"
+[[joint]]
+name = "swing"
+stiffness = 1e5
+damping = 10.0
+"""
+# Pixels of a page's first scene that are not its ground, by rough colour.
+PIXELS = """
+const place = document.getElementById('first_scene'), shown = place.querySelector('canvas');
+const sheet = document.createElement('canvas');
+[sheet.width, sheet.height] = [shown.width, shown.height];
+const picture = sheet.getContext('2d');
+picture.drawImage(shown, 0, 0);
+const data = picture.getImageData(0, 0, sheet.width, sheet.height).data;
+let [all, blue, orange, sum] = [0, 0, 0, 0];
+for (let k = 0; k < data.length; k += 4) {
+  const [r, g, b, a] = data.slice(k, k + 4);
+  if (!a) continue;
+  all += 1;
+  sum = (sum * 31 + r + 7 * g + 13 * b + k) % 1000003;
+  if (b > r + 60) blue += 1;
+  if (r > b + 60) orange += 1;
+}
+return [all, blue, orange, sum];
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scene")
+    return read_run(compensated(folder, line_case(folder, "native"))[2])
+
+
+def test_the_tool_of_a_scene_is_on_the_run_s_command(run):
+    """Joint angles straight between the rows that are left move the TCP by less than a millimetre."""
+    (robot,) = run_scene(run, AT_THE_ORIGIN, CASE).robots
+    stored = run.first
+    for time_s in np.linspace(*stored.command.time[[0, -1]], 40):
+        q = [np.interp(time_s, robot.motion.time, angles) for angles in robot.motion.q.T]
+        tool = links(robot, np.array(q))[-1]
+        command = [
+            np.interp(time_s, stored.command.time, axis) for axis in stored.command.position[0].T
+        ]
+        np.testing.assert_allclose(tool, command, rtol=0, atol=1e-3)
+
+
+def test_gears_carry_the_robot_s_weight_and_their_flanks_change_as_the_run_says(run):
+    (robot,) = run_scene(run, AT_THE_ORIGIN, CASE).robots
+    gears = {gear.joint: gear for gear in run.figures.gears}
+    largest = np.abs(robot.motion.torque).max(axis=0)
+    for joint in (2, 3):  # inertia adds little to the weight
+        assert largest[joint - 1] == pytest.approx(gears[joint].torque, rel=0.2)
+    for change in run.figures.reversals:
+        steps = robot.flanks[change.joint - 1]
+        inside = steps[steps[:, 0] <= 0.5 * (change.begins + change.ends)][-1]
+        behind = steps[steps[:, 0] <= change.ends][-1]
+        assert (inside[1], behind[1]) == (0.0, change.after)
+
+
+def test_a_robot_file_that_is_gone_costs_torques_and_meshes_alone(run):
+    scene = run_scene(run, AT_THE_ORIGIN, {"robot": {"description": "gone.toml"}})
+    assert scene.robots[0].motion.torque is None
+    assert len(scene.tracks) == 2
+    robots = tuple(robot.model_copy(update={"chain": None}) for robot in run.figures.robots)
+    old = replace(run, figures=run.figures.model_copy(update={"robots": robots}))
+    assert run_scene(old, AT_THE_ORIGIN, CASE).robots == []
+
+
+def test_pictures_tell_the_largest_deviation_and_are_small(run):
+    before, after = stills(run_scene(run, AT_THE_ORIGIN, CASE))
+    assert "before compensation: up to" in before
+    assert "after compensation: up to" in after
+    assert len(before) + len(after) < 200_000
+
+
+def test_the_shapes_of_a_urdf_stand_where_its_links_are(tmp_path):
+    """The arm hangs along y, as its joint's frame is turned about x; a mesh that is gone is left out."""
+    (tmp_path / "pendulum.urdf").write_text(URDF)
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    visuals = read_visuals(tmp_path / "pendulum.urdf", None, "arm")
+    assert [visual.body for visual in visuals] == [0, 1, 1]
+    pytest.importorskip("trimesh")
+    ball, arm = robot_meshes(str(tmp_path / "robot.toml"))
+    np.testing.assert_allclose(np.abs(ball.points).max(axis=0), 0.1, atol=1e-3)
+    np.testing.assert_allclose(arm.points.min(axis=0), [-0.05, 0.0, -0.1], atol=1e-3)
+    np.testing.assert_allclose(arm.points.max(axis=0), [0.05, 0.6, 0.1], atol=1e-3)
+    assert robot_meshes("icme2008") == ()
+    assert robot_meshes(str(tmp_path / "gone.toml")) == ()
+
+
+def test_a_damaged_mesh_leaves_the_others(tmp_path):
+    pytest.importorskip("trimesh")
+    (tmp_path / "pendulum.urdf").write_text(URDF)
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    for content in (b"", b"solid \xff\x00", b"\0" * 84, bytes(range(256)) * 9):
+        (tmp_path / "gone.stl").write_bytes(content)
+        assert len(robot_meshes(str(tmp_path / "robot.toml"))) == 2
+
+
+def test_the_libraries_are_those_that_are_pinned():
+    browser = Path(__file__).parents[2] / "coupling" / "report" / "browser"
+    pinned = (browser.parents[2] / "web" / "package.json").read_text()
+    three, plotly = (browser / name for name in ("three.min.js", "plotly-cartesian.min.js"))
+    revision = pinned.split('"three": "0.')[1].partition(".")[0]
+    assert f'"{revision}"' in three.read_text()
+    version = pinned.split('"plotly.js-cartesian-dist-min": "')[1].partition('"')[0]
+    assert f"v{version}" in plotly.read_text()[:500]
+
+
+@NEEDS_CHROMIUM
+def test_a_visit_scrubs_exaggerates_and_switches_sides(run, tmp_path):
+    """Before is blue, into the part; after is grey on its scale; each step changes what is drawn."""
+    page = tmp_path / "page.html"
+    page.write_text(document("A run", [], Answer("", scene=run_scene(run, AT_THE_ORIGIN, CASE))))
+    with chromium(tmp_path / "profile") as driver:
+        opened(driver, page, 1440)
+
+        def shows(change: str) -> list[int]:
+            """Return the pixels after a change, once it is drawn."""
+            count = driver.execute_script(
+                "const place = document.getElementById('first_scene'), before = place.dataset.shown;"
+                f"const scene = document.scenes.first_scene; {change}; return before;"
+            )
+            shown = "return document.getElementById('first_scene').dataset.shown"
+            deadline = time.monotonic() + 20.0
+            while driver.execute_script(shown) == count:
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+            return driver.execute_script(PIXELS)
+
+        def click(selector: str) -> list[int]:
+            return shows(f"place.querySelector('{selector}').click()")
+
+        both = shows("scene.look_at('part')")
+        assert both[0] > 3000
+        shows("place.querySelector('[data-control=apart]').click()")
+        before = click('[data-track="after compensation"]')
+        assert before[1] + before[2] > 200
+        shows("scene.toggle('after compensation')")
+        after = click('[data-track="before compensation"]')
+        assert after[1] + after[2] < 0.3 * (before[1] + before[2])
+        pictures = {tuple(before), tuple(after)}
+        for change in ("scene.seek(0.6)", "scene.exaggerate(2000)", "scene.look_at('robot')"):
+            pictures.add(tuple(shows(change)))
+        assert len(pictures) == 5
+        stage = driver.find_element("css selector", ".stage")
+        clock = "return document.scenes.first_scene.state.time"
+        first = driver.execute_script(clock)
+        stage.send_keys("\ue014")  # arrow to the right
+        assert driver.execute_script(clock) > first
+        stage.send_keys(" ")
+        time.sleep(0.5)
+        stage.send_keys(" ")
+        assert driver.execute_script(clock) != first
+        choice = driver.find_element("css selector", '[data-control="gears"]')
+        shown = driver.execute_script(PIXELS)
+        choice.send_keys("by torque at rest")
+        time.sleep(0.5)
+        assert driver.execute_script(PIXELS) != shown
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        seen = "return getComputedStyle(document.querySelector(arguments[0])).display"
+        assert driver.execute_script(seen, ".stage") == "none"
+        assert driver.execute_script(seen, ".stills") == "flex"
+        severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        assert severe == []
+
+
+@NEEDS_CHROMIUM
+def test_a_machine_without_webgl_keeps_the_picture(run, tmp_path):
+    page = tmp_path / "page.html"
+    text = document("A run", [], Answer("", scene=run_scene(run, AT_THE_ORIGIN, CASE)))
+    spoiled = "<script>HTMLCanvasElement.prototype.getContext = () => null;</script></head>"
+    page.write_text(text.replace("</head>", spoiled))
+    with chromium(tmp_path / "profile") as driver:
+        opened(driver, page, 800)
+        seen = "return document.querySelector('.stills svg').getBoundingClientRect().height"
+        assert driver.execute_script(seen) > 100
+        assert driver.execute_script("return document.documentElement.dataset.scene") == "none"
+
+
+def test_a_scene_without_anything_has_no_picture():
+    assert stills(Scene()) == []
