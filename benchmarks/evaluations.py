@@ -26,14 +26,8 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models
-from coupling.solve.fixed_point import (
-    Evaluated,
-    Loop,
-    Tolerance,
-    couple,
-    sampled_at,
-    unloaded_path,
-)
+from coupling.solve.coupling import couple, sampled_for
+from coupling.solve.fixed_point import Evaluated, Loop, Tolerance, unloaded_path
 from coupling.solve.schemes import SCHEMES
 from docs.scripts.page import table
 from elastic_robot.fmi.interface import Mode
@@ -194,7 +188,7 @@ def coupled(
 
     relaxation = SCHEMES[scheme.split(",")[0]]()
     loop = Loop(robot, process, task.mode, relaxation, tolerance, most, watch=watch)
-    times = sampled_at(SampledPath.of(task.desired), task.mode)
+    times = sampled_for(loop, SampledPath.of(task.desired))
     start = start or unloaded_path(loop, task.command, times.path.time)
     try:
         found = couple(loop, task.command, start, times.sample_rows)

@@ -43,13 +43,13 @@ from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
 
 CURVES = ("linear", "backlash", "spline")
-PARTS = ("plan", "links", "gears", "drives")
+PARTS = ("plan", "links", "drives")
 # Communication step of the peers [s].
 _PERIOD = 4e-3
 # Goals: time on one core [s] with backlash, ratio of whole to half, memory of a long path [GB].
-LONGEST = {"ISO 9283, 0.25 m/s": 3.0, "cone": 15.0}
+LONGEST = {"ISO 9283, 0.25 m/s": 0.4, "cone": 2.5}
 _WHOLE_OVER_HALF = 2.3
-_MEMORY = 2.0
+_MEMORY = 0.35
 # Number of times that the cone is gone along for the long path: 602 s.
 _LONG = 4
 

@@ -76,11 +76,11 @@ class HysteresisError(CouplingError):
     """A command does not know the hysteresis of gears."""
 
 
-def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") -> str:
+def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") -> str:
     """Return the part of a message that says which words are known, and which one is meant.
 
     Args:
-        known: The words.
+        choices: The words.
         got: What stands there instead.
         also: Text after the words, such as another possibility.
         kind: Text before what stands there.
@@ -91,7 +91,7 @@ def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") ->
         >>> one_of(["mass"], "tool", kind="key ")
         "expected mass, got key 'tool'"
     """
-    words = list(known)
+    words = list(choices)
     close = difflib.get_close_matches(str(got), words, n=1)
     hint = f": did you mean {close[0]!r}?" if close else ""
     listing = ("one of " if len(words) > 1 else "") + ", ".join(words)

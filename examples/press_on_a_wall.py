@@ -14,7 +14,8 @@ from elastic_robot.coupling.path.histories import WrenchHistory
 from elastic_robot.coupling.path.joint_path import JointPath
 from elastic_robot.coupling.process import ElasticWall
 from elastic_robot.coupling.robot.robot_fmu import RobotFmu
-from elastic_robot.coupling.solve.fixed_point import Loop, couple
+from elastic_robot.coupling.solve.coupling import couple
+from elastic_robot.coupling.solve.fixed_point import Loop
 
 WALL_STIFFNESS = 1e6  # [N/m]
 COMMANDED_DEPTH = 2e-3  # [m], beyond where the unloaded tool would be

@@ -105,11 +105,12 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         motion, task = task.motion, replace(task.sampled, watch=watch)
         with authors_code(lambda what: CaseError(f"process: {what}")):
             process = process_table.process(task)
+    coupling = file.coupling.resolved(process)
     if file.discrepancy is not None:
         with _errors_of(f"{path}: discrepancy"):
             robots = [_measured(robots, file.discrepancy, motion.path)]
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
-    tables |= {"coupling": file.coupling, "compensation": method}
+    tables |= {"coupling": coupling, "compensation": method}
     tables |= {"controller": file.controller}
     resolved = {"robot": file.robot.resolved(path.parent, robots[0].drive)}
     if file.support is not None:
@@ -136,7 +137,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         task=task,
         process=process,
         process_table=process_table,
-        coupling=file.coupling,
+        coupling=coupling,
         method=method,
         controller=file.controller.controller(),
         discrepancy=file.discrepancy,

@@ -19,6 +19,7 @@ from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
+from coupling.process.base import Process, marched
 from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
@@ -230,15 +231,21 @@ class PartTable(Schema):
 class CouplingTable(Schema):
     """[coupling]: scheme, its first relaxation, and when the iteration ends."""
 
-    scheme: Annotated[str, _one_of(SCHEMES)] = "robin"
+    scheme: Annotated[str, _one_of(SCHEMES)] | None = None
     relaxation: Positive = 1.0
     tolerance_m: Positive = 1e-6
     rms_tolerance_m: Positive | None = None
     force_tolerance: Positive = 1e-3
     max_evaluations: Annotated[int, Field(ge=2)] = 40
 
+    def resolved(self, process: Process) -> CouplingTable:
+        """Return the table with the scheme that suits a process, where it names none."""
+        usual = "robin" if marched(process) is None else "anderson"
+        return self.model_copy(update={"scheme": self.scheme or usual})
+
     def new_scheme(self) -> Scheme:
-        """Return a new relaxation scheme."""
+        """Return a new relaxation scheme; call `resolved` before."""
+        assert self.scheme is not None
         return SCHEMES[self.scheme](self.relaxation)
 
     def tolerance(self) -> Tolerance:

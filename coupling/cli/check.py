@@ -63,6 +63,7 @@ def check(
     file = output or case.parent / f"{case.stem}_check.html"
     with RunView(console) as view:
         require_output(file, ".html", ResultError)
+        view.watch(Progress("reading the case and its path", 0, 1))
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         if much := forewarned(desired):
@@ -93,11 +94,12 @@ def check(
     chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
     if stability is not None and stability.stable:
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
+    warnings = warned(chatter, (*moving, *said))
     sections = [
         *check_summary(robots, loads),
         *cut_section(cut_result(loaded)),
         modes,
-        *warned(chatter, (*moving, *said)),
+        *warnings,
         Section("", others),
     ]
     answer = check_answer(robots, loaded.resolved, case, chatter)
@@ -106,7 +108,7 @@ def check(
     if verbose:
         print_sections(console, sections)
     else:
-        print_warnings(console, [*chatter, *moving, *said])
+        print_warnings(console, [str(part) for section in warnings for part in section.parts])
         console.print(others[-1])
     console.print(f"Page: {file}")
 

@@ -180,7 +180,7 @@ def identify(
     identify_measured = identified if measured.loop is None else identify_loops
     identified_result = identify_measured(described, measured, options)
     result = figures(identified_result)
-    page = identify_page(f"{table.name}: {described.name}", result)
+    page = identify_page(f"{table.name}: {described.name}", result, str(target))
     write_findings(target, result, identify_summary(result), page, IdentifyError)
     source = f"{table.name}, {measured.count} measurements"
     write_robot(target, identified_text(identified_result, start, target, source), IdentifyError)

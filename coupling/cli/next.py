@@ -301,13 +301,14 @@ def _write_report(
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import LEARNED, PLAN, REPORT, learned_figures
     from coupling.report.next_report import next_page
+    from coupling.report.report_file import name_path
 
     result, learned = figures(command_plan, forecast), learned_figures(command_plan)
     write_atomically(place / PLAN, result.text() + "\n", LearnError)
     if learned is not None:
         write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
     page = place / REPORT
-    write_atomically(page, next_page(title, result, learned), LearnError)
+    write_atomically(page, next_page(title, result, learned, name_path(place)), LearnError)
     return page
 
 

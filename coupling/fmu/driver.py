@@ -148,13 +148,13 @@ class Driver(ABC):
 
     def require(self, *reals: Iterable[str], parameters: Iterable[str] = ()) -> None:
         """Raise an FmuError unless all names are those of real variables, or of any for parameters."""
-        for names, known in (
+        for names, available in (
             ({*chain(*reals)}, frozenset(self._references)),
             ({*parameters}, self.variables),
         ):
-            if unknown := names - known:
+            if unknown := names - available:
                 raise FmuError(
-                    f"expected variables out of {', '.join(sorted(known))}, got"
+                    f"expected variables out of {', '.join(sorted(available))}, got"
                     f" {', '.join(sorted(unknown))}"
                 )
 

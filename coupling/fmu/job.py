@@ -36,3 +36,27 @@ class SimulationJob:
     rows: np.ndarray
     outputs: tuple[str, ...]
     width: int
+
+
+@dataclass(frozen=True)
+class MarchJob(SimulationJob):
+    """A simulation whose steps are not known when it begins: `StepWindow`s follow.
+
+    Its times are start and end, its row of inputs is that of initialisation; the answer is one row of
+    outputs, those at the start.
+    """
+
+
+@dataclass(frozen=True)
+class StepWindow:
+    """Some steps of a `MarchJob`, from the end of those before, or once more from their start.
+
+    Attributes:
+        time: Communication points, start and end included [s], (n + 1,).
+        rows: Inputs over each step, any unit, (n, k).
+        again: Whether the steps of the window before are taken back.
+    """
+
+    time: np.ndarray
+    rows: np.ndarray
+    again: bool

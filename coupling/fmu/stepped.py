@@ -1,4 +1,4 @@
-"""An FMU that is advanced step by step in this process, and taken back to where it was."""
+"""FMUs that are advanced step by step, and taken back to where they were."""
 
 from __future__ import annotations
 
@@ -11,74 +11,52 @@ from typing import Any
 import numpy as np
 
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import load
-from coupling.fmu.job import FmuError, SimulationJob
+from coupling.fmu.driver import Driver, load
+from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import unpack
 
 
-class SteppedFmu:
-    """An instance of an FMU of FMI 2 or 3 between named reals; a context manager that frees it.
+class SteppedInstance:
+    """An instance of a loaded FMU between reals.
 
     Args:
-        file: The FMU, a native one: that in Python belongs into a process without the model.
-        inputs, outputs: Names of scalar variables.
-        parameters: Start values by name.
-        start: Start time [s].
+        driver: The FMU.
+        job: Parameters, inputs with their row of initialisation, outputs, and start and end.
 
     Attributes:
         time: End of the last step, or the start [s].
 
     Raises:
-        FmuError: If the file is no FMU that runs here, or refuses a name or a value.
+        FmuError: If the FMU refuses a name or a value.
     """
 
-    def __init__(
-        self,
-        file: Path,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        parameters: Mapping[str, float | str] = MappingProxyType({}),
-        start: float = 0.0,
-    ) -> None:
-        self.time = start
+    def __init__(self, driver: Driver, job: SimulationJob) -> None:
+        self.time = float(job.time[0])
+        self._driver = driver
         self._kept: tuple[Any, float] | None = None
-        self._inputs, self._outputs = np.zeros((1, len(inputs))), np.zeros((1, len(outputs)))
-        self._folder = ScratchFolder()
+        self._inputs, self._outputs = np.array(job.rows, dtype=float), np.zeros((1, job.width))
         self._is_there = False
+        driver.require(job.inputs, job.outputs, parameters=job.parameters)
         try:
-            unpack(file, self._folder.path)
-            if (self._folder.path / "resources" / "slavemodule.txt").is_file():
-                raise FmuError(
-                    "expected an FMU without Python, got one in Python: build a native one"
-                )
-            self._driver = load(self._folder.path)
-            self._driver.require(inputs, outputs, parameters=parameters)
-            job = SimulationJob(parameters, np.array([start, inf]), (), self._inputs, (), 0)
-            with self._driver.explained():
-                self._driver.instantiate()
+            with driver.explained():
+                driver.instantiate()
                 self._is_there = True
-                self._step = self._driver.stepper()
-                self._in = self._driver.series(self._driver.setter, inputs, self._inputs)
-                self._out = self._driver.series(self._driver.getter, outputs, self._outputs)
-                self._driver.enter_initialization(job)
-                self._driver.slave.exitInitializationMode()
+                self._step = driver.stepper()
+                self._in = driver.series(driver.setter, job.inputs, self._inputs)
+                self._out = driver.series(driver.getter, job.outputs, self._outputs)
+                driver.enter_initialization(job)
+                self._in.move(0)
+                driver.slave.exitInitializationMode()
         except BaseException:
             self.close()
             raise
 
-    def __enter__(self) -> SteppedFmu:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
     def close(self) -> None:
-        """Free the instance and its kept state, and remove the unpacked files."""
+        """Free the instance and its kept state."""
         if self._is_there:
             self._forget()
             self._driver.free()
             self._is_there = False
-        self._folder.close()
 
     def read(self) -> np.ndarray:
         """Return the outputs, any unit, (outputs,).
@@ -107,6 +85,28 @@ class SteppedFmu:
         self.time += size
         return self.read()
 
+    def run(self, window: StepWindow) -> np.ndarray:
+        """Move on by the steps of a window and return the outputs at their ends, any unit, (n, outputs).
+
+        Raises:
+            FmuError: If the FMU refuses.
+        """
+        if window.again:
+            self.go_back()
+        else:
+            self.keep()
+        answers = np.empty((len(window.rows), self._outputs.shape[1]))
+        time = window.time.tolist()
+        with self._driver.explained():
+            for k, row in enumerate(window.rows):
+                self._inputs[0] = row
+                self._in.move(0)
+                self._step(time[k], time[k + 1] - time[k])
+                self._out.move(0)
+                answers[k] = self._outputs[0]
+        self.time = time[-1]
+        return answers
+
     def keep(self) -> None:
         """Keep the present state; the one kept before is freed."""
         self._forget()
@@ -125,3 +125,51 @@ class SteppedFmu:
         if self._kept is not None:
             self._driver.slave.freeFMUState(self._kept[0])
             self._kept = None
+
+
+class SteppedFmu(SteppedInstance):
+    """An instance of an FMU of FMI 2 or 3 in this process; a context manager that frees it.
+
+    Args:
+        file: The FMU, a native one: that in Python belongs into a process without the model.
+        inputs, outputs: Names of scalar variables; inputs are 0 in initialisation.
+        parameters: Start values by name.
+        start: Start time [s].
+
+    Raises:
+        FmuError: If the file is no FMU that runs here, or refuses a name or a value.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        parameters: Mapping[str, float | str] = MappingProxyType({}),
+        start: float = 0.0,
+    ) -> None:
+        self._folder = ScratchFolder()
+        try:
+            unpack(file, self._folder.path)
+            if (self._folder.path / "resources" / "slavemodule.txt").is_file():
+                raise FmuError(
+                    "expected an FMU without Python, got one in Python: build a native one"
+                )
+            rows, time = np.zeros((1, len(inputs))), np.array([start, inf])
+            names = tuple(inputs), tuple(outputs)
+            job = MarchJob(parameters, time, names[0], rows, names[1], len(outputs))
+            super().__init__(load(self._folder.path), job)
+        except BaseException:
+            self._folder.close()
+            raise
+
+    def __enter__(self) -> SteppedFmu:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance and its kept state, and remove the unpacked files."""
+        super().close()
+        self._folder.close()

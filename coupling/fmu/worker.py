@@ -27,7 +27,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from coupling.fmu.job import FmuError, Progress, SimulationJob
+from coupling.fmu.job import FmuError, Progress, SimulationJob, StepWindow
 from coupling.process_tree import ProcessTree, marked_environment
 
 # Of what an FMU has said before its end, which may be more than memory holds [bytes].
@@ -107,7 +107,7 @@ class WorkerProcess:
             self._process.stdin.close()
         self._said.close()
 
-    def send(self, job: SimulationJob) -> None:
+    def send(self, job: SimulationJob | StepWindow) -> None:
         """Give the worker a job."""
         assert self._process.stdin is not None
         try:

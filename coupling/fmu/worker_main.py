@@ -13,12 +13,47 @@ import traceback
 from pathlib import Path
 from typing import BinaryIO
 
-from coupling.fmu.driver import load
-from coupling.fmu.job import FmuError, SimulationJob
+import numpy as np
+
+from coupling.fmu.driver import Driver, load
+from coupling.fmu.job import FmuError, MarchJob, Progress, SimulationJob, StepWindow
+from coupling.fmu.stepped import SteppedInstance
 from coupling.process_tree import ProcessTree, inherited_mark
 
+Job = SimulationJob | StepWindow
 
-def receive(stream: BinaryIO, jobs: queue.SimpleQueue[SimulationJob]) -> None:
+
+class Server:
+    """Answers jobs on a loaded FMU.
+
+    Args:
+        driver: The FMU.
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._march: SteppedInstance | None = None
+
+    def answer(self, job: Job, progress: Progress) -> np.ndarray:
+        """Return the outputs, any unit, (n, width).
+
+        Raises:
+            FmuError: If the FMU refuses.
+        """
+        if isinstance(job, StepWindow):
+            if self._march is None:
+                raise FmuError("expected a simulation that goes on, got none: begin it anew")
+            return self._march.run(job)
+        if self._march is not None:
+            self._march.close()
+            self._march = None
+        if not isinstance(job, MarchJob):
+            return self._driver.run(job, progress)
+        self._march = SteppedInstance(self._driver, job)
+        return self._march.read()[None]
+
+
+def receive(stream: BinaryIO, jobs: queue.SimpleQueue[Job]) -> None:
     """Queue jobs; at their end, as where the master was killed, end this process amid its work."""
     with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
@@ -29,7 +64,7 @@ def receive(stream: BinaryIO, jobs: queue.SimpleQueue[SimulationJob]) -> None:
         os._exit(0)
 
 
-def serve(folder: Path, jobs: queue.SimpleQueue[SimulationJob], answers: BinaryIO) -> None:
+def serve(folder: Path, jobs: queue.SimpleQueue[Job], answers: BinaryIO) -> None:
     """Answer jobs on the FMU in a folder."""
 
     def send(*answer: object) -> None:
@@ -42,13 +77,14 @@ def serve(folder: Path, jobs: queue.SimpleQueue[SimulationJob], answers: BinaryI
         send("error", str(error))
         return
     send("ready", driver.variables)
+    server = Server(driver)
     while True:
         job = jobs.get()
         answer: tuple[str, object]
         said = io.StringIO()  # an FMU gives the reason of an error on stderr only
         with contextlib.redirect_stderr(said):
             try:
-                answer = ("result", driver.run(job, lambda *steps: send("progress", *steps)))
+                answer = ("result", server.answer(job, lambda *steps: send("progress", *steps)))
             except FmuError as error:
                 reason = said.getvalue().strip().splitlines()
                 answer = ("error", reason[-1] if reason else str(error))
@@ -59,7 +95,7 @@ if __name__ == "__main__":
     # Whatever else prints to stdout must not come between the answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    jobs: queue.SimpleQueue[SimulationJob] = queue.SimpleQueue()
+    jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
     # A thread, which runs while the FMU computes: calls into its library hold no lock of Python.
     threading.Thread(target=receive, args=(sys.stdin.buffer, jobs), daemon=True).start()
     try:

@@ -47,9 +47,9 @@ def with_host(
         if plain not in entries:
             if not platforms:
                 continue
-            known = ", ".join(n for n in PLATFORMS if _library(n, model_name) in entries)
+            available = ", ".join(n for n in PLATFORMS if _library(n, model_name) in entries)
             raise BuildError(
-                f"platform: expected one that PythonFMU has libraries for, {known}, got {name!r}"
+                f"platform: expected one that PythonFMU has libraries for, {available}, got {name!r}"
             )
         try:
             host = host_library(PLATFORMS[name])

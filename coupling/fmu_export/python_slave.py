@@ -105,8 +105,8 @@ class PythonSlave:
             entry = Path(folder, f"{self.module.replace('_slave', '_entry')}.py")
             entry.write_bytes((FMU_SOURCES / "slave_entry.py").read_bytes())
             file = Path(folder, f"{self.class_name}.fmu")
-            own = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
-            needed = [*self._copy_imports(Path(folder)), *own, *files]
+            modules = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
+            needed = [*self._copy_imports(Path(folder)), *modules, *files]
             FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
                 return {self._named(name): archive.read(name) for name in archive.namelist()}

@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 
 # A step that gains less than this part of the predicted gain is shortened: its damping, in parts of the
 # columns' squares, where it is first needed, and the factor by which it grows.
-_GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
+_GAINS, _DAMPING, _GROWS = 0.1, 1e-4, 10.0
 # An approximate Jacobian is computed again after a step that gains less than this part of it.
 _TRUSTED = 0.5
 # Predicted gain of log likelihood by an undamped step below which a fit has converged.

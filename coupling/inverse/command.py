@@ -9,7 +9,7 @@ from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.limited_fit import NoCommandError, keep_within
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
-from coupling.inverse.rows_fit import RowsFit, dense_times
+from coupling.inverse.rows_fit import RowsFit, dense_chunks, dense_times
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 
@@ -56,14 +56,17 @@ def rigid_command(
     link: UniformSpline, rows: CommandRows, limits: DriveLimits, errors: KinematicErrors = NO_ERRORS
 ) -> UniformSpline:
     """Return the command of a rigid joint that is nearest to its link; the rest as in `gear_command`."""
-    times = dense_times(rows)
-    inside = np.clip(times, link.start, link.end)
-    motion = errors.at_motor(np.stack([link.at(inside, order) for order in range(3)]))[..., 0]
-    limits.require_reach(times, motion[0])
-    begins, ends = (tuple(motion[:, k].tolist()) for k in (0, -1))
+    motor = np.empty(len(dense_times(rows)))
+    for here, times in dense_chunks(rows):
+        inside = np.clip(times, link.start, link.end)
+        motor[here] = errors.motor_angle(link.at(inside))[:, 0]
+        limits.require_reach(times, motor[here])
+    both = np.clip([rows.start, rows.end], link.start, link.end)
+    at_ends = np.stack([link.at(both, order) for order in range(3)])
+    begins, ends = (tuple(column.tolist()) for column in errors.at_motor(at_ends)[..., 0].T)
     if rows.degree == 3:
         begins, ends = (begins[0], 0.0), ()  # at rest at its ends, whatever its path is
-    fit = RowsFit(None, rows, motion[0], begins, ends[1:])
+    fit = RowsFit(None, rows, motor, begins, ends[1:])
     try:
         coefficients = fit.best(limits)
     except NoCommandError as error:

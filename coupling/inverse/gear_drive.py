@@ -6,16 +6,23 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.native.desk_drive import CubicPieces, DeskDrive, DriveNumbers, HeldElements
+from coupling.native.desk_drive import (
+    CubicPieces,
+    DeskDrive,
+    DriveNumbers,
+    HeldElements,
+    torque_impulses,
+)
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
+# Angles of the link that are computed at once.
+_CHUNK = 50_000
 # The wind-up is known at the quarters of a step; the polynomial through them at points of each half.
 _QUARTERS = 0.25 * np.arange(5)
 _FINE = np.array(
@@ -37,9 +44,10 @@ class GearTask:
         wind_up: e0 = phi - u(q) there that carries it: d e0' + S(e0) = T [rad], (k,).
         curve: S, of this gear alone.
         damping: d [N m s/rad], >= 0.
-        inertia: M against which an error of the torque works there [kg m^2], (k,): 1 / (M^-1)_gg of
-            the robot's mass matrix, the other coordinates free to yield as they are for what is
-            faster than the robot's modes.
+        inertia_time: Rising times [s], (i,).
+        inertia: M against which an error of the torque works there [kg m^2], (i,), straight in between:
+            1 / (M^-1)_gg of the robot's mass matrix, the other coordinates free to yield as they are for
+            what is faster than the robot's modes.
         elements: Elements of the gear's hysteresis, which come to e0 from unloaded.
         errors: Its kinematic error, by which its output is at u(q).
     """
@@ -50,6 +58,7 @@ class GearTask:
     wind_up: np.ndarray
     curve: TorqueCurve
     damping: float
+    inertia_time: np.ndarray
     inertia: np.ndarray
     elements: GearElements = NO_ELEMENTS
     errors: KinematicErrors = NO_ERRORS
@@ -128,26 +137,27 @@ class GearDrive:
         """Return the drive of a gear along all rows."""
         layout = Layout.of(rows)
         step = rows.cycle / layout.parts
-        quarters = rows.start + 0.25 * step * np.arange(4 * layout.nodes - 3)
-        halves = quarters[::2]
-        inside = np.clip(halves, task.time[0], task.time[-1])
-        beyond = task.torque[-1] * (halves - inside)
-        impulse = np.diff(CubicSpline(task.time, task.torque).antiderivative()(inside) + beyond)
-        middles = halves[1::2]
+        link = np.empty(4 * layout.nodes - 3)
+        for first in range(0, len(link), _CHUNK):
+            numbers = np.arange(first, min(first + _CHUNK, len(link)))
+            link[numbers] = _values(task.link, rows.start + 0.25 * step * numbers)
+        spacing = float(task.time[-1] - task.time[0]) / (len(task.time) - 1)
+        impulse = torque_impulses(spacing, task.torque, 2 * layout.nodes - 2, 0.5 * step)
+        middles = rows.start + step * (np.arange(layout.nodes - 1) + 0.5)
         # No step can follow what is faster than it: a light link is taken for one that it can.
         lightest = (0.5 * step) ** 2 * task.stiffness
-        inertia = np.maximum(np.interp(middles, task.time, task.inertia), lightest)
+        inertia = np.maximum(np.interp(middles, task.inertia_time, task.inertia), lightest)
         return cls(
             layout,
             rows.start,
             rows.cycle,
             True,
             task,
-            _values(task.link, quarters),
+            link,
             wanted_bend(task.link, rows),
             impulse,
             inertia,
-            float(_values(task.link, quarters[:1], 1)[0]),
+            float(_values(task.link, np.array([rows.start]), 1)[0]),
         )
 
     def part(self, begin: int, end: int) -> GearDrive:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -30,12 +31,12 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.hysteresis import Hysteresis, Past
+from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
@@ -45,6 +46,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 _FINE = 4
 # Nodes between two evaluations of the mass matrix.
 _SELDOM = 25
+# Times at which torques are computed at once.
+_CHUNK = 10_000
 
 # Tries to find the equilibrium that the motion begins in; a smaller change of wind-up is none [rad].
 _STARTS, _SAME = 8, 1e-9
@@ -84,6 +87,25 @@ class InverseSolution:
     links: LinkMotion
     crossings: tuple[Crossing, ...]
     wrench: Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class _GearMotion:
+    """Motion of the links and what it asks of the gears.
+
+    Attributes:
+        time: Evenly spaced times [s], (k,).
+        torque: Torque of every gear there [N m], (k, gears).
+        start: Wind-up of every gear at first [rad], (gears,).
+        inertia_time, inertia: Times [s], (i,), and inertia of each gear there, while all else may yield
+            [kg m^2], (i, gears).
+    """
+
+    time: np.ndarray
+    torque: np.ndarray
+    start: np.ndarray
+    inertia_time: np.ndarray
+    inertia: np.ndarray
 
 
 class MovingRobot:
@@ -145,12 +167,27 @@ class MovingRobot:
         links = solve_links(
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
-        time = fine_times(links.theta)
-        torque = self.torque(links.theta, time, task.wrench)
-        wind_up = self.wind_up(links.theta, time, torque, wanted.wrench)
-        progress("gears", 1, 1)
-        command = self._command(links.theta, wind_up, torque, rows, limits, progress)
-        return InverseSolution(command, links, wind_up.crossings, task.wrench)
+        smooth = task.wrench
+        del task
+        gears = partial(self._gear_motion, links.theta, smooth, wanted.wrench)
+        command, crossings = self._command(links.theta, gears, rows, limits, progress)
+        return InverseSolution(command, links, crossings, smooth)
+
+    def _gear_motion(
+        self,
+        theta: UniformSpline,
+        smooth: Callable[[np.ndarray], np.ndarray],
+        wrench: WrenchHistory,
+    ) -> _GearMotion:
+        time, first = fine_times(theta), theta.at(np.array([theta.start]))
+        seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
+        return _GearMotion(
+            time,
+            self.torque(theta, time, smooth),
+            self._start(first, wrench.wrench[0, :1]),
+            seldom,
+            self.model.yielding_inertia(theta.at(seldom)),
+        )
 
     def task(self, wanted: DesiredMotion) -> LinkTask:
         """Return the desired motion of the links from the first time of a path to its last.
@@ -176,19 +213,20 @@ class MovingRobot:
         time: np.ndarray,
         wrench: Callable[[np.ndarray], np.ndarray],
     ) -> np.ndarray:
-        """Return the torque that every gear has to carry [N m], (k, gears).
+        """Return the torque that every gear has to carry [N m], (k, gears), gear behind gear in memory.
 
         Args:
             theta: Motion of the links.
             time: Times [s], (k,).
             wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
         """
-        parts = []
-        for chunk in np.array_split(time, -(-len(time) // 10_000)):
+        torque = np.empty((len(self.model.gears), len(time))).T
+        for first in range(0, len(time), _CHUNK):
+            chunk = time[first : first + _CHUNK]
             motion = [theta.at(chunk, order) for order in range(3)]
             load = self.model.load(motion[0], motion[1], motion[2], wrench(chunk))
-            parts.append(-load[:, self.model.gears])
-        return np.vstack(parts)
+            torque[first : first + _CHUNK] = -load[:, self.model.gears]
+        return torque
 
     def wind_up(
         self, theta: UniformSpline, time: np.ndarray, torque: np.ndarray, wrench: WrenchHistory
@@ -262,48 +300,57 @@ class MovingRobot:
     def _command(
         self,
         theta: UniformSpline,
-        wind_up: WindUp,
-        torque: np.ndarray,
+        gears: Callable[[], _GearMotion],
         rows: CommandRows,
         limits: JointLimits,
         progress: Progress,
-    ) -> UniformSpline:
-        """Return the drives' motion, joint by joint."""
-        chain, columns = self.model.chain, []
-        inertia = self._inertia(theta, wind_up.time)
+    ) -> tuple[UniformSpline, tuple[Crossing, ...]]:
+        """Return the drives' motion and the crossings of backlash, joint by joint."""
+        chain, crossings, motion = self.model.chain, list[Crossing](), None
+        columns = np.empty((rows.coefficients, chain.joint_count))
         gear_of = {int(joint): gear for gear, joint in enumerate(self.model.gear_joint)}
-        for joint in range(chain.joint_count):
+        # Rigid joints first: what the gears carry takes memory.
+        for count, joint in enumerate(sorted(range(chain.joint_count), key=gear_of.__contains__)):
             index, errors = int(chain.drive[joint]), chain.kinematic_errors.of_joint(joint)
             link = UniformSpline(
                 theta.start, theta.spacing, theta.coefficients[:, [index]], theta.degree
             )
             own = limits.of_joint(joint)
             if joint not in gear_of:
-                columns.append(rigid_command(link, rows, own, errors))
+                command = rigid_command(link, rows, own, errors)
             else:
-                gear = gear_of[joint]
-                parameters = rows_of(self._gears, np.array([gear]))
-                task = GearTask(
-                    link,
-                    wind_up.time,
-                    torque[:, gear],
-                    wind_up.angle[:, gear],
-                    self._curve_class.build(parameters),
-                    float(parameters.damping[0]),
-                    inertia[:, gear],
-                    self.elements[gear],
-                    errors,
-                )
-                columns.append(gear_command(task, rows, own))
-            progress("drives", joint + 1, chain.joint_count)
-        coefficients = np.hstack([column.coefficients for column in columns])
-        return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
+                motion = motion or gears()
+                task, crosses = self._gear_task(motion, gear_of[joint], link, errors)
+                command = gear_command(task, rows, own)
+                crossings += crosses
+            columns[:, joint] = command.coefficients[:, 0]
+            progress("drives", count + 1, chain.joint_count)
+        return UniformSpline(rows.start, rows.cycle, columns, rows.degree), tuple(crossings)
 
-    def _inertia(self, theta: UniformSpline, time: np.ndarray) -> np.ndarray:
-        """Return the inertia of each gear while all else may yield [kg m^2], (k, gears)."""
-        seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
-        inertia = self.model.yielding_inertia(theta.at(seldom))
-        return interpolated(time, seldom, inertia)
+    def _gear_task(
+        self, motion: _GearMotion, gear: int, link: UniformSpline, errors: KinematicErrors
+    ) -> tuple[GearTask, list[Crossing]]:
+        """Return what one gear has to carry, and when it crosses its backlash."""
+        here, elements = slice(gear, gear + 1), self.elements[gear]
+        parameters = rows_of(self._gears, np.array([gear]))
+        curve, damping = self._curve_class.build(parameters), parameters.damping
+        torque = motion.torque[:, here]
+        wind_up = solve_wind_up(
+            motion.time, torque, curve, damping, motion.start[here], (elements,)
+        )
+        task = GearTask(
+            link,
+            motion.time,
+            torque[:, 0],
+            wind_up.angle[:, 0],
+            curve,
+            float(damping[0]),
+            motion.inertia_time,
+            motion.inertia[:, gear],
+            elements,
+            errors,
+        )
+        return task, [replace(crossing, gear=gear) for crossing in wind_up.crossings]
 
 
 def fine_times(theta: UniformSpline) -> np.ndarray:

@@ -8,7 +8,6 @@ at once it is well-posed (Devasia, Chen and Paden 1996, docs/references.md).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.linalg import LinAlgError
@@ -115,7 +114,7 @@ def solve_links(
             lag *= 2
             iterations = LinkIterations(model.desk, path, lag)
             continue
-        motion = replace(motion, coefficients=motion.coefficients + change)
+        np.add(motion.coefficients, change, out=motion.coefficients)
         log.append(figures)
         progress(len(log), max(len(log) + 1, _USUAL))
         if figures.step**2 <= _TOLERANCE * max(before, _TOLERANCE) and figures.cut <= _AGREED:
@@ -149,10 +148,14 @@ def rigid_motion(model: LinkModel, task: LinkTask) -> UniformSpline:
 
 def _static_motion(model: LinkModel, task: LinkTask, nodes: DesiredPoses) -> UniformSpline:
     """Return the motion with these tilts and, where the robot is regular, the tool on its path."""
-    theta = _at_rest_under_load(model, task.guess, nodes.wrench)
-    reached = model.desk.reach(_NEAR, nodes.position, nodes.quaternion, theta)
-    came = reached.error < _NEAR.tolerance
-    return interpolating(task, np.where(came[:, None], reached.theta, theta))
+    theta = np.empty((len(task.guess), model.size))
+    for first in range(0, len(theta), _CHUNK):
+        here = slice(first, first + _CHUNK)
+        theta[here] = _at_rest_under_load(model, task.guess[here], nodes.wrench[here])
+        reached = model.desk.reach(_NEAR, nodes.position[here], nodes.quaternion[here], theta[here])
+        came = reached.error < _NEAR.tolerance
+        theta[here][came] = reached.theta[came]
+    return interpolating(task, theta)
 
 
 def _at_rest_under_load(model: LinkModel, q: np.ndarray, wrench: np.ndarray) -> np.ndarray:
@@ -190,12 +193,13 @@ def link_path(model: LinkModel, task: LinkTask) -> LinkPath:
 
 def _desired(task: LinkTask, times: np.ndarray) -> DesiredPoses:
     """Return what is desired at times (k,) [s]."""
-    parts = np.array_split(times, -(-len(times) // _CHUNK)) if len(times) else [times]
-    return DesiredPoses(
-        np.concatenate([task.position(part) for part in parts]),
-        np.concatenate([task.rotation(part).as_quat() for part in parts]),
-        np.concatenate([task.wrench(part) for part in parts]),
-    )
+    desired = DesiredPoses(*(np.empty((len(times), columns)) for columns in (3, 4, 6)))
+    for first in range(0, len(times), _CHUNK):
+        here = slice(first, first + _CHUNK)
+        desired.position[here] = task.position(times[here])
+        desired.quaternion[here] = task.rotation(times[here]).as_quat()
+        desired.wrench[here] = task.wrench(times[here])
+    return desired
 
 
 def _end_conditions(model: LinkModel, task: LinkTask) -> EndConditions:

@@ -13,6 +13,7 @@ rigid and follows its command at once, W is 1.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
@@ -31,6 +32,8 @@ from elastic_robot.gear_parts import Drive
 
 # Longest distance of the dense times [s], and how many of them an interval has at least.
 _DENSE, _LEAST = 2.5e-4, 8
+# Dense times that are looked at at once.
+_CHUNK = 50_000
 # What W has forgotten: exp(-omega t) t [1].
 _FORGOTTEN = 16.0
 # Rows, by the degree, over which a spline forgets a coefficient that is not there.
@@ -47,6 +50,14 @@ _UNIT, _ACCURACY = 1e-6, 1e-9
 def dense_times(rows: CommandRows) -> np.ndarray:
     """Return the times at which a servo's command is wanted [s], (parts * rows.count + 1,)."""
     return rows.start + rows.cycle / _parts(rows) * np.arange(_parts(rows) * rows.count + 1)
+
+
+def dense_chunks(rows: CommandRows) -> Iterator[tuple[slice, np.ndarray]]:
+    """Yield the places of some `dense_times` among all and these times [s], (k,), few at once."""
+    step, size = rows.cycle / _parts(rows), _parts(rows) * rows.count + 1
+    for first in range(0, size, _CHUNK):
+        numbers = np.arange(first, min(first + _CHUNK, size))
+        yield slice(first, first + len(numbers)), rows.start + step * numbers
 
 
 def _parts(rows: CommandRows) -> int:
@@ -172,8 +183,10 @@ class RowsFit:
 
     def missed(self, coefficients: np.ndarray) -> np.ndarray:
         """Return W of what a command gives too much, at the dense times [rad], (n,)."""
-        given = self._spline(coefficients).at(dense_times(self.rows))[:, 0]
-        return self._weighted(given - self.wanted)
+        given, missed = self._spline(coefficients), -self.wanted
+        for here, times in dense_chunks(self.rows):
+            missed[here] += given.at(times)[:, 0]
+        return self._weighted(missed)
 
     def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
         """Return the best coefficients within limits from those without [rad]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import own_blocks
-from coupling.process.milling_force import FORCES, MillingForce
+from coupling.process.milling_force import MeanForce, ToothPassing
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Rows of a path at most that postures are planned for.
@@ -72,8 +72,8 @@ def places_of(case: Case) -> CasePlaces:
     loads = "its own weight"
     if case.process_table.FORMULA:
         process = case.process
-        if isinstance(process, MillingForce):
-            process = replace(process, force=FORCES["mean"])
+        if isinstance(process, ToothPassing):
+            process = MeanForce(process.milling)
         response = process.evaluate(desired)
         in_base = placed.world_from_base.inverse()
         wrench = _at(response.wrench, desired, rows, placed.world_from_base.rotation.as_matrix())

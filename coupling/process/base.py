@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Protocol
+from typing import Annotated, ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from pydantic import Field
@@ -74,6 +74,23 @@ def own_blocks(stiffness: np.ndarray) -> np.ndarray:
     return np.stack([stiffness[:, k : k + 3, k : k + 3] for k in starts])
 
 
+@dataclass(frozen=True)
+class ProcessMemory:
+    """How far a process looks back, and how the time of its coupling is divided.
+
+    Attributes:
+        step: Longest step of the paths that it is evaluated on [s].
+        period: Period of its wrench, as of a mill's teeth [s].
+        window: Time after which it about repeats [s].
+        length: Time before which nothing counts [s].
+    """
+
+    step: float
+    period: float
+    window: float
+    length: float
+
+
 class Process(Protocol):
     """A process model without memory from one evaluation to the next."""
 
@@ -87,6 +104,39 @@ class Process(Protocol):
         Raises:
             ProcessError: If it has no answer.
         """
+
+
+class MarchedProcess(Process, Protocol):
+    """A process that answers to what its tools did before: it is coupled marching in time."""
+
+    @property
+    def memory(self) -> ProcessMemory:
+        """How far it looks back."""
+
+    def means(self, path: ToolPath, since: int) -> np.ndarray:
+        """Return the mean wrenches over the steps that end at the rows from one on [N, N m].
+
+        Args:
+            path: Actual paths, from `memory` before that row on, or from their beginning.
+            since: Number of that row; at row 0 the wrench in initialisation.
+
+        Returns:
+            Wrenches in base axes, (tools, n - since, 6).
+        """
+
+
+@runtime_checkable
+class MayMarch(Protocol):
+    """A process that may be one of these, or stand before one."""
+
+    @property
+    def marched(self) -> MarchedProcess | None:
+        """It, marching in time; None where it is evaluated along whole paths alone."""
+
+
+def marched(process: Process) -> MarchedProcess | None:
+    """Return a process that is coupled marching in time as such, None for others."""
+    return process.marched if isinstance(process, MayMarch) else None
 
 
 @dataclass(frozen=True)

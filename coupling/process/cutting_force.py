@@ -8,11 +8,16 @@ act on the tool [Altintas2012, sections 2.5 and 2.6].
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-# Gauss points along the engaged part of an edge: exact to rounding for lags up to half a turn.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+from coupling.native.desk_cut import MOST_PASSES, MillTeeth
+
+# Height above the surface up to which an edge rubs, about its radius [m].
+_RUBS = 5e-6
+# Passes whose surfaces a tooth may meet: of so many turns, or so many at least.
+_TURNS, _FEWEST = 2, 8
 
 
 @dataclass(frozen=True)
@@ -41,20 +46,66 @@ class Cutter:
 
     Attributes:
         radius: Radius of the cutter [m].
-        teeth: Number, evenly spaced.
+        teeth: Number of teeth.
         helix: Angle of the edges from the axis [rad], >= 0.
         speed: Speed of the spindle [rad/s].
+        pitch: Angles from each tooth to the next, which comes by before it [rad], (teeth,), a whole turn
+            in all; None: even.
+        runout: Offset of the cutter's axis from the spindle's [m], >= 0.
+        runout_angle: Angle from the first tooth to that offset, towards the next tooth [rad].
     """
 
     radius: float
     teeth: int
     helix: float
     speed: float
+    pitch: tuple[float, ...] | None = None
+    runout: float = 0.0
+    runout_angle: float = 0.0
 
     @property
     def tooth_period(self) -> float:
-        """Time between two teeth [s]."""
+        """Time between two teeth [s], the mean where the pitch varies."""
         return 2.0 * np.pi / (self.teeth * self.speed)
+
+    @property
+    def turn_period(self) -> float:
+        """Time of a turn [s]."""
+        return 2.0 * np.pi / self.speed
+
+    @property
+    def period(self) -> float:
+        """Time after which the teeth repeat: a tooth's, or a turn's where they differ [s]."""
+        alike = self.pitch is None and self.runout == 0.0
+        return self.tooth_period if alike else self.turn_period
+
+    @property
+    def tips(self) -> np.ndarray:
+        """Angles of the tips at time 0 [rad], (teeth,)."""
+        pitch = self.pitch or (2.0 * np.pi / self.teeth,) * self.teeth
+        return np.cumsum((0.0, *pitch[:-1]))
+
+    @property
+    def memory(self) -> float:
+        """Time since the earliest pass whose surface a tooth may meet [s]."""
+        return float(self.passes_before[0].max())
+
+    @cached_property
+    def passes_before(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times since the passes before each tooth, and how far it reaches beyond their teeth.
+
+        Returns:
+            Times [s], (teeth, passes), and reach at the tip and a quarter of a turn further up the edge
+            [m], (teeth, passes, 2).
+        """
+        count = min(max(_TURNS * self.teeth, _FEWEST), MOST_PASSES)
+        tooth, back = np.arange(self.teeth)[:, None], np.arange(1, count + 1)
+        before, turns = (tooth + back) % self.teeth, (tooth + back) // self.teeth
+        tips = self.tips
+        delay = (tips[before] + 2.0 * np.pi * turns - tips[tooth]) / self.speed
+        angle = self.runout_angle - tips
+        reach = self.runout * np.column_stack([np.cos(angle), -np.sin(angle)])
+        return delay, reach[:, None] - reach[before]
 
     @property
     def lag(self) -> float:
@@ -79,32 +130,55 @@ class Engagement:
     depth: np.ndarray
 
 
+@dataclass(frozen=True)
+class Way:
+    """Way of the tool's tip in the part's plane, straight from point to point.
+
+    Attributes:
+        time: Rising times [s], (n,).
+        points: Positions x, y [m], (n, 2).
+    """
+
+    time: np.ndarray
+    points: np.ndarray
+
+
 def tooth_wrench(
-    cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement, time: np.ndarray
+    cutter: Cutter,
+    coefficients: CuttingCoefficients,
+    cut: Engagement,
+    way: Way,
+    feed: np.ndarray,
+    time: np.ndarray,
 ) -> np.ndarray:
     """Return the wrench of all teeth at given instants, the first tip being at phi = 0 at time 0.
+
+    An edge cuts from where it is down to what the passes before it have left.  Where that is nothing it
+    carries no force; where it lifts off its edge force fades out.
 
     Args:
         cutter: The tool.
         coefficients: Cutting coefficients of the material.
-        cut: Cut at these instants.
-        time: Times [s], (n,).
+        cut: Engagement at these instants.
+        way: Way of the tool, from `cutter.memory` before them on.
+        feed: Unit vectors along the feed at these instants, in the plane of the way, (n, 2).
+        time: Rising times [s], (n,).
 
     Returns:
         Forces [N] and moments about the tip's centre [N m], axes f, n, z, (n, 6).
     """
-    wrench = np.zeros((len(time), 6))
-    turns = int(np.ceil(cutter.lag * float(cut.depth.max(initial=0.0)) / (2.0 * np.pi)))
-    for tooth in range(cutter.teeth):
-        tip = (cutter.speed * time + 2.0 * np.pi * tooth / cutter.teeth) % (2.0 * np.pi)
-        for turn in range(turns + 1):  # further up an edge may be a whole turn behind
-            low, high = _engaged(tip + 2.0 * np.pi * turn, cutter.lag, cut)
-            for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-                height = low + 0.5 * (1.0 + node) * (high - low)
-                phi = tip - cutter.lag * height
-                per_length = _edge_wrench(cutter, coefficients, cut.chip, phi, height)
-                wrench += (0.5 * weight * (high - low))[:, None] * per_length
-    return wrench
+    K = coefficients
+    teeth = MillTeeth(
+        cutter.radius,
+        cutter.lag,
+        cutter.speed,
+        _RUBS,
+        cutter.tips,
+        *cutter.passes_before,
+        np.array([K.K_tc, K.K_rc, K.K_ac, K.K_te, K.K_re, K.K_ae]),
+    )
+    arcs = cut.start[:, None], cut.end[:, None], cut.depth[:, None]
+    return teeth.wrench(time, feed, arcs, way.time, way.points)
 
 
 def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement) -> np.ndarray:
@@ -158,30 +232,6 @@ def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engageme
         ]
     )
     return (cutter.teeth * cut.depth / (2.0 * np.pi))[:, None] * wrench
-
-
-def _engaged(tip: np.ndarray, lag: float, cut: Engagement) -> tuple[np.ndarray, np.ndarray]:
-    """Return the heights between which an edge, at `tip` at its lower end, is in the cut."""
-    if lag == 0.0:
-        inside = (cut.start <= tip) & (tip <= cut.end)
-        return np.zeros_like(tip), np.where(inside, cut.depth, 0.0)
-    low = np.clip((tip - cut.end) / lag, 0.0, cut.depth)
-    return low, np.clip((tip - cut.start) / lag, 0.0, cut.depth)
-
-
-def _edge_wrench(
-    cutter: Cutter,
-    coefficients: CuttingCoefficients,
-    chip: np.ndarray,
-    phi: np.ndarray,
-    height: np.ndarray,
-) -> np.ndarray:
-    """Return force and moment per length of axis [N/m, N] at points of an edge, (n, 6)."""
-    K = coefficients
-    h = np.maximum(chip[:, 0] * np.sin(phi) + chip[:, 1] * np.cos(phi), 0.0)
-    # A right-hand helix is pulled into the work.
-    edge = (K.K_tc * h + K.K_te, K.K_rc * h + K.K_re, K.K_ac * h + K.K_ae)
-    return wrench_of_edge(cutter.radius, edge, phi, height)
 
 
 def wrench_of_edge(

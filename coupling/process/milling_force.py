@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,16 +11,21 @@ import numpy as np
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
-from coupling.process.base import ProcessResponse, WithIdentity
+from coupling.process.base import ProcessMemory, ProcessResponse, WithIdentity
 from coupling.process.cutting_force import (
     Cutter,
     CuttingCoefficients,
     Engagement,
+    Way,
     mean_wrench,
     tooth_wrench,
 )
-from coupling.process.engaged_arcs import ArcsOverTime
+from coupling.process.engaged_arcs import ArcsOverTime, StatedArcs
 
+# Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
+SAMPLES_PER_TOOTH = 6
+# Longest step that tells a robot's vibrations, at 200 Hz ten in each [s].
+_LONGEST = 5e-4
 # Gauss points and weights of the mean over a step.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 # A tool slower than this has no direction of feed of its own [m/s].
@@ -61,6 +66,15 @@ class Milling:
         last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
         at = np.where(last < 0, int(np.argmax(moving)), last)
         return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
+
+    def feed_at(self, time: np.ndarray) -> np.ndarray:
+        """Return the directions of the desired feed at times [s], (m,): of the step there, (m, 2)."""
+        rows = np.searchsorted(self.desired.time, time)
+        return self._feed[np.minimum(rows, len(self._feed) - 1)]
+
+    @cached_property
+    def _feed(self) -> np.ndarray:
+        return self.feed_directions()
 
     def cuts(
         self, path: ToolPath, time: np.ndarray, feed: np.ndarray
@@ -121,56 +135,84 @@ class Milling:
         return self.part.rotate(in_part).reshape(-1, 6)
 
 
-def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
-    """Return the force of every tooth as it passes; each sample is the mean over its step.
-
-    Args:
-        milling: The cut.
-        path: Actual path.
-        feed: Directions of the desired feed, (n, 2).
-
-    Returns:
-        Wrenches in the axes of the cut, (n, 6).
-    """
-    steps = np.diff(path.time, prepend=path.time[0])
-    total = np.zeros((len(path.time), 6))
-    for node, weight in zip(_NODES, 0.5 * _WEIGHTS, strict=True):
-        time = path.time - 0.5 * (1.0 - node) * steps
-        for rows, cut in milling.cuts(path, time, feed):
-            total[rows] += weight * tooth_wrench(
-                milling.cutter, milling.coefficients, cut, time[rows]
-            )
-    return total
-
-
-def mean_of_a_turn(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
-    """Return the wrench averaged over a revolution [N, N m], (n, 6), for samples far apart."""
-    total = np.zeros((len(path.time), 6))
-    for rows, cut in milling.cuts(path, path.time, feed):
-        total[rows] += mean_wrench(milling.cutter, milling.coefficients, cut)
-    return total
-
-
-FORCES = {"tooth-passing": tooth_by_tooth, "mean": mean_of_a_turn}
-
-
 @dataclass(frozen=True)
 class MillingForce(WithIdentity):
-    """Force of a milling cut.
+    """Base of forces of a milling cut.
 
     Attributes:
         milling: The cut.
-        force: One of FORCES.
     """
 
     milling: Milling
-    force: Callable[[Milling, ToolPath, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class MeanForce(MillingForce):
+    """Force averaged over a revolution, for samples far apart."""
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""
-        feed = self.milling.feed_directions()
-        wrench = self.force(self.milling, path, feed)
-        in_base = self.milling.in_base(wrench, feed)
+        milling = self.milling
+        feed = milling.feed_at(path.time)
+        wrench = np.zeros((len(path.time), 6))
+        for rows, cut in milling.cuts(path, path.time, feed):
+            wrench[rows] += mean_wrench(milling.cutter, milling.coefficients, cut)
+        in_base = milling.in_base(wrench, feed)
+        return ProcessResponse(
+            WrenchHistory(path.time, in_base), period=milling.cutter.tooth_period
+        )
+
+
+@dataclass(frozen=True)
+class ToothPassing(MillingForce):
+    """Force of every tooth as it passes, which remembers what the passes before have left."""
+
+    @property
+    def marched(self) -> ToothPassing:
+        """Itself: it is coupled marching in time."""
+        return self
+
+    @property
+    def memory(self) -> ProcessMemory:
+        """How far it looks back, and how its time is divided."""
+        cutter = self.milling.cutter
+        step = min(cutter.tooth_period / SAMPLES_PER_TOOTH, _LONGEST)
+        # Side and floor that a level meets were made by the one before.
+        length = cutter.memory if isinstance(self.milling.engaged, StatedArcs) else np.inf
+        return ProcessMemory(step, cutter.period, cutter.turn_period, length)
+
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        """Return the wrench along the actual path of the tool."""
         # Teeth come and go within a step: their impulse over it counts.
-        history = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
-        return ProcessResponse(history(path.time, in_base), period=self.milling.cutter.tooth_period)
+        history = WrenchHistory.of_means(path.time, self.means(path, 0)[0])
+        return ProcessResponse(history, period=self.milling.cutter.period)
+
+    def means(self, path: ToolPath, since: int) -> np.ndarray:
+        """Return the mean wrenches over the steps that end at the rows from one on [N, N m].
+
+        Args:
+            path: Actual path, from `memory` before that row on, or from its beginning.
+            since: Number of that row.
+
+        Returns:
+            Wrenches in base axes, (1, n - since, 6).
+        """
+        milling = self.milling
+        ends = path.time[since:]
+        steps = ends - path.time[np.maximum(np.arange(since, len(path.time)) - 1, 0)]
+        time = (ends[:, None] - 0.5 * (1.0 - _NODES) * steps[:, None]).ravel()
+        feed = milling.feed_at(time)
+        way = Way(path.time, milling.part.coordinates(path.position[0])[:, :2])
+        wrench = np.zeros((len(time), 6))
+        for rows, cut in milling.cuts(path, time, feed):
+            wrench[rows] += tooth_wrench(
+                milling.cutter, milling.coefficients, cut, way, feed[rows], time[rows]
+            )
+        in_base = milling.in_base(wrench, feed).reshape(len(ends), len(_NODES), 6)
+        return np.einsum("g,ngw->nw", 0.5 * _WEIGHTS, in_base)[None]
+
+
+FORCES: dict[str, type[MeanForce | ToothPassing]] = {
+    "tooth-passing": ToothPassing,
+    "mean": MeanForce,
+}

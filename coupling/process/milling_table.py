@@ -14,14 +14,18 @@ from coupling.process.corners import level_crossings
 from coupling.process.cutting_data import MATERIALS, CuttingData, of_kienzle
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
 from coupling.process.engaged_arcs import ArcsOverTime, RemovedStock, StatedArcs
-from coupling.process.milling_force import FORCES, Milling, MillingForce
+from coupling.process.milling_force import (
+    FORCES,
+    SAMPLES_PER_TOOTH,
+    MeanForce,
+    Milling,
+    ToothPassing,
+)
 from coupling.process.stock import RawStock
 from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.task import Task
 
-# Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
-SAMPLES_PER_TOOTH = 6
 # Speeds are one if they differ by less.
 _SAME_SPEED = 1e-3
 _COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")
@@ -126,7 +130,7 @@ class MillingForceTable(ProcessSchema):
         """Return the times at which the tool's tip crosses the raw surface."""
         return level_crossings(task.forming, task.part, (self.surface_z_m,))
 
-    def process(self, task: Task) -> MillingForce:
+    def process(self, task: Task) -> MeanForce | ToothPassing:
         """Return the milling force along a task's path.
 
         Raises:
@@ -158,7 +162,7 @@ class MillingForceTable(ProcessSchema):
             coefficients=self._coefficients(rates, cutter.tooth_period),
             engaged=self.engaged(task, self.engagement),
         )
-        return MillingForce(milling, FORCES[self.force], identity=self.identity(task))
+        return FORCES[self.force](milling, identity=self.identity(task))
 
     def engaged(self, task: Task, engagement: str) -> ArcsOverTime:
         """Return the arcs of the cutter along a task's path under one of the engagements."""

@@ -214,6 +214,6 @@ def _inputs(comparison: Comparison) -> Section:
 
 _ALONG = Note("Distance between actual and desired TCP at equal times; dotted: before.")
 _ABOVE = Note(
-    "The paths that are left, along their part's z axis, coloured by the distance of the actual from"
-    " the desired TCP, both on one logarithmic scale."
+    "The last paths, along their part's z axis, coloured by the deviation normal to the part, positive"
+    " away from it, all on one scale."
 )

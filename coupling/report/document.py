@@ -201,10 +201,18 @@ def _legend(name: str, figure: go.Figure) -> str:
         first = next(figure.data[k] for k in traces if figure.data[k].showlegend is not False)
         numbers = " ".join(map(str, traces))
         items += (
-            f'<li><button type="button" aria-pressed="true" data-figure="{name}"'
+            f'<li><button type="button" aria-pressed="{_is_seen(first)}" data-figure="{name}"'
             f' data-traces="{numbers}">{_swatch(first)}{html.escape(str(first.name))}</button></li>'
         )
+    if (figure.layout.meta or {}).get("log"):
+        button = f'<button type="button" aria-pressed="false" data-log="{name}">log scale</button>'
+        items += f"<li>{button}</li>"
     return f'<ul class="legend" aria-label="Curves, shown or hidden">{items}</ul>'
+
+
+def _is_seen(trace: Any) -> str:
+    """Return whether a trace is seen at first, as an attribute of its button."""
+    return "false" if trace.visible == "legendonly" else "true"
 
 
 _SHAPES = {

@@ -15,18 +15,20 @@ from coupling.report.identify_figures import (
     residuals,
 )
 from coupling.report.parameter_table import in_digits, parameter_table
+from coupling.report.result_answers import identify_answer
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.section import Note, Section, Table, warned
 
 _MM = 1e3
 
 
-def identify_page(title: str, result: IdentifiedResult) -> str:
+def identify_page(title: str, result: IdentifiedResult, file: str) -> str:
     """Return the page of an identification as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Figures of the identification, the content of identified.json.
+        file: Robot file that is written, as commands name it.
     """
     factor = amplification(result)
     arrows_note = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
@@ -42,7 +44,7 @@ def identify_page(title: str, result: IdentifiedResult) -> str:
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
         Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
     ]
-    return document(title, sections)
+    return document(title, sections, identify_answer(result, file))
 
 
 def identify_summary(result: IdentifiedResult) -> list[Section]:

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 from coupling.results.section import UM, Note, Section, Table, warned
@@ -37,7 +38,7 @@ def learned_figures(result: LearnedResult) -> list[Section]:
 
 def learned_summary(result: LearnedResult) -> list[Section]:
     """Return what was learned."""
-    count = sum(parameter.identifiable for parameter in result.parameters)
+    count = sum(parameter.identified for parameter in result.parameters)
     words = (
         sentence(f"NOT WRITTEN: {result.refusal}")
         if result.refusal
@@ -80,30 +81,8 @@ def _sizes(result: LearnedResult) -> list[Table]:
 
 
 def _parameters(result: LearnedResult) -> Table:
-    rows = [
-        (
-            parameter.name,
-            *(
-                f"{value:.4g}"
-                for value in (parameter.start, parameter.value, parameter.low, parameter.high)
-            ),
-            "kept" if parameter.written == parameter.start else f"{parameter.written:.4g}",
-            f"{UM * parameter.effect_m:.2g}",
-            parameter.reason,
-        )
-        for parameter in result.parameters
-    ]
-    columns = (
-        "parameter",
-        "file",
-        "found",
-        "95 % from",
-        "to",
-        "written",
-        "effect at the tool [um]",
-        "",
-    )
-    return Table(columns, rows)
+    effects = [f"effect at the tool {UM * p.effect_m:.2g} um" for p in result.parameters]
+    return parameter_table(result.parameters, effects)
 
 
 def _residual_figure(run: LearnedRunResult) -> go.Figure:
@@ -121,7 +100,7 @@ def _intervals(result: LearnedResult) -> go.Figure:
             parameter.factor,
             parameter.factor_low,
             parameter.factor_high,
-            parameter.identifiable,
+            parameter.identified,
         )
         for parameter in result.parameters
     ]

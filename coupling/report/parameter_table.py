@@ -36,7 +36,7 @@ def _row(parameter: ParameterResult, remark: str) -> tuple[str, ...]:
 
 
 def _written(parameter: ParameterResult) -> str:
-    if not parameter.identified:
+    if not parameter.identified and parameter.written in (None, parameter.start):
         return "left out" if parameter.start is None else "kept"
     return "" if parameter.written is None else in_digits(parameter.written)
 

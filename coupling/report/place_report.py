@@ -13,7 +13,8 @@ from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
-from coupling.report.report_file import write_page
+from coupling.report.report_file import name_path, write_page
+from coupling.report.result_answers import place_answer
 from coupling.report.style import Keys, drawn
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import UM, Note, Part, Section, Table, warned
@@ -37,12 +38,12 @@ def write_place_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the placement cannot be read or the report not written.
     """
     target, stored = file or folder / REPORT, read_placement(folder)
-    write_page(target, place_page(stored), ResultError)
+    write_page(target, place_page(stored, name_path(folder)), ResultError)
     return target
 
 
-def place_page(stored: StoredPlacement) -> str:
-    """Return the page of a placement as one self-contained HTML text."""
+def place_page(stored: StoredPlacement, folder: str) -> str:
+    """Return the page of a placement in a folder as one self-contained HTML text."""
     figures, sections = stored.figures, []
     for across, up in dict.fromkeys((part_map.across, part_map.up) for part_map in stored.maps):
         maps = [
@@ -51,7 +52,11 @@ def place_page(stored: StoredPlacement) -> str:
         title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
-    return document(f"{figures.case}: place", [*place_summary(figures), _gears(figures), *sections])
+    return document(
+        f"{figures.case}: place",
+        [*place_summary(figures), _gears(figures), *sections],
+        place_answer(figures, folder),
+    )
 
 
 def place_summary(figures: PlacementResult) -> list[Section]:

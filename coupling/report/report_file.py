@@ -5,8 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.files.atomic_folder import UNFINISHED
 from coupling.files.output_file import require_output
 from coupling.files.written_files import LIST, claimed
+
+
+def name_path(path: Path) -> str:
+    """Return a path as a user would name it: from the working folder, and as it is once complete."""
+    whole = path.resolve()
+    whole = whole.with_name(whole.name.removesuffix(UNFINISHED))
+    return str(whole.relative_to(Path.cwd()) if whole.is_relative_to(Path.cwd()) else whole)
 
 
 def write_page(file: Path, text: str, error: type[Exception]) -> None:

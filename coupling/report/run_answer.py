@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from coupling.report.lengths import in_words
 from coupling.results.run_result import RunResult
@@ -14,6 +13,16 @@ from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Gears that are named on the first screen.
 _NAMED = 2
+
+# Ends of an iteration without a result, in words that need no glossary.
+_UNFINISHED = {
+    "diverged": "Each further step made it worse.",
+    "limit cycle": "Further steps went to and fro without coming closer.",
+    "stagnated": "Further steps no longer helped.",
+    "exhausted": "It takes more steps than the case allows.",
+    "process failed": "The process could not be evaluated on the path.",
+    "robot failed": "The robot could not be simulated on the path.",
+}
 
 
 @dataclass(frozen=True)
@@ -26,7 +35,7 @@ class RunContext:
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
 
-    folder: Path
+    folder: str
     case: str
     robot: str
     tolerance: float | None = None
@@ -35,7 +44,7 @@ class RunContext:
         """Return a command line.
 
         Example:
-            >>> RunContext(Path("results/my cone"), "cone.toml", "icme2008").command("report", "a b")
+            >>> RunContext("results/my cone", "cone.toml", "icme2008").command("report", "a b")
             "elastic-robot report 'a b'"
         """
         return shlex.join(["elastic-robot", *words])
@@ -189,7 +198,7 @@ def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
     if stability is not None and not stability.stable:
         return f"{stability.sentence}."
     if not figures.converged:
-        return f"{_capital(figures.reason)}."
+        return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
     if figures.forecast is not None:
         return f"{figures.forecast.sentence}."
     if outlook is None or expected is None:
@@ -231,7 +240,7 @@ def _steps(
     figures: RunResult, context: RunContext, good: bool | None, gains: bool, is_stable: bool
 ) -> Iterator[NextStep]:
     """Yield what to do next."""
-    folder = str(context.folder)
+    folder = context.folder
     if not is_stable:
         yield NextStep(
             "Find a depth and speed that do not chatter:",

@@ -7,21 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
+from coupling.report.part_deviation import signed_deviation
 from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
 from coupling.report.style import (
     FLOOR_UM,
-    DrawnLine,
     Keys,
     curve,
     drawn,
+    length_unit,
     log_axis,
-    over_time,
     row,
     rows,
-    shown_distance,
+    rule,
 )
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import UM
@@ -30,64 +31,94 @@ from coupling.run.stored_run import StoredRobot
 _STAGES = (BEFORE, AFTER)
 # Height of a row of labels, of the curves and of a gear's row below them [px].
 _LABEL, _CURVES, _GEAR = 20, 300, 26
+# Directions of a deviation on the part, and teeth that pass in a figure of them.
+_DIRECTIONS, _PASSINGS = ("normal", "along", "across"), 4
 # Labels of one gear at most, and how far they are apart, as a part of the path's time.
 _LABELS, _APART = 4, 0.2
 
 
-def deviation(run: StoredRobot) -> go.Figure:
-    """Distance of the actual paths to the desired one, with the gears that reverse."""
+def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
+    """Distance of the actual paths to the desired one, with the gears that reverse.
+
+    Args:
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
+    """
     changes = run.figures.reversals
     gears = sorted({change.joint for change in changes})
     below = _GEAR * len(gears)
     height = _CURVES + _LABEL * len(gears) + below
-    traces: list[Keys] = []
     mode, other_mode = mode_names(run.figures.mode)
+    paths: list[tuple[str, ToolPath, Keys]] = []
     for (stage, path), color in zip(run.actual.items(), _STAGES, strict=False):
-        paths = [(f"{stage}, {mode}", path, "solid", 1.5)]
+        paths.append((f"{stage}, {mode}", path, {"color": color, "width": 1.5}))
         if stage in run.other:
-            paths.append((f"{stage}, {other_mode}", run.other[stage], "dot", 1.0))
-        for name, path, dash, width in paths:
-            line = {"color": color, "dash": dash, "width": width}
-            traces.append(_distance(run, name, path, line))
+            line = {"color": color, "dash": "dot", "width": 1.0}
+            paths.append((f"{stage}, {other_mode}", run.other[stage], line))
     if run.plant is not None:
-        line = {"color": PLANT, "width": 1.5}
-        traces.append(_distance(run, "on the plant", run.plant, line))
-    ends, labels = _labels(traces, run, gears)
-    closer = {"dtick": "D2"} if ends[1] - ends[0] < 2.0 else {}
-    upright: list[Keys] = [log_axis(title="distance [um]", range=ends, **closer)]
+        paths.append(("on the plant", run.plant, {"color": PLANT, "width": 1.5}))
+    distances = [path.distance_to(run.desired) for _, path, _ in paths]
+    factor, unit = length_unit(*(float(distance.max()) for distance in distances))
+    traces: list[Keys] = [
+        {
+            **curve(path.time, factor * distance),
+            "name": name,
+            "mode": "lines",
+            "line": line,
+            # The robot in the other mode answers another question: it is shown when asked for.
+            **({"visible": "legendonly"} if line.get("dash") else {}),
+            **row(1),
+        }
+        for (name, path, line), distance in zip(paths, distances, strict=True)
+    ]
+    seen = [
+        float(factor * d.max())
+        for (_, _, line), d in zip(paths, distances, strict=True)
+        if not line.get("dash")
+    ]
+    top, labels = _labels(max(seen), factor, run, gears)
+    upright: list[Keys] = [{"title": f"distance [{unit}]", "range": [0.0, top]}]
     shares = [1.0]
     if gears:
         traces += _gears(changes, gears)
         upright.append(_gear_axis(gears))
         shares = [height - below, below]
     axes = rows(shares, 0.06, upright)
-    return drawn(traces, height + 74, annotations=labels, **axes)
+    end = float(run.desired.time[-1])
+    for k in range(len(upright)):
+        axes[f"xaxis{k + 1 if k else ''}"]["range"] = [float(run.desired.time[0]), end]
+    allowed = [] if tolerance is None else [tolerance_rule(factor * tolerance)]
+    return drawn(
+        traces, height + 74, annotations=labels, shapes=allowed, meta={"log": True}, **axes
+    )
 
 
-def _distance(run: StoredRobot, name: str, path: ToolPath, line: Keys) -> Keys:
-    """Return the curve of a path's distance to the desired one."""
-    points = curve(path.time, shown_distance(path.distance_to(run.desired)))
-    return {**points, "name": name, "mode": "lines", "line": line, **row(1)}
+def tolerance_rule(height: float) -> Keys:
+    """Return the line of the part's tolerance at a height in the unit of the axis."""
+    return {
+        **rule("y", height, color=GREEN, dash="dash", width=1.5),
+        "label": {"text": "tolerance", "textposition": "end", "font": {"color": GREEN}},
+    }
 
 
 def _labels(
-    traces: Sequence[Keys], run: StoredRobot, gears: list[int]
-) -> tuple[list[float], list[Keys]]:
+    largest: float, factor: float, run: StoredRobot, gears: list[int]
+) -> tuple[float, list[Keys]]:
     """Name the gears at the largest spikes of their reversals, each in a row above the curves.
 
+    Args:
+        largest: Largest distance that is seen, in the unit of the axis.
+        factor: Number of its units in a metre.
+
     Returns:
-        Ends of the upright axis, decimal logarithms, and the labels.
+        Upper end of the axis, and the labels.
     """
-    shown = np.log10(np.concatenate([trace["y"] for trace in traces]))
-    smallest, largest = float(shown.min()), float(shown.max())
-    span = max(largest - smallest, 1.0)
+    span = max(largest, 1e-9)
     high = _LABEL * span / _CURVES
-    top = largest + 0.05 * span
-    ends = [smallest - 0.05 * span, top + high * (len(gears) + 0.3)]
-    return ends, [
+    top = 1.05 * span
+    return top + high * (len(gears) + 0.3), [
         {
             "x": time,
-            "y": np.log10(max(UM * distance, FLOOR_UM)),
+            "y": factor * distance,
             "ax": time,
             "ay": top + high * (number + 0.5),
             "axref": "x",
@@ -164,33 +195,72 @@ def _hint(change: BacklashReversal) -> str:
     return f"joint {change.joint}, {change.begins:.4f} to {change.ends:.4f} s"
 
 
-def components(run: StoredRobot) -> go.Figure:
-    """Deviation of the first of the actual paths by axis."""
-    first, path = next(iter(run.actual.items()))
-    difference = UM * (path.position[0] - run.desired.position[0])
-    lines = [
-        DrawnLine(axis, color, run.desired.time, values)
-        for axis, color, values in zip("xyz", (AFTER, GREEN, BEFORE), difference.T, strict=True)
+def components(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
+    """Deviation of the actual paths normal to the part, along the feed and across, on one scale.
+
+    Args:
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
+    """
+    signed = {stage: signed_deviation(run.desired, path) for stage, path in run.actual.items()}
+    factor, unit = length_unit(*(float(np.abs(values).max()) for values in signed.values()))
+    traces = [
+        {
+            **curve(run.desired.time, factor * values[:, k]),
+            "name": stage,
+            "legendgroup": stage,
+            "showlegend": k == 0,
+            "mode": "lines",
+            "line": {"color": color, "width": 1.3},
+            **row(k + 1),
+        }
+        for k in range(len(_DIRECTIONS))
+        for (stage, values), color in zip(signed.items(), _STAGES, strict=False)
     ]
-    return over_time(lines, f"{first.split()[0]} [um]", 280)
+    end = 1.05 * factor * max(float(np.abs(values).max()) for values in signed.values())
+    ends = [-max(end, 1e-9), max(end, 1e-9)]
+    axes = rows(
+        [1.0] * 3, 0.05, [{"title": f"{name} [{unit}]", "range": ends} for name in _DIRECTIONS]
+    )
+    shapes = []
+    if tolerance is not None and factor * tolerance < ends[1]:
+        for side in (-1.0, 1.0):
+            shapes.append(rule("y", side * factor * tolerance, color=GREEN, dash="dash", width=1))
+    return drawn(traces, 520, shapes=shapes, **axes)
 
 
 def wrench(run: StoredRobot) -> go.Figure:
-    """Force and moment on the tool over time."""
-    moments = bool(np.any(run.wrench.wrench[..., 3:]))
-    kinds = (("f", "force [N]", "solid"), ("m", "moment [N m]", "dot"))[: 1 + moments]
-    traces = [
-        {
-            **curve(run.wrench.time, run.wrench.wrench[0, :, k + 3 * number]),
-            "name": f"{letter}{axis}",
-            "mode": "lines",
-            "line": {"color": color, "width": 1.5, "dash": dash},
-            **row(number + 1),
-        }
-        for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True))
-        for number, (letter, _, dash) in enumerate(kinds)
-    ]
-    axes = rows([1.0] * len(kinds), 0.08, [{"title": title} for _, title, _ in kinds])
+    """Force and moment on the tool over time, with their means."""
+    time = run.wrench.time
+    return _wrenches(run, np.ones(len(time), dtype=bool))
+
+
+def tooth_passings(run: StoredRobot) -> list[go.Figure]:
+    """Force and moment in the middle of the path, as long as a few teeth pass; none without teeth."""
+    teeth = run.figures.tooth_passing
+    if teeth is None:
+        return []
+    time = run.wrench.time
+    middle = 0.5 * (time[0] + time[-1])
+    return [_wrenches(run, np.abs(time - middle) <= 0.5 * _PASSINGS * teeth.period_s)]
+
+
+def _wrenches(run: StoredRobot, chosen: np.ndarray) -> go.Figure:
+    """Draw force and moment at chosen samples, a mask (n,)."""
+    time, values = run.wrench.time[chosen], run.wrench.wrench[0][chosen]
+    moments = bool(np.any(values[:, 3:]))
+    kinds = (("f", "force [N]"), ("m", "moment [N m]"))[: 1 + moments]
+    traces: list[Keys] = []
+    for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True)):
+        for number, (letter, _) in enumerate(kinds):
+            line = values[:, k + 3 * number]
+            mean = float(shares_of_time(time) @ line) if len(time) > 1 else float(line.mean())
+            group = {"legendgroup": f"{letter}{axis}", **row(number + 1), "mode": "lines"}
+            shown = {**curve(time, line), "name": f"{letter}{axis}", **group}
+            traces.append({**shown, "line": {"color": color, "width": 1.3}})
+            level = {"x": [float(time[0]), float(time[-1])], "y": [mean, mean], **group}
+            dashed = {"color": color, "width": 1.2, "dash": "dash"}
+            traces.append({**level, "showlegend": False, "line": dashed})
+    axes = rows([1.0] * len(kinds), 0.08, [{"title": title} for _, title in kinds])
     return drawn(traces, 300 + 180 * moments, **axes)
 
 

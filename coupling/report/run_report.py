@@ -9,7 +9,6 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_folder import UNFINISHED
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -25,14 +24,14 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.cut_report import cut_section
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
-from coupling.report.report_file import write_page
+from coupling.report.report_file import name_path, write_page
 from coupling.report.run_answer import RunContext, run_answer
 from coupling.report.run_scene import part_frame, run_scene
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
-from coupling.report.views import PathView, from_above, robot_views
+from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
@@ -84,18 +83,12 @@ def answer_of(run: StoredRun, scene: Scene | None = None) -> Answer:
     case = case_content(run)
     tolerance = case_of(run).part.tolerance_mm
     context = RunContext(
-        folder=_as_named(run.folder.with_name(run.folder.name.removesuffix(UNFINISHED))),
-        case=str(_as_named(Path(run.case_file or run.folder / CASE))),
+        folder=name_path(run.folder),
+        case=name_path(Path(run.case_file or run.folder / CASE)),
         robot=case.get("robot", {}).get("description", ""),
         tolerance=None if tolerance is None else 1e-3 * tolerance,
     )
     return run_answer(run.figures, context, scene)
-
-
-def _as_named(path: Path) -> Path:
-    """Return a path as a user would name it: from the working folder where it is in that."""
-    whole = path.resolve()
-    return whole.relative_to(Path.cwd()) if whole.is_relative_to(Path.cwd()) else path
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -175,22 +168,27 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section(
-            "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
+            "Deviation along the path",
+            along_text,
+            "deviation",
+            [run_figures.deviation(robot, scene.tolerance)],
         ),
         Section(
-            "Robot at the part",
-            [_ROBOT],
-            "robot",
-            robot_views(robot_figures.robots, [robot.desired]),
+            "Deviation on the part",
+            [_PART_AXES],
+            "axes",
+            [run_figures.components(robot, scene.tolerance)],
         ),
         *cut_section(robot_figures.cut),
         *check_sections(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section(
-            "Wrench along the path", [_wrench_note(robot)], "wrench", [run_figures.wrench(robot)]
+            "Wrench along the path",
+            [_wrench_note(robot)],
+            "wrench",
+            [run_figures.wrench(robot), *run_figures.tooth_passings(robot)],
         ),
-        Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
     return _page(robot_figures, sections, run.case, answer_of(alone, scene))
@@ -221,12 +219,9 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
-    paths = [run.desired for run in cell.robots.values()]
-    robots = [run.figures.robots[0] for run in cell.robots.values()]
     sections = [
         *cell_head(cell),
         Section("Gap between the tools", [_GAP], "gap", [gap_figure(cell)]),
-        Section("Robots in the cell", [_ROBOT], "robot", robot_views(robots, paths)),
         *check_sections(cell.figures),
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
@@ -254,15 +249,16 @@ def _page(figures_: RunResult, sections: list[Section], case: str, answer: Answe
 
 
 _ABOVE = Note(
-    "The path along the part's z axis, coloured by the distance of the actual from the desired TCP,"
-    " all on one logarithmic scale."
+    "The path along the part's z axis, coloured by the deviation normal to the part, positive away from"
+    " it, all on one scale."
 )
 _FLANKS = Note(
     "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
     " each gear are labelled."
 )
-_ROBOT = Note(
-    "Posture in the middle of the path, links as straight lines between joints; world frame."
+_PART_AXES = Note(
+    "Actual minus desired TCP: normal to the part, positive away from it, along the feed, and across"
+    " both. Before and after on one scale; dashed: the tolerance of the part, where it is stated."
 )
 _CONVERGENCE = Note(
     "Thin lines: distance of the robot's path from that on which the process was evaluated, for each"
@@ -287,7 +283,7 @@ def _deviation_note(run: StoredRobot) -> Note:
     if len(run.actual) > 1:
         text += " After compensation: simulated, with the process evaluated on the actual path."
     if run.other:
-        text += " Dotted: the same command and wrench on the robot in the other mode."
+        text += " Dotted, shown by its name above: the same command and wrench in the other mode."
         if len(run.actual) > 1 and run.figures.mode == "dynamic":
             text += " After compensation they differ, as the command compensates inertia."
     if run.plant is not None:
@@ -297,9 +293,7 @@ def _deviation_note(run: StoredRobot) -> Note:
 
 def _wrench_note(run: StoredRobot) -> Note:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return Note(f"Wrench on the tool at the TCP along the {which}, base axes.")
-
-
-def _axes_note(run: StoredRobot) -> Note:
-    first, *more = run.actual
-    return Note(f"Actual minus desired TCP{f' {first}' if more else ''}, world axes.")
+    teeth = "; on the right, as long as a few teeth pass" if run.figures.tooth_passing else ""
+    return Note(
+        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time{teeth}."
+    )

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
+from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
 from coupling.results.section import Note, Section, Table, warned
@@ -62,7 +63,8 @@ def stability_page(result: StabilityResult) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections)
+    answer = stability_answer(result, f"{result.case}.toml")
+    return document(f"{result.case}: stability", sections, answer)
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:

@@ -13,6 +13,7 @@ from coupling.errors import StudyError
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.report_file import write_page
+from coupling.report.result_answers import study_answer
 from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.section import UM, Note, Section, Table
 from coupling.results.study_result import StudyResult
@@ -63,7 +64,8 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
             Section("Sensitivity", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
-    return document(f"{figures.case}: study", sections)
+    answer = study_answer(figures, f"{figures.case}.toml")
+    return document(f"{figures.case}: study", sections, answer)
 
 
 def study_summary(figures: StudyResult) -> list[Section]:

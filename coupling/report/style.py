@@ -13,6 +13,8 @@ from coupling.results.section import UM
 
 # Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
 FLOOR_UM = 1e-3
+# Below it lengths are drawn in micrometres [m].
+_SMALL = 1e-4
 # Keys of a trace, an axis or another part of a figure, as plotly.js has them.
 Keys = Mapping[str, Any]
 _LOOK: dict[str, Any] = {
@@ -163,20 +165,16 @@ def rule(axis: str, at: float, **line: Any) -> Keys:
     return {"type": "line", **there, **along, "line": line}
 
 
+def length_unit(*largest: float) -> tuple[float, str]:
+    """Return factor and name of the unit in which lengths [m] are drawn: mm, or um where all are small.
+
+    Example:
+        >>> length_unit(2.1e-3, 1e-6), length_unit(4e-5)
+        ((1000.0, 'mm'), (1000000.0, 'um'))
+    """
+    return (1e3, "mm") if max(largest) >= _SMALL else (UM, "um")
+
+
 def shown_distance(distance: np.ndarray) -> np.ndarray:
     """Return a distance [m], (n,), in [um], no less than a logarithmic axis shows."""
     return np.maximum(UM * distance, FLOOR_UM)
-
-
-def decades(low: float, high: float) -> dict[str, Any]:
-    """Return ticks of a linear axis that shows decimal logarithms.
-
-    Args:
-        low, high: Ends of the axis, decimal logarithms.
-
-    Example:
-        >>> decades(-0.7, 2.1)
-        {'tickvals': [0, 1, 2], 'ticktext': ['1', '10', '100']}
-    """
-    exponents = list(range(int(np.ceil(low - 1e-9)), int(np.floor(high + 1e-9)) + 1))
-    return {"tickvals": exponents, "ticktext": [f"{10.0**k:g}" for k in exponents]}

@@ -26,7 +26,9 @@ def verdict(figures: RunResult, process: str) -> Section:
     reason = figures.reason
     state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"
     stability = figures.stability
-    if stability is not None:
+    if stability is not None and not stability.stable:  # the reason says so
+        state = f"UNSTABLE: {reason}"
+    elif stability is not None:
         state += f"; {stability.sentence[:1].lower()}{stability.sentence[1:]}"
     sentences = [f"{state}.", sentence(figures, process)]
     forecast, outlook = figures.forecast, figures.outlook

@@ -6,9 +6,15 @@ from coupling.results.base import ResultPart, Unbounded
 
 
 class CutStability(ResultPart):
-    """Stability of the cut along a path, at its worst place."""
+    """Stability of the cut along a path, at its worst place.
+
+    Attributes:
+        sentence: Verdict and place, in words.
+        alternative: Depth and speed that would be stable, in words; empty where the cut is.
+    """
 
     sentence: str
+    alternative: str = ""
     stable: bool
     time_s: float | None
     rpm: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.gear_result import GearDiagnosis
+from coupling.results.parameter_result import ParameterResult
 from coupling.results.run_result import Three
 
 
@@ -14,22 +15,14 @@ class LeftResult(ResultPart):
     learned: float
 
 
-class LearnedParameterResult(ResultPart):
-    """A parameter of the robot file."""
+class LearnedParameterResult(ParameterResult):
+    """A parameter of the robot file, and its factor against that."""
 
-    name: str
-    start: float
-    value: float
-    low: float
-    high: float
-    written: float
     factor: float
     factor_low: float
     factor_high: float
-    identifiable: bool
     significant: bool
     effect_m: float
-    reason: str
 
 
 class MeasuredRunResult(ResultPart):

@@ -135,10 +135,10 @@ class InverseKinematics:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return joint angles (k, joints) at poses from others, and whether each pose was reached."""
         if self._near is None:
-            found = self._desk.reach(
+            solution = self._desk.reach(
                 _RULES, path.position[0], path.pose[0, :, 3:], self._chain.theta(start)
             )
-            return found.theta[:, self._chain.drive], found.error < _REACHED
+            return solution.theta[:, self._chain.drive], solution.error < _REACHED
         targets = _targets(path.position[0], path.rotations[0].as_matrix())
         tolerance = _REACHED / self._reach
         q, is_reached = reached(robot, targets, start.T, tolerance=tolerance, near=self._near)
@@ -204,13 +204,13 @@ class InverseKinematics:
     def _solve(self, pose: np.ndarray, guess: np.ndarray, where: str) -> np.ndarray:
         """Return the joint angles at a pose (7,) from others [rad], (joints,)."""
         if self._near is None:
-            found = self._desk.reach(
+            solution = self._desk.reach(
                 _RULES, pose[None, :3], pose[None, 3:], self._chain.theta(guess[None])
             )
             q, came, away = (
-                found.theta[0, self._chain.drive],
-                found.error[0] < _REACHED,
-                found.away[0],
+                solution.theta[0, self._chain.drive],
+                solution.error[0] < _REACHED,
+                solution.away[0],
             )
         else:
             q, came, away = self._nearest(self._near, pose, guess)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -34,6 +34,39 @@ class SimulatedRobot(Protocol):
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths that the TCPs take.
+
+        Raises:
+            SimulationError: If the robot cannot be simulated.
+        """
+
+
+class RobotMarch(Protocol):
+    """A simulation that goes on window by window."""
+
+    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
+        """Return the paths of the TCPs within a window.
+
+        Args:
+            loads: Wrenches on the tools at the window's times, which begin where the last one ended.
+            again: Whether the last window is taken back, and this one is in its place.
+
+        Raises:
+            SimulationError: If the robot cannot be simulated.
+        """
+
+
+@runtime_checkable
+class MarchingRobot(SimulatedRobot, Protocol):
+    """A robot that can be simulated window by window."""
+
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> RobotMarch:
+        """Begin a simulation, until another one of this robot begins.
+
+        Args:
+            command: Motion of the drives.
+            start: Wrenches in initialisation, at the start alone.
+            end: Time up to which it may go on [s].
+            mode: "dynamic" or "quasistatic".
 
         Raises:
             SimulationError: If the robot cannot be simulated.

@@ -16,7 +16,7 @@ from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.job import FmuError, SimulationJob
+from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -37,6 +37,8 @@ _TOLERANCE = 1e-8
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 # Variables of an FMU with hysteresis, as scalars and as an array.
 _OF_HYSTERESIS = {"elongation", "elongation[1]"}
+# Columns of a spring: anchor, its velocity and the stiffness.
+_SPRING = 6 + len(STIFFNESS_COLUMNS)
 # What the outputs tell of a motor.
 _OF_MOTORS = ("torque", "angle", "rate")
 # A path shorter than this many steps is not worth a second process.
@@ -167,6 +169,36 @@ class RobotFmu:
         rows = self._run(command, wrench, mode, robot=robot, what=what)
         return ToolPath(wrench.instants, rows)
 
+    def march(
+        self,
+        command: JointPath,
+        start: WrenchHistory,
+        end: float,
+        mode: Mode,
+        robot: Robot | None = None,
+    ) -> FmuMarch:
+        """Begin a simulation that goes on window by window, until the FMU begins another one.
+
+        Args:
+            command: Motion of the drives.
+            start: Wrench on the tool in initialisation, at the start alone.
+            end: Time up to which it may go on [s].
+            mode: "dynamic" or "quasistatic".
+            robot: As for `simulate`.
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        parameters = self._prepared(command, mode, robot)
+        (process,) = self._started(1)
+        signals = ARRAYS if "force" in process.variables else SCALARS
+        time = np.array([start.time[0], end])
+        names, rows = signals.wrench + signals.spring, _with_spring(start)[:1]
+        job = MarchJob(parameters, time, names, rows, signals.pose, len(POSE))
+        with _simulation_errors():
+            process.send(job)
+            return FmuMarch(process, process.receive(_unheard)[0])
+
     def deflected(
         self, command: JointPath, wrench: WrenchHistory, coordinates: int
     ) -> tuple[ToolPath, np.ndarray]:
@@ -246,12 +278,7 @@ class RobotFmu:
         what: str = "",
     ) -> np.ndarray:
         """Return poses, and the values of so many further signals behind them, (n, 7 + count)."""
-        trajectory = Path(self._folder.path, "trajectory.npz")
-        if command is not self._saved:
-            save_trajectory(trajectory, command)
-            self._saved = command
-        self._robot.describe(robot)
-        parameters = {"mode": mode, "trajectory": str(trajectory), **self.parameters}
+        parameters = self._prepared(command, mode, robot)
         instants = wrench.instants
         (first,) = self._started(1)
         remembers = mode == "dynamic" or not first.variables.isdisjoint(_OF_HYSTERESIS)
@@ -280,6 +307,17 @@ class RobotFmu:
                 self._end()
             raise
 
+    def _prepared(
+        self, command: JointPath, mode: Mode, robot: Robot | None
+    ) -> dict[str, float | str]:
+        """Write what an instance reads when it is made, and return its parameters by name."""
+        trajectory = Path(self._folder.path, "trajectory.npz")
+        if command is not self._saved:
+            save_trajectory(trajectory, command)
+            self._saved = command
+        self._robot.describe(robot)
+        return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
+
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
         while len(self._processes) < count:
@@ -290,6 +328,43 @@ class RobotFmu:
     def _end(self) -> None:
         while self._processes:
             self._processes.pop().close()
+
+
+class FmuMarch:
+    """A simulation of a robot FMU that goes on window by window.
+
+    Args:
+        process: Process that runs the FMU.
+        pose: Pose of the TCP at the start, (7,).
+    """
+
+    def __init__(self, process: WorkerProcess, pose: np.ndarray) -> None:
+        self._process = process
+        self._start = self._end = pose
+
+    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
+        """Return the path of the TCP within a window.
+
+        Args:
+            loads: Wrench on the tool at the window's times, which begin where the last one ended.
+            again: Whether the last window is taken back, and this one is in its place.
+
+        Raises:
+            SimulationError, HostError: As `RobotFmu.simulate`.
+        """
+        time = loads.instants
+        if not again:
+            self._start = self._end
+        window = StepWindow(time, _with_spring(loads)[1:], again)
+        with _simulation_errors():
+            self._process.send(window)
+            rows = self._process.receive(_unheard)
+        self._end = rows[-1]
+        return ToolPath(time, np.vstack([self._start, rows]))
+
+
+def _unheard(finished: int, total: int) -> None:
+    """Take no notice of the progress of a few steps."""
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
@@ -314,6 +389,13 @@ def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
     place, velocity = anchor.copy(), np.zeros_like(anchor)
     place[1:], velocity[1:] = anchor[:-1], np.diff(anchor, axis=0) / steps
     return np.hstack([loads, place, velocity, stiffness])
+
+
+def _with_spring(wrench: WrenchHistory) -> np.ndarray:
+    """Return the inputs for all steps, with those of a spring that does nothing where there is none."""
+    rows = _inputs(wrench, slice(None))
+    none = np.zeros((len(rows), 0 if wrench.spring is not None else _SPRING))
+    return np.hstack([rows, none])
 
 
 def _parts(samples: int, remembers: bool) -> list[slice]:

@@ -8,7 +8,7 @@ from coupling.errors import SimulationError
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.differences import RobotDifference
-from coupling.robot.robot_fmu import RobotFmu
+from coupling.robot.robot_fmu import FmuMarch, RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL, Mode
 
@@ -51,3 +51,12 @@ class SimulatedModel:
             HostError: If the FMU's process has ended.
         """
         return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
+
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> FmuMarch:
+        """Begin a simulation that goes on window by window, as `RobotFmu.march`.
+
+        Raises:
+            SimulationError: If the FMU refuses the robot.
+            HostError: If the FMU's process has ended.
+        """
+        return self.fmu.march(command, start, end, mode, self.robot)

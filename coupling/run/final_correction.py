@@ -11,6 +11,7 @@ from dataclasses import replace
 from coupling.path.deviation import measure
 from coupling.path.length_text import format_um
 from coupling.run.check import CheckedCommand
+from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.repeated_evaluation import WITHOUT_END, RepeatedAnswers
 from coupling.run.simulated_motor_torques import MOTOR_TORQUES, motor_warnings
 from coupling.solve.correction import Correction
@@ -25,6 +26,8 @@ def final_correction(command: CheckedCommand, answers: RepeatedAnswers) -> Corre
         answers: Second answers of its process.
     """
     correction = command.correction
+    if chattering := _chattering(command):
+        return replace(correction, outcome=Outcome.CHATTERS, reason=chattering)
     return replace(
         correction,
         evaluations=correction.evaluations + answers.evaluations,
@@ -32,6 +35,20 @@ def final_correction(command: CheckedCommand, answers: RepeatedAnswers) -> Corre
         if (lacking := _lacking_torque(command))
         else correction.outcome,
         reason=lacking or _reason(command, answers),
+    )
+
+
+def _chattering(command: CheckedCommand) -> str:
+    """Return that the cut chatters, and what would not, empty where it does not.
+
+    Then it is the cut that is at fault, whatever the iteration has come to.
+    """
+    stability = command.of(CUT_STABILITY).stability
+    if stability is None or stability.stable:
+        return ""
+    return (
+        f"{stability.sentence[:1].lower()}{stability.sentence[1:]}; stable would be"
+        f" {stability.alternative}; the iteration: {command.correction.reason}"
     )
 
 

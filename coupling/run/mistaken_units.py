@@ -13,6 +13,7 @@ MISTAKEN = {
     "": {"%": 0.01},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
     "m": {"mm": 1e-3, "um": 1e-6},
+    "mm": {"m": 1e3, "um": 1e-3},
     "m2": {"cm2": 1e-4, "mm2": 1e-6},
     "m3": {"l": 1e-3, "cm3": 1e-6, "mm3": 1e-9},
     "m/s": {"mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0},
@@ -72,9 +73,24 @@ def remark(place: str, key: str, value: float) -> str:
         for name, factor in MISTAKEN.get(usual.unit, {}).items()
         if usual.holds(factor * value)
     ]
+    return out_of_range(place, key, value) + (
+        f": did you mean {' or '.join(meant)}?" if meant else ""
+    )
+
+
+def out_of_range(place: str, key: str, value: float) -> str:
+    """Return that a value is unusual, whatever was meant, "" where it is usual.
+
+    Args:
+        place, key, value: As of `remark`.
+    """
+    usual = EXPECTED[key]
+    if usual.holds(value):
+        return ""
+    unit = f" {usual.unit}" * bool(usual.unit)
     return (
         f"{place}: expected {usual.low:.4g} to {usual.high:.4g}{unit} ({usual.why}), got"
-        f" {value:.6g}{unit}" + (f": did you mean {' or '.join(meant)}?" if meant else "")
+        f" {value:.6g}{unit}"
     )
 
 

@@ -13,7 +13,7 @@ from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.process.base import Process, ProcessResponse
+from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
 from coupling.results.deviation_table import deviation_table
 from coupling.results.run_result import PlantCouplingResult, PlantResult, RunResult
 from coupling.results.section import Section
@@ -22,7 +22,8 @@ from coupling.robot.differences import Plant
 from coupling.run.check import Check, CheckedCommand
 from coupling.run.models import Models
 from coupling.solve.correction import Correction
-from coupling.solve.fixed_point import Coupling, Loop, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Coupling, Loop
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,38 @@ class ScaledProcess:
         process_identity = self.process.identity
         return process_identity and f"{process_identity} times {self.factor!r}"
 
+    @property
+    def marched(self) -> ScaledMarch | None:
+        """It, marching in time, where the other one is."""
+        process = marched(self.process)
+        return None if process is None else ScaledMarch(process, self.factor)
+
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to a path, times the factor."""
         response = self.process.evaluate(path)
         stiffness = None if response.stiffness is None else self.factor * response.stiffness
         return replace(response, wrench=response.wrench.scaled(self.factor), stiffness=stiffness)
+
+
+@dataclass(frozen=True)
+class ScaledMarch(ScaledProcess):
+    """A `ScaledProcess` that is coupled marching in time.
+
+    Attributes:
+        process: The other one.
+        factor: Factor of its whole wrench.
+    """
+
+    process: MarchedProcess
+
+    @property
+    def memory(self) -> ProcessMemory:
+        """That of the other one."""
+        return self.process.memory
+
+    def means(self, path: ToolPath, since: int) -> np.ndarray:
+        """Return the other one's mean wrenches, times the factor, as `MarchedProcess.means`."""
+        return self.factor * self.process.means(path, since)
 
 
 @dataclass(frozen=True)

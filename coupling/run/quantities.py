@@ -12,7 +12,7 @@ from coupling.files.sources import Number, kind, places
 from coupling.path.histories import WrenchHistory
 from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
-from coupling.run.mistaken_units import remark
+from coupling.run.mistaken_units import out_of_range, remark
 from coupling.run.usual_ranges import EXPECTED, range_key
 from elastic_robot.description import Robot, triangle_excess
 from elastic_robot.gear_parts import Drive
@@ -56,6 +56,16 @@ class Quantity:
         return remark(self.place, self.key, self.value)
 
 
+@dataclass(frozen=True)
+class ComputedQuantity(Quantity):
+    """A number that a formula has computed, in whose unit nobody was mistaken."""
+
+    @property
+    def remark(self) -> str:
+        """What there is to say of it, "" where it is usual."""
+        return out_of_range(self.place, self.key, self.value)
+
+
 def quantities_of_case(
     case: Case, cut: CutResult | None, wrench: WrenchHistory | None
 ) -> Iterator[Quantity]:
@@ -70,7 +80,8 @@ def quantities_of_case(
     if cut is not None:
         yield from _of_cut(cut, case)
     if wrench is not None:
-        yield Quantity("process: largest force", "answer.peak_force", wrench.peak_force)
+        quantity = ComputedQuantity if case.process_table.FORMULA else Quantity
+        yield quantity("process: largest force", "answer.peak_force", wrench.peak_force)
 
 
 def _of_tables(case: Case) -> Iterator[Quantity]:

@@ -18,7 +18,8 @@ from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.solve.correction import Correction
-from coupling.solve.fixed_point import Loop, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths.task import Task
 

@@ -50,6 +50,7 @@ EXPECTED = {
     "support.gap_m": UsualRange(5e-5, 2e-2, "m", "one or two thicknesses of a sheet"),
     "part.position_m": _IN_CELL,
     "part.rpy_deg": _TURN,
+    "part.tolerance_mm": UsualRange(1e-3, 20.0, "mm", "from precise milling to formed parts"),
     "part.touch_off": _ON_PART,
     "tool_path.lead_deg": _TILT,
     "tool_path.lean_deg": _TILT,

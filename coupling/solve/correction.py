@@ -17,7 +17,8 @@ from coupling.process.base import ProcessResponse
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.robot.robot import InvertibleRobot
-from coupling.solve.fixed_point import Loop, couple, sampled_at, unloaded_path
+from coupling.solve.coupling import couple, sampled_for
+from coupling.solve.fixed_point import Loop, unloaded_path
 from coupling.solve.outcome import Outcome
 
 
@@ -131,7 +132,7 @@ class Uncorrected:
 
     def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
-        times = sampled_at(desired, loop.mode)
+        times = sampled_for(loop, desired)
         path = times.path
         joints = on_cycle(loop.robot.plan(path), loop.controller)
         loop.watch(RefinedTimes(path))
@@ -150,7 +151,7 @@ class Uncorrected:
             correction=loop.robot.forward(joints, path.time).deviation_from(path),
             achieved=coupling.path,
             response=coupling.response,
-            consistency=coupling.evaluations[-1].path_change,
+            consistency=coupling.evaluation.path_change,
             iterations=(
                 CorrectionIteration(
                     number=0,

@@ -11,7 +11,6 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.process.base import Process, ProcessResponse
@@ -86,8 +85,10 @@ class Coupling:
         outcome: Outcome of the iteration.
         reason: Reason in plain words; if not converged, what was seen and what to try.
         path: Paths of the TCPs under `response`: robot and wrench belong together exactly.
-        response: The process's answer to the last path it saw, `path` within the tolerance.
+        response: The process's answer to the path of `evaluation`, `path` within the tolerance.
         evaluations: Evaluations on the way there.
+        evaluation: Evaluation of path and response: the last one, or where the iteration came to nothing
+            an earlier one, as what it has come to is no result.
     """
 
     outcome: Outcome
@@ -95,11 +96,46 @@ class Coupling:
     path: ToolPath
     response: ProcessResponse
     evaluations: tuple[Evaluation, ...]
+    evaluation: Evaluation
 
     @property
     def converged(self) -> bool:
         """Whether the tolerance was met."""
         return self.outcome is Outcome.CONVERGED
+
+
+@dataclass(frozen=True)
+class _State:
+    """What an evaluation has led to: paths of the TCPs and the response that they are under."""
+
+    path: ToolPath
+    response: ProcessResponse
+    evaluation: Evaluation
+
+
+@dataclass(frozen=True)
+class _States:
+    """States of an iteration: the first, that with the smallest path change, and the last."""
+
+    first: _State
+    best: _State
+    last: _State
+
+    @classmethod
+    def after(cls, before: _States | None, state: _State) -> _States:
+        """Return them with one more state."""
+        if before is None:
+            return cls(state, state, state)
+        is_better = state.evaluation.path_change < before.best.evaluation.path_change
+        return cls(before.first, state if is_better else before.best, state)
+
+    def of(self, outcome: Outcome) -> _State:
+        """Return the state that is the result of an outcome: what has diverged is none."""
+        if outcome in (Outcome.DIVERGED, Outcome.ROBOT_FAILED):
+            return self.first
+        if outcome in (Outcome.STAGNATED, Outcome.LIMIT_CYCLE):
+            return self.best
+        return self.last
 
 
 # Growth of the path change over its first value that counts as divergence.
@@ -109,9 +145,6 @@ _PATIENCE = 12
 # A stagnating path change that stays within this ratio is a limit cycle.
 _CYCLE = 4.0
 _ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
-# Longest step at which the paths of moving robots are sampled [s]: springs and forces go straight in
-# between, 0.1 um off on a circle of 60 mm at 50 mm/s.
-_STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
 # What springs may carry, over the force tolerance: a gear that is unloaded in its backlash is held where
@@ -119,30 +152,18 @@ _SLOWEST = 0.9
 _CARRIED = 20.0
 
 
-def sampled_at(path: SampledPath, mode: Mode) -> SampledPath:
-    """Return paths at the times at which the robots are simulated.
-
-    Args:
-        path: The paths.
-        mode: A quasi-static robot needs the samples of the process alone; a moving one does something
-            in between.
-    """
-    return SampledPath.of(path.samples) if mode == "quasistatic" else path.refined(_STEP)
-
-
-def couple(
+def iterate(
     loop: Loop[SimulatedRobot],
     command: JointPath,
-    start: ToolPath | None = None,
+    start: ToolPath,
     rows: np.ndarray | None = None,
 ) -> Coupling:
-    """Find the path x = G(process(x)) of an elastic robot G under its process's wrench.
+    """Find the path x = G(process(x)) by an iteration along the whole path.
 
     Args:
         loop: Robot and process.
         command: Motion of the drives.
-        start: First path, whose times are those of all paths and wrenches; the robot's path without
-            load at the command's rows unless given.
+        start: First path, whose times are those of all paths and wrenches.
         rows: Row numbers of the process's samples in them, (n,); all of them unless given.
 
     Returns:
@@ -153,29 +174,35 @@ def couple(
         ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
     loop.scheme.reset()
-    x = origin = start or unloaded_path(loop, command, command.time)
+    x = origin = start
     rows = np.arange(len(x.time)) if rows is None else rows
-    last_state: tuple[ToolPath, ProcessResponse] | None = None
+    states: _States | None = None
     last: WrenchHistory | None = None
     evaluations: list[Evaluation] = []
 
     def ended(outcome: Outcome, reason: str) -> Coupling:
-        assert last_state is not None
-        return Coupling(outcome, reason, *last_state, tuple(evaluations))
+        assert states is not None
+        state = states.of(outcome)
+        if state is not states.last:
+            reason += f"; path and forces are those of evaluation {state.evaluation.number}"
+        return Coupling(
+            outcome, reason, state.path, state.response, tuple(evaluations), state.evaluation
+        )
 
     for number in range(1, loop.max_evaluations + 1):
         try:
             response = loop.process.evaluate(x.at_rows(rows))
-            iterate = Iterate(x, rows, response)
-            motion = loop.scheme.move_robot(loop.robot, command, iterate, loop.mode)
+            evaluated = Iterate(x, rows, response)
+            motion = loop.scheme.move_robot(loop.robot, command, evaluated, loop.mode)
         except (ProcessError, SimulationError) as error:
-            if last_state is None:
+            if states is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, acting = motion.path, motion.loads.on(motion.path), iterate.loads
-        last_state = g, replace(response, wrench=loads)
+        g, loads, acting = motion.path, motion.loads.on(motion.path), evaluated.loads
         spring_change = loads.change_from(acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, spring_change))
+        state = _State(g, replace(response, wrench=loads), evaluations[-1])
+        states = _States.after(states, state)
         last = acting
         loop.watch(Evaluated(evaluations[-1], g))
         from_origin = x.deviation_from(origin)

@@ -17,7 +17,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.path.path_ends import is_near_moving_end
-from coupling.process.base import ProcessResponse
+from coupling.process.base import ProcessResponse, marched
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.robot.robot import InvertibleRobot
@@ -27,7 +27,8 @@ from coupling.solve.correction import (
     RefinedTimes,
     UncorrectedRun,
 )
-from coupling.solve.fixed_point import Evaluated, Loop, couple, unloaded_path
+from coupling.solve.coupling import couple, refined_for
+from coupling.solve.fixed_point import Coupling, Evaluated, Loop, unloaded_path
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode
 
@@ -48,7 +49,9 @@ class _Iteration:
         response: The process's answer to the path under the wrench before.
         consistency: Distance of that path from `achieved` [m].
         report: Its figures.
+        evaluations: Number of evaluations of the process in the validation.
         failure: Reason why there was no validation; `achieved` and `response` are then those before it.
+        coupling: Coupling with a process that has a memory, which is the validation then.
     """
 
     inverse: RobotInverse
@@ -56,7 +59,14 @@ class _Iteration:
     response: ProcessResponse
     consistency: float
     report: CorrectionIteration
+    evaluations: int = 0
     failure: ProcessError | SimulationError | None = None
+    coupling: Coupling | None = None
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether there is a validation."""
+        return self.failure is None and (self.coupling is None or self.coupling.converged)
 
 
 class InverseCorrection(Schema):
@@ -87,7 +97,9 @@ class InverseCorrection(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the desired path.
         """
-        times = desired.refined(loop.controller.cycle)
+        times = refined_for(loop, desired, loop.controller.cycle)
+        if marched(loop.process) is not None:
+            desired = times  # whose steps its wrenches have
         loop.watch(RefinedTimes(times.path))
         plain = on_cycle(loop.robot.plan(desired.path), loop.controller)
         unloaded = unloaded_path(loop, plain, times.path.time)
@@ -99,7 +111,7 @@ class InverseCorrection(Schema):
             rounds.append(self._round(loop, desired, times, response, rounds))
             response = rounds[-1].response
             verdict = self._verdict(rounds, loop.mode, desired.path)
-        validated = [entry for entry in rounds if entry.failure is None] or rounds
+        validated = [entry for entry in rounds if entry.is_valid] or rounds
         best = min(validated, key=lambda entry: entry.report.deviation.maximum)
         outcome, reason = verdict
         joints = best.inverse.joints
@@ -116,7 +128,7 @@ class InverseCorrection(Schema):
             response=replace(best.response, wrench=best.response.wrench.refined(times.path.time)),
             consistency=best.consistency,
             iterations=tuple(entry.report for entry in rounds),
-            evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
+            evaluations=1 + spent + sum(entry.evaluations for entry in rounds),
             backlash_reversals=best.inverse.backlash_reversals,
         )
 
@@ -152,6 +164,8 @@ class InverseCorrection(Schema):
         inverse = loop.robot.inverse(desired, response.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
         simulated = loop.robot.simulate(inverse.joints, response.wrench.refined(time), loop.mode)
+        if marched(loop.process) is not None:
+            return self._marched_round(loop, inverse, simulated, times.path, len(rounds) + 1)
         first = () if rounds else (Evaluation.of(1, times.path, simulated, response.wrench, None),)
         for entry in first:
             loop.watch(Evaluated(entry, simulated))
@@ -163,7 +177,7 @@ class InverseCorrection(Schema):
                 number=len(rounds) + 1, deviation=measure(simulated, times.path), evaluations=first
             )
             loop.watch(report)
-            return _Iteration(inverse, simulated, response, 0.0, report, error)
+            return _Iteration(inverse, simulated, response, 0.0, report, failure=error)
         number = len(rounds) + 2
         last = Evaluation.of(number, simulated, achieved, checked.wrench, response.wrench)
         loop.watch(Evaluated(last, achieved))
@@ -173,7 +187,33 @@ class InverseCorrection(Schema):
             evaluations=(*first, last),
         )
         loop.watch(report)
-        return _Iteration(inverse, achieved, checked, last.path_change, report)
+        return _Iteration(inverse, achieved, checked, last.path_change, report, 1)
+
+    def _marched_round(
+        self,
+        loop: Loop[InvertibleRobot],
+        inverse: RobotInverse,
+        simulated: ToolPath,
+        desired: ToolPath,
+        number: int,
+    ) -> _Iteration:
+        """Validate a command with a process that has a memory: coupled, as a real cut is."""
+        coupling = couple(loop, inverse.joints, simulated)
+        report = CorrectionIteration(
+            number=number,
+            deviation=measure(coupling.path, desired),
+            evaluations=coupling.evaluations,
+        )
+        loop.watch(report)
+        return _Iteration(
+            inverse,
+            coupling.path,
+            coupling.response,
+            coupling.evaluation.path_change,
+            report,
+            len(coupling.evaluations),
+            coupling=coupling,
+        )
 
     def _verdict(
         self, rounds: list[_Iteration], mode: Mode, desired: ToolPath
@@ -187,6 +227,12 @@ class InverseCorrection(Schema):
             return outcome, (
                 f"the {who} failed in the validation of inverse {len(rounds)}, on the tool's actual"
                 f" path: {failure}"
+            )
+        coupling = rounds[-1].coupling
+        if coupling is not None and not coupling.converged:
+            return (
+                coupling.outcome,
+                f"in the validation of inverse {len(rounds)}: {coupling.reason}",
             )
         sizes = [entry.report.deviation.maximum for entry in rounds]
         if sizes[-1] <= self.tolerance_m:

@@ -20,7 +20,8 @@ from coupling.path.low_pass import low_pass
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import Correction, Uncorrected
-from coupling.solve.fixed_point import Coupling, Loop, couple, sampled_at
+from coupling.solve.coupling import couple, sampled_for
+from coupling.solve.fixed_point import Coupling, Loop
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate
 
@@ -87,12 +88,17 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        times = sampled_at(desired, loop.mode)
+        times = sampled_for(loop, desired)
         rows, path = times.sample_rows, times.path
         first = Uncorrected().correct(loop, desired)
         iterations = list(first.iterations)
         coupling = Coupling(
-            first.outcome, first.reason, first.achieved, first.response, iterations[0].evaluations
+            first.outcome,
+            first.reason,
+            first.achieved,
+            first.response,
+            iterations[0].evaluations,
+            iterations[0].evaluations[-1],
         )
         last = best = _Attempt(path, first.joints, coupling)
         loop.watch(iterations[0])
@@ -201,7 +207,7 @@ class Mirror(Schema):
         coupling, (outcome, reason) = best.coupling, verdict
         desired = result.desired
         achieved, response = coupling.path, coupling.response
-        consistency = coupling.evaluations[-1].path_change
+        consistency = coupling.evaluation.path_change
         evaluations = sum(len(entry.evaluations) for entry in result.iterations)
         try:
             response = loop.process.evaluate(coupling.path.at_rows(rows))

@@ -15,3 +15,4 @@ class Outcome(StrEnum):
     EXHAUSTED = "exhausted"
     PROCESS_FAILED = "process failed"
     ROBOT_FAILED = "robot failed"
+    CHATTERS = "chatters"

@@ -8,12 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from coupling.case.case import Case
+from coupling.errors import StabilityError
 from coupling.results.cut_stability import CutStability
 from coupling.stability.case_cut import CaseCuts, is_milling
+from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement, in_words
 
-# Places of a path that are judged in brief.
-_FEW = 8
+# Places of a path that are judged in brief, and speeds of which one is looked for that is stable.
+_FEW, _SPEEDS = 8, 60
 
 
 @dataclass(frozen=True)
@@ -80,11 +82,36 @@ class PathStability:
         )
 
     @property
+    def alternative(self) -> str:
+        """What would be stable along the whole path, in words; empty where the cut is."""
+        if self.is_stable:
+            return ""
+        cut = self.worst.placed.cut
+        limit = min(judgement.limit for judgement in self.judgements if not judgement.is_stable)
+        shallower = f"less than {1e3 * limit:.3g} mm at {cut.rpm:.0f} 1/min"
+        speeds = np.geomspace(*self.worst.cuts.speeds, _SPEEDS)
+        for rpm in sorted(speeds.tolist(), key=lambda rpm: abs(np.log(rpm / cut.rpm))):
+            if self._is_stable_at(rpm):
+                return f"{shallower}, or {1e3 * cut.depth:.3g} mm at {rpm:.0f} 1/min"
+        return f"{shallower}; no speed from {speeds[0]:.0f} to {speeds[-1]:.0f} 1/min"
+
+    def _is_stable_at(self, rpm: float) -> bool:
+        """Return whether the programmed cuts are stable at another speed of the spindle [1/min]."""
+        try:
+            return all(
+                vibration_of(judgement.there.whole, judgement.placed.cut.at_speed(rpm)).is_stable
+                for judgement in sorted(self.judgements, key=lambda judgement: judgement.margin)
+            )
+        except StabilityError:  # too slow for the fastest mode
+            return False
+
+    @property
     def brief(self) -> CutStability:
         """The worst cut, with its sentence."""
         worst, vibration = self.worst, self.worst.vibration
         return CutStability(
             sentence=self.sentence,
+            alternative=self.alternative,
             stable=vibration.is_stable,
             time_s=worst.placed.time,
             rpm=worst.placed.cut.rpm,

@@ -10,7 +10,13 @@ from typing import Literal
 from coupling.errors import ProcessError, StoreError
 from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Process, ProcessRequest, ProcessResponse
+from coupling.process.base import (
+    MarchedProcess,
+    Process,
+    ProcessRequest,
+    ProcessResponse,
+    marched,
+)
 from coupling.process.smoothing import NoiseRemoval
 from coupling.process.validation import evaluate_validated
 from coupling.results.run_state import StoredAnswer
@@ -72,6 +78,11 @@ class EvaluatedProcess:
     def not_stored(self) -> int:
         """Number of answers that could not be kept so far."""
         return len(self._pending)
+
+    @property
+    def marched(self) -> MarchedProcess | None:
+        """The process, marching in time, where it is coupled so: what it answers then is not kept."""
+        return marched(self._process)
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, computed only where it is not kept.

@@ -186,9 +186,18 @@ class Course:
 
     @cached_property
     def _tangents(self) -> np.ndarray:
-        return np.array(
-            [[getattr(move, name) for move in self._moves] for name in ("begins", "ends")]
+        """Unit tangents at both ends of the moves, (2, n, 3); zero where X, Y, Z stay."""
+        way = np.array([move.end for move in self._moves])
+        way -= [move.start for move in self._moves]
+        size = np.linalg.norm(way, axis=1, keepdims=True)
+        along = np.divide(
+            way, size, out=np.zeros_like(way), where=(size > 0.0) & ~self._stays[:, None]
         )
+        tangents = np.stack([along, along])
+        for number, move in enumerate(self._moves):
+            if move.arc is not None:
+                tangents[:, number] = move.arc.directions()
+        return tangents
 
     @cached_property
     def _curvatures(self) -> np.ndarray:

@@ -77,24 +77,6 @@ class GcodeMove:
         return straight(self.start, self.end) if self.arc is None else self.arc.segment()
 
     @property
-    def begins(self) -> np.ndarray:
-        """Unit tangent at its start, (3,); zero where X, Y, Z stay."""
-        return self._along if self.arc is None else self.arc.directions()[0]
-
-    @property
-    def ends(self) -> np.ndarray:
-        """Unit tangent at its end, (3,); zero where X, Y, Z stay."""
-        return self._along if self.arc is None else self.arc.directions()[1]
-
-    @property
-    def _along(self) -> np.ndarray:
-        if self.stays:
-            return _STRAIGHT
-        way = self.end - self.start
-        along: np.ndarray = way / np.linalg.norm(way)
-        return along
-
-    @property
     def curvatures(self) -> tuple[np.ndarray, np.ndarray]:
         """Curvature vectors at its ends [1/m], (3,) each; zeros for a line."""
         return (_STRAIGHT, _STRAIGHT) if self.arc is None else self.arc.curvatures()

@@ -67,6 +67,7 @@ def _left(name: str) -> Left:
 
 @PAGE.part
 def damping() -> str:
+    """Return the table of deviations by damping."""
     columns = {
         "not corrected, dampers of the file": lambda left: um(left.before.rms, 3),
         f"ratio {RATIO}": lambda left: um(left.before_by_ratio.rms, 3),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from plotly.subplots import make_subplots
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath
-from coupling.process.milling_force import FORCES, MillingForce
+from coupling.process.milling_force import MeanForce, MillingForce
 from coupling.run.execute import Run
 from coupling.run.tooth_passing import DeviationParts
 from coupling.stability.case_cut import CaseCuts
@@ -90,7 +90,7 @@ def rigid_forces(speed: int) -> tuple[ToolPath, np.ndarray, np.ndarray]:
     case = dynamic(speed)
     assert isinstance(case.process, MillingForce)
     teeth = case.process.evaluate(case.desired)
-    mean = replace(case.process, force=FORCES["mean"]).evaluate(case.desired)
+    mean = MeanForce(case.process.milling).evaluate(case.desired)
     return case.desired, teeth.wrench.before[0, :, :3], mean.wrench.before[0, :, :3]
 
 

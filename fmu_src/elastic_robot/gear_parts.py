@@ -156,9 +156,13 @@ class Drive:
                 require_number(key, value, minimum=0.0, open_end=True, unit=unit)
 
     def friction_torque(
-        self, friction: float | np.ndarray, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+        self,
+        friction: float | np.ndarray,
+        part: np.ndarray,
+        rate: np.ndarray,
+        gear_torque: np.ndarray,
     ) -> np.ndarray:
         """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
-        of_load = self.load_friction * np.abs(carried)
+        of_load = self.load_friction * np.abs(gear_torque)
         return np.asarray((friction * (1.0 - lost) + of_load) * part + self.viscous * rate)

@@ -165,7 +165,7 @@ class DrivenMotion:
             )
         elements = self._law.elements.count if self._law.acts else 0
         steps = (1 + elements) * (_MOST_STEPS + _STEPS_PER_SECOND * length)
-        left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
+        remaining, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
 
         def given_up(time: float, what: str) -> IntegrationError:
             return IntegrationError(
@@ -177,9 +177,9 @@ class DrivenMotion:
             return self._instant(y, state, slipping, commands, load.at(time - start), torque)
 
         def rate(time: float, y: np.ndarray) -> np.ndarray:
-            nonlocal left
-            left -= 1
-            if left < 0:
+            nonlocal remaining
+            remaining -= 1
+            if remaining < 0:
                 raise given_up(time, f"needs more than {steps:.0f} steps")
             now, (coordinates, rates, _) = instant(time, y), self._split(y)
             x, v = coordinates[: self._m], rates[: self._m]
@@ -283,18 +283,18 @@ class DrivenMotion:
         """Return what acts, and what the motors do."""
         coordinates, rates, integral = self._split(y)
         m, errors = self._m, self._dynamics.chain.kinematic_errors
-        carried = self._curve.torque(coordinates[:m]) + self._damping * rates[:m]
+        gear_torque = self._curve.torque(coordinates[:m]) + self._damping * rates[:m]
         if self._law.acts or self._motors.drives:
             elongation = slipping.elongation_at(coordinates)
         if self._law.acts:
-            carried = carried + self._law.torque(elongation)[:m]
+            gear_torque = gear_torque + self._law.torque(elongation)[:m]
         if not self._motors.drives:
-            return _Instant(errors.at_output(commands), acting, carried, NO_INSTANT)
+            return _Instant(errors.at_output(commands), acting, gear_torque, NO_INSTANT)
         angle, rate = start.motors.angle + coordinates[m:], rates[m:]
         motors = MotorState(angle, rate, integral, elongation[self._e :])
-        now = self._motors.at(commands, motors, carried, torque)
+        now = self._motors.at(commands, motors, gear_torque, torque)
         motor_motion = self._motors.joined(commands, np.array([angle, rate, now.acceleration]))
-        return _Instant(errors.at_output(motor_motion), acting, carried, now)
+        return _Instant(errors.at_output(motor_motion), acting, gear_torque, now)
 
     def _edges(
         self,

@@ -129,12 +129,12 @@ class Motors:
         """
         if not self.drives:
             return hysteresis
-        of, m, one = hysteresis.elements, len(hysteresis.slip_torque), np.ones(len(self.drives))
+        of, m, ones = hysteresis.elements, len(hysteresis.slip_torque), np.ones(len(self.drives))
         elements = Elements(
-            np.append(of.coordinate, m + np.arange(len(one))),
-            np.append(of.number, one.astype(int)),
+            np.append(of.coordinate, m + np.arange(len(ones))),
+            np.append(of.number, ones.astype(int)),
             np.append(of.slip_angle, self._each.slip_angle),
-            np.append(of.share, one),
+            np.append(of.share, ones),
         )
         slips = self.friction + self._each.load_friction
         return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
@@ -152,28 +152,30 @@ class Motors:
         self,
         commands: np.ndarray,
         state: MotorState,
-        carried: np.ndarray,
+        gear_torque: np.ndarray,
         given: np.ndarray,
     ) -> MotorInstant:
         """Return what the motors do.
 
         Args:
             commands: q, q', q'' of all drives' commands [rad, rad/s, rad/s^2], (3, n).
-            carried: S + H + d x' of all elastic coordinates, -T of gears [N m], (m,).
+            gear_torque: S + H + d x' of all elastic coordinates, -T of gears [N m], (m,).
             given: Torques of motors without servo [N m], (d,).
         """
-        (q, qd, qdd), gears = commands[:, self.joint], carried[self.gear]
+        (q, qd, qdd), gears = commands[:, self.joint], gear_torque[self.gear]
         each = self._each
         k_v, forward = each.position_gain, each.feed_forward
         rate_error = k_v * (q - state.angle) + forward * qd - state.rate
-        asked = each.rate_gain * rate_error + state.integral if self.servo else given
-        torque = np.minimum(np.maximum(asked, -self.limit), self.limit) if self.servo else given
+        torque_command = each.rate_gain * rate_error + state.integral if self.servo else given
+        torque = (
+            np.minimum(np.maximum(torque_command, -self.limit), self.limit) if self.servo else given
+        )
         rise = self.errors.slope(self.joined(commands[0], state.angle))[self.joint]
         part = state.presliding / each.slip_angle
         friction = each.friction_torque(self.friction, part, state.rate, gears)
         acceleration = (torque + rise * gears - friction) / each.inertia
         turning = k_v * (qd - state.rate) + forward * qdd - acceleration
-        return MotorInstant(rate_error, turning, asked, torque, acceleration)
+        return MotorInstant(rate_error, turning, torque_command, torque, acceleration)
 
     def modes(self, now: MotorInstant) -> np.ndarray:
         """Return the numbers of what z does from a state on, (d,)."""
@@ -215,11 +217,11 @@ class Motors:
         """Return the way to the torque limit, below 0 beyond it [N m], (d,)."""
         return self.limit - np.abs(now.asked)
 
-    def held(self, commands: np.ndarray, carried: np.ndarray) -> np.ndarray:
+    def held(self, commands: np.ndarray, gear_torque: np.ndarray) -> np.ndarray:
         """Return z [N m], (d,), with which servos hold motors that start as commanded; as of `at`."""
         q, qd, qdd = commands[:, self.joint]
         none = np.zeros(len(q))
-        now = self.at(commands, MotorState(q, qd, none, none), carried, none)
+        now = self.at(commands, MotorState(q, qd, none, none), gear_torque, none)
         inertia = self._each.inertia
         free = now.acceleration - now.torque / inertia
         return inertia * (qdd - free) - self._each.rate_gain * now.wanted

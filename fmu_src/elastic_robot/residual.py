@@ -167,7 +167,7 @@ def free_acceleration(
     x: np.ndarray,
     rate: np.ndarray,
     acting: ToolLoad,
-    carried: np.ndarray,
+    gear_torque: np.ndarray,
 ) -> np.ndarray:
     """Return the x'' [rad/s^2] of one state that makes its residual zero, (m,).
 
@@ -176,11 +176,11 @@ def free_acceleration(
         drives: q, q', q'' of the drives, behind their gears' errors [rad, rad/s, rad/s^2], (3, n).
         x, rate: Elastic coordinates and their rates [rad, rad/s], (m,).
         acting: Loads on the tool.
-        carried: S + H + d x' [N m], (m,).
+        gear_torque: S + H + d x' [N m], (m,).
     """
     motion = np.array([x, rate, np.zeros(len(x))])
     theta, theta_rate, of_drives = dynamics.chain.theta(drives, motion)
-    torque = carried + dynamics.loads(theta, theta_rate, of_drives, acting)
+    torque = gear_torque + dynamics.loads(theta, theta_rate, of_drives, acting)
     if len(x) == 0:  # which LAPACK refuses
         return torque
     # The mass matrix is positive definite; of numbers beyond all bounds there is no acceleration.

@@ -115,9 +115,9 @@ class RobotOutputs:
         Of an ideal drive what gives it the commanded motion: its gear's torque, as it feels it, its
         rotor's inertia, the friction of a motor that has slipped; in quasi-static mode its gear's alone.
         """
-        carried, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
+        gear_torque, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
         inputs, frictions = self._held, iter(self._parameters.friction)
-        torque = carried * self.chain.kinematic_errors.slope(self.motor_angle())[joints]
+        torque = gear_torque * self.chain.kinematic_errors.slope(self.motor_angle())[joints]
         if self._motors.drives:
             torque[np.isin(joints, self._motors.joint)] = self._instant().torque
             return torque
@@ -127,7 +127,7 @@ class RobotOutputs:
                 rate = float(inputs.qd[joint])
                 torque[row] += drive.inertia * inputs.qdd[joint]
                 torque[row] += drive.friction_torque(
-                    next(frictions), np.sign(rate), rate, carried[row]
+                    next(frictions), np.sign(rate), rate, gear_torque[row]
                 )
         return torque
 

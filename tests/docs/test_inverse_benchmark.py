@@ -41,7 +41,7 @@ def test_there_and_back_a_path_goes_on_where_it_turns():
 
 
 def rows(links: float, half: float) -> list[InverseRow]:
-    parts = {"plan": 9.0, "links": links, "gears": 0.25, "drives": 0.25}
+    parts = {"plan": 9.0, "links": links, "drives": 0.5}
     return [
         InverseRow("cone", curve, 150.7, parts, half, {"native FMU": 0.5})
         for curve in ("linear", "backlash")
@@ -49,13 +49,13 @@ def rows(links: float, half: float) -> list[InverseRow]:
 
 
 def test_goals_are_those_of_backlash_without_planning():
-    found = goals(rows(14.5, 6.0), (603.0, 2.1))
-    assert [goal.ratio for goal in found] == pytest.approx([15.0, 2.5, 2.1])
+    found = goals(rows(2.0, 1.0), (603.0, 0.4))
+    assert [goal.ratio for goal in found] == pytest.approx([2.5, 2.5, 0.4])
     assert [goal.reached for goal in found] == [True, False, False]
-    assert not goals(rows(14.6, 7.0), None)[0].reached
+    assert not goals(rows(2.1, 1.5), None)[0].reached
 
 
 def test_the_table_relates_the_inverse_to_its_half_and_to_others():
     assert lines(rows(2.0, 1.25)).splitlines()[-1] == (
-        "| cone, 151 s | `backlash` | 9.00 | 2.00 | 0.25 | 0.25 | 2.50 | 2.00 | 5.00 |"
+        "| cone, 151 s | `backlash` | 9.00 | 2.00 | 0.50 | 2.50 | 2.00 | 5.00 |"
     )

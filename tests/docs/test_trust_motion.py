@@ -142,7 +142,7 @@ def test_what_is_known_of_the_drives_is_corrected_and_what_is_not_stays(tmp_path
         (robot[0], f'{robot[1]}\ndrive = "ideal"'),
         ("[coupling]", '[plant]\ndrive = "servo"\n\n[coupling]'),
     )
-    real = line_case(tmp_path, "native", robot)
+    real = line_case(tmp_path, "native", (robot[0], f'{robot[1]}\ndrive = "servo"'))
     left = {name: deviation.maximum for name, deviation in drives.left_in(ideal, real).items()}
     assert left["ideal drives, corrected"] < 1e-6
     assert left["servos, corrected for them"] < 1e-6

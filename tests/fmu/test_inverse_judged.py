@@ -48,7 +48,7 @@ def test_the_judge_finds_the_moving_tool_on_its_path(
     """
     monkeypatch.setattr("coupling.conduct.write_pages", lambda run, place: None)
     (tmp_path / "case.toml").write_text(case)
-    done = command("compensate", tmp_path / "case.toml", "-o", tmp_path / "run")
+    done = command("compensate", "-v", tmp_path / "case.toml", "-o", tmp_path / "run")
     assert done.returncode == 0, done.stdout + done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     assert figures["process_evaluations"] == 2

@@ -21,6 +21,7 @@ from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
+from coupling.native import desk_drive
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
@@ -80,7 +81,7 @@ def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
         wind_up = solved.y[0]
     else:
         wind_up = curve.deflection(torque)
-    return GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    return GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
 
 
 def rows_of(cycle: float, degree: int) -> CommandRows:
@@ -195,6 +196,59 @@ def test_defects_and_a_step_are_those_of_the_dense_problem(kind: str, degree: in
         assert np.abs(apart).max() < 1e-5 * np.abs(dense).max()
 
 
+def test_a_step_of_a_stretch_is_that_of_its_dense_problem():
+    """What meets others is held; elsewhere nothing changes, and the value is that of the stretch."""
+    task, rows, rng = gear_task("backlash"), rows_of(0.02, 5), np.random.default_rng(4)
+    drive = GearDrive.of(task, rows)
+    fit = SplineFit.whole(drive, end_conditions(rows, 0.1))
+    coefficients = drive.link.mean() + 1e-3 * rng.standard_normal(rows.coefficients)
+    misses = np.append(0.0, 1e-5 * rng.standard_normal(drive.layout.nodes - 1))
+    parts, stride, expected = drive.layout.parts, drive.layout.stride, np.zeros(drive.layout.size)
+    stretches = np.array([[0, 14], [17, 29]])
+    for begin, end in stretches.tolist():
+        part = fit.part(begin, end)
+        here = coefficients[begin : end + 5], misses[begin * parts : end * parts + 1]
+        dense = drive_oracle.step(part, *here, 0.0)
+        size = part.drive.layout.size
+        expected[begin * stride : begin * stride + size][part.free] = dense[part.free]
+    found = fit.band_step(coefficients, misses, 0.0, stretches)
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max(), rtol=0.0)
+    assert not found[expected == 0.0].any()
+    trial = coefficients + found[drive.layout.coefficient], misses + found[drive.layout.miss]
+    rise, part = (
+        fit.value(*trial, where) - fit.value(coefficients, misses, where)
+        for where in (fit.whole_stretch, stretches)
+    )
+    assert part == pytest.approx(rise, rel=1e-9)
+
+
+def test_the_command_of_a_long_path_is_that_of_one_store(monkeypatch: pytest.MonkeyPatch):
+    """Small stores, and stretches that no longer change left out: what all at once gives."""
+    task, rows = gear_task("backlash"), rows_of(0.002, 5)
+    drive = GearDrive.of(task, rows)
+    fit = SplineFit.whole(drive, end_conditions(rows, float(LINK.at(np.zeros(1))[0, 0])))
+    begin = np.full(rows.coefficients, LINK.at(np.zeros(1))[0, 0]), np.zeros(drive.layout.nodes)
+    monkeypatch.setattr(desk_drive, "_LAG", rows.count)
+    whole = fit.descend(*begin, SplineFit.band_step, lambda *_: fit.whole_stretch)
+    monkeypatch.setattr(desk_drive, "_LAG", 16)
+    for found, expected in zip(fit.solve(*begin), whole, strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-11, rtol=0.0)
+
+
+def test_impulses_are_the_integrals_of_scipys_spline():
+    """Steps of any length, up to behind the last sample, where the torque stays."""
+    rng = np.random.default_rng(5)
+    for samples, steps, length in ((4, 3, 1.0), (5, 9, 0.31), (200, 71, 2.9)):
+        torque = rng.normal(size=samples)
+        spline = CubicSpline(0.1 * np.arange(samples), torque).antiderivative()
+        edges, end = 0.1 * length * np.arange(steps + 1), 0.1 * (samples - 1)
+        area = spline(np.minimum(edges, end)) + torque[-1] * np.maximum(edges - end, 0.0)
+        found = desk_drive.torque_impulses(0.1, torque, steps, 0.1 * length)
+        np.testing.assert_allclose(found, np.diff(area), atol=1e-14)
+    with pytest.raises(ValueError, match="expected 4 samples or more, got 3"):
+        desk_drive.torque_impulses(0.1, np.zeros(3), 2, 0.1)
+
+
 @pytest.mark.parametrize("degree", [3, 5])
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
 def test_limits_hold_between_rows_and_cost_little(kind: str, degree: int):
@@ -269,7 +323,7 @@ def test_any_torque_is_met_within_limits(
     curve = curve_of(kind)
     angles = np.linspace(-2e-3, 2e-3, 4001)
     wind_up = np.interp(torque, curve.torque(angles), angles)
-    task = GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
+    task = GearTask(LINK, times, torque, wind_up, curve, damping, times, np.full(801, INERTIA))
     limits = DriveLimits(1, acceleration=6.0)
     command = gear_command(task, rows_of(0.008, degree), limits)
     assert np.abs(command.at(np.linspace(0.0, END, 4001), 2)).max() <= 6.0 * (1 + 1e-9)

@@ -128,7 +128,9 @@ def test_gradients_of_a_gears_equations_are_those_of_differences(kind, degree):
     curve = MovingRobot(Robot("one", (joint,)), kind).curve
     errors = errors_of((2e-4, 300.0, 0.4), (1e-3, 2.0, 1.0))
     torque = 30.0 * np.sin(200.0 * time)
-    task = GearTask(link, time, torque, 0.0 * time, curve, 500.0, np.full(97, 20.0), errors=errors)
+    task = GearTask(
+        link, time, torque, 0.0 * time, curve, 500.0, time, np.full(97, 20.0), errors=errors
+    )
     drive = GearDrive.of(task, rows)
     layout = drive.layout
     unknowns = rng.normal(size=(layout.size,)) * 1e-3

@@ -205,7 +205,7 @@ def link_task(kind, damping):
         time, torque[:, None], curve, np.array([damping]), np.array([start]), (SLIP,)
     )
     inertia = np.full(801, INERTIA)
-    return GearTask(link, time, torque, wind_up.angle[:, 0], curve, damping, inertia, SLIP)
+    return GearTask(link, time, torque, wind_up.angle[:, 0], curve, damping, time, inertia, SLIP)
 
 
 @pytest.mark.parametrize("degree", [3, 5])

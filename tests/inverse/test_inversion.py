@@ -220,6 +220,6 @@ def test_the_polish_lowers_what_limited_drives_leave(robot, fmu):
 def test_a_path_that_asks_for_more_than_a_drive_can_do_is_refused_with_joint_and_time(robot):
     task = wanted(robot)
     with pytest.raises(
-        PlanningError, match=r"joint 1: expected at most 0\.1 rad/s\^2 .* at 0\.\d+ s"
+        PlanningError, match=r"joint 6: expected at most 0\.1 rad/s\^2 .* at 0\.\d+ s"
     ):
         inverted(robot, "backlash", task, cap=0.1)

@@ -199,7 +199,7 @@ def test_a_robot_alone_needs_a_posture_of_its_joints(tmp_path, capsys):
 
 
 def test_check_has_two_lines_of_modes(tmp_path, capsys):
-    main_of(["check", "examples/cases/milling_20000.toml", "-o", str(tmp_path / "c.html")])
+    main_of(["check", "-v", "examples/cases/milling_20000.toml", "-o", str(tmp_path / "c.html")])
     lines = capsys.readouterr().out.splitlines()
     place = lines.index("Modes")
     assert lines[place + 1].startswith("Lowest modes with locked motors")

@@ -22,7 +22,8 @@ from coupling.path.interpolation import SampledPath
 from coupling.process import ExternalProgram, ExternalTable
 from coupling.robot.cell import Cell, Member
 from coupling.solve.correction import Correction
-from coupling.solve.fixed_point import Loop, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Anderson
@@ -117,7 +118,7 @@ def failing_case(tmp_path: Path, limit: int) -> Path:
 
 
 def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
-    done = command("couple", failing_case(tmp_path, 0), "-o", tmp_path / "out")
+    done = command("couple", "-v", failing_case(tmp_path, 0), "-o", tmp_path / "out")
     assert done.returncode == 2
     assert "evaluation 0001" in done.stderr
     assert "licence lost" in done.stderr

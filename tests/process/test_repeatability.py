@@ -73,7 +73,7 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     """20 N on 300 N: reason, terminal, report, result.json; the second answer is kept."""
     case = with_program(tmp_path / "case", moving_line(), NOISY.format(seed="", sigma=20.0))
     out = tmp_path / "run"
-    done = command("compensate", case, "-o", out)
+    done = command("compensate", "-v", case, "-o", out)
     assert done.returncode == 1, done.stderr
     figures = json.loads((out / "result.json").read_text())
     assert figures["reason"].startswith(
@@ -92,7 +92,7 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     assert figures["process_evaluations"] == asked + 1
     assert len(figures["evaluation_keys"]) == asked
     # From the store the same run ends alike, and the process is asked anew all the same.
-    done = command("compensate", case, "-o", tmp_path / "second")
+    done = command("compensate", "-v", case, "-o", tmp_path / "second")
     second = json.loads((tmp_path / "second" / "result.json").read_text())
     assert not (tmp_path / "second" / "evaluations").exists()
     assert second["outcome"] == figures["outcome"]
@@ -111,7 +111,7 @@ def test_a_run_that_is_killed_while_it_asks_again_goes_on(tmp_path):
         "tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 3"
     )
     case = with_program(tmp_path / "case", text, wait + NOISY.format(seed="", sigma=20.0))
-    arguments = ("couple", case, "-o", tmp_path / "run")
+    arguments = ("couple", "-v", case, "-o", tmp_path / "run")
     run = start(tmp_path / "output.txt", *arguments)
     wait_until((tmp_path / "run.unfinished" / "asked_again" / "begun").exists)
     run.kill()
@@ -126,7 +126,7 @@ def test_a_coupling_names_it_too(tmp_path):
     text = LINE_CASE.read_text().replace("sample_s = 0.01", "sample_s = 0.05")
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 5")
     case = with_program(tmp_path / "case", text, NOISY.format(seed="", sigma=20.0))
-    done = command("couple", case, "-o", tmp_path / "run")
+    done = command("couple", "-v", case, "-o", tmp_path / "run")
     assert done.returncode == 1, done.stderr
     reason = json.loads((tmp_path / "run" / "result.json").read_text())["reason"]
     assert reason.startswith("the process gave different forces on the same path, by up to")
@@ -139,7 +139,7 @@ def test_a_process_that_answers_alike_is_not_blamed(tmp_path):
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 3")
     program = NOISY.format(seed='open("path.csv").read()', sigma=20.0)
     case = with_program(tmp_path / "case", text, program)
-    done = command("couple", case, "-o", tmp_path / "run")
+    done = command("couple", "-v", case, "-o", tmp_path / "run")
     assert done.returncode == 1, done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     assert figures["reason"] == "not converged within 3 evaluations of the process"
@@ -169,7 +169,7 @@ def test_a_memory_is_found(tmp_path):
     text = text.replace("stiffness_N_m = 2.0e5", "")
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 4")
     (tmp_path / "case.toml").write_text(text)
-    done = command("couple", tmp_path / "case.toml", "-o", tmp_path / "run")
+    done = command("couple", "-v", tmp_path / "case.toml", "-o", tmp_path / "run")
     reason = json.loads((tmp_path / "run" / "result.json").read_text())["reason"]
     assert done.returncode == 1
     assert "on the same path, by up to 30 N (30 N rms) of 340 N" in reason
@@ -181,10 +181,10 @@ def test_check_asks_twice_and_says_so(tmp_path):
         (0.0, "gave the same forces"),
     ):
         case = with_program(tmp_path, LINE_CASE.read_text(), NOISY.format(seed="", sigma=sigma))
-        done = command("check", case, "--evaluate", "-o", tmp_path / "page.html")
+        done = command("check", "-v", case, "--evaluate", "-o", tmp_path / "page.html")
         assert done.returncode == 0, done.stderr
         assert words in done.stdout
-    done = command("check", LINE_CASE, "--evaluate", "-o", tmp_path / "page.html")
+    done = command("check", "-v", LINE_CASE, "--evaluate", "-o", tmp_path / "page.html")
     assert "the same path" not in done.stdout
 
 

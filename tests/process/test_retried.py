@@ -80,7 +80,7 @@ def test_a_run_with_such_a_program_leaves_the_same_bytes(tmp_path):
     for name, failing in (("failing", EVERY_SECOND), ("sound", "")):
         case = program_case(tmp_path / "case", failing + PLAIN_SPRINGS, "retries = 1")
         out = tmp_path / name / "run"
-        done = command("couple", case, "-o", out)
+        done = command("couple", "-v", case, "-o", out)
         assert done.returncode == 0, done.stderr
         runs[name] = out
         assert ("Warning: try 1 of 2 failed" in done.stdout) == (name == "failing")
@@ -147,7 +147,7 @@ def test_a_run_that_is_killed_in_the_second_try_begins_that_anew(tmp_path):
         "if begun.read_text() == 'xx': time.sleep(60)\n"
     )
     case = program_case(tmp_path / "case", program + PLAIN_SPRINGS, "retries = 1")
-    arguments = ("couple", case, "-o", tmp_path / "run")
+    arguments = ("couple", "-v", case, "-o", tmp_path / "run")
     run = start(tmp_path / "output.txt", *arguments)
     wait_until(lambda: (tmp_path / "begun").exists() and (tmp_path / "begun").read_text() == "xx")
     run.kill()

@@ -233,7 +233,7 @@ def test_bad_tables_say_what_is_needed():
 
 @pytest.mark.parametrize("package", ["numba", "threadpoolctl"])
 def test_without_its_packages_the_extra_is_named(tmp_path, package):
-    arguments = "couple", CASES / "cone_fem.toml", "-o", tmp_path / "out"
+    arguments = "couple", "-v", CASES / "cone_fem.toml", "-o", tmp_path / "out"
     run = start(tmp_path / "output.txt", *arguments, missing=[package])
     assert run.status() == 2
     said = " ".join((tmp_path / "output.txt").read_text().split())
@@ -265,7 +265,7 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(command
     )
     text += "\n[coupling]\ntolerance_m = 1e-4\nmax_evaluations = 2\n"
     (tmp_path / "small.toml").write_text(text)
-    done = command("couple", tmp_path / "small.toml", "-o", tmp_path / "out")
+    done = command("couple", "-v", tmp_path / "small.toml", "-o", tmp_path / "out")
     assert done.returncode in (0, 1), done.stderr
     run = read_run(tmp_path / "out")
     assert set(run.workpieces) == {"actual"}

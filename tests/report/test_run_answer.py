@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from line_case import line_case
@@ -31,7 +30,7 @@ def finished(tmp_path_factory) -> RunResult:
 
 
 def answered(figures: RunResult, tolerance: float | None) -> Answer:
-    context = RunContext(Path("results/line"), "line.toml", "icme2008", tolerance)
+    context = RunContext("results/line", "line.toml", "icme2008", tolerance)
     return run_answer(figures, context)
 
 
@@ -131,8 +130,8 @@ def test_a_first_screen_needs_no_glossary(finished):
 
 def test_commands_can_be_copied_from_the_page_whatever_the_names():
     """A folder with blanks and quotes is one word of a command; what is told is no HTML."""
-    context = RunContext(Path("results/it's a cone"), "a case.toml", "icme2008")
-    assert context.command("report", str(context.folder)) == (
+    context = RunContext("results/it's a cone", "a case.toml", "icme2008")
+    assert context.command("report", context.folder) == (
         "elastic-robot report 'results/it'\"'\"'s a cone'"
     )
     page = document("", [], replace(Answer("<b>", steps=()), reason="&"))

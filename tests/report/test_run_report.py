@@ -100,39 +100,54 @@ def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
 def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
     after = drawn_in(robot_page(*long))["deviation"]["data"][2]
     assert after["name"] == "after compensation, moving robot"
-    assert max(after["y"]) == pytest.approx(4000.0, rel=1e-4)
+    assert max(after["y"]) == pytest.approx(4.0, rel=1e-4)
     assert len(after["y"]) < 4000
 
 
+def test_distances_begin_at_zero_and_end_where_the_path_does(long):
+    """The tolerance is drawn in, the robot in the other mode is off until its name is pressed."""
+    figure = deviation(long[1], tolerance=5e-4)
+    assert figure.layout.yaxis.type is None
+    assert figure.layout.yaxis.range[0] == 0.0
+    assert figure.layout.xaxis.range == (0.0, 600.0)
+    (rule,) = figure.layout.shapes
+    assert (rule.y0, rule.label.text) == (0.5, "tolerance")
+    seen = {trace.name: trace.visible for trace in figure.data[:3]}
+    assert seen == {
+        "before compensation, moving robot": None,
+        "before compensation, quasi-static robot": "legendonly",
+        "after compensation, moving robot": None,
+    }
+
+
 def test_before_and_after_have_one_scale_of_colours(long):
-    """From the smallest to the largest of both, and a peak of one sample is the reddest piece."""
+    """To the largest of both, and a peak of one sample is drawn last, in the colour of the end."""
     _, robot = long
     part = {"position_m": [1.6, 0.0, 0.8], "rpy_deg": [0.0, 0.0, 90.0]}
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     before, after = from_above(views)
     bars = [figure.data[-1].marker for figure in (before, after)]
-    distances = [1e6 * path.distance_to(robot.desired) for path in robot.actual.values()]
+    normals = [np.abs(view.normal) for view in views]
+    distances = [path.distance_to(robot.desired) for path in robot.actual.values()]
     assert bars[0].cmin == bars[1].cmin
-    assert bars[0].cmax == bars[1].cmax == pytest.approx(np.log10(np.max(distances)))
+    assert bars[0].cmax == bars[1].cmax == pytest.approx(1e3 * np.max(normals))
     assert bars[0].colorscale == bars[1].colorscale
     reddest = after.data[-2]  # the worst is drawn last
-    row = int(np.argmax(distances[1]))
+    row = int(np.argmax(normals[1]))
+    assert row == int(np.argmax(distances[1]))
     x, y, _ = 1e3 * (robot.desired.position[0, row] - [1.6, 0.0, 0.8])
     turned = np.array([y, -x])  # the part's x axis is the world's y axis
     near = np.hypot(*(np.array([reddest.x, reddest.y], dtype=float).T - turned).T)
     assert np.nanmin(near) < 1e-6
-    assert len(before.data) == 2  # one distance all along: one colour, and the bar
 
 
 def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finished, long):
-    labels = {note.text: (note.x, 10.0**note.y) for note in deviation(long[1]).layout.annotations}
+    labels = {note.text: (note.x, note.y) for note in deviation(long[1]).layout.annotations}
     time = long[1].desired.time
     assert set(labels) == {"joint 2", "joint 5"}
-    assert labels["joint 5"] == pytest.approx((time[140_000], 2000.0), rel=1e-4)
-    heights = {
-        (note.text, round(10.0**note.y, -2)) for note in deviation(long[1]).layout.annotations
-    }
-    assert heights == {("joint 2", 1000.0), ("joint 2", 4000.0), ("joint 5", 2000.0)}
+    assert labels["joint 5"] == pytest.approx((time[140_000], 2.0), rel=1e-4)
+    heights = {(note.text, round(note.y, 1)) for note in deviation(long[1]).layout.annotations}
+    assert heights == {("joint 2", 1.0), ("joint 2", 4.0), ("joint 5", 2.0)}
     stored = read_run(finished[2]).first
     gears = {f"joint {change.joint}" for change in stored.figures.reversals}
     assert gears

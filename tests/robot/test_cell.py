@@ -37,7 +37,8 @@ from coupling.run.folder import write_run
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS, OtherModePaths, tool_gap
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
-from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone
 from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, support_along

@@ -77,7 +77,7 @@ def told(case: Case, joints, wrench, folder: Path, drive: str) -> dict[int, tupl
 def finished(tmp_path_factory):
     """Case, run folder and what the terminal said."""
     folder = tmp_path_factory.mktemp("motors")
-    done = command("compensate", line(folder, 12000.0), "-o", folder / "out")
+    done = command("compensate", "-v", line(folder, 12000.0), "-o", folder / "out")
     assert done.returncode == 0, done.stdout + done.stderr
     return load_case(folder / "line.toml"), folder / "out", done.stdout
 
@@ -138,7 +138,7 @@ def test_reversals_of_a_motor_and_what_its_friction_sticks_have_closed_forms():
 def test_a_path_that_asks_for_more_than_a_motor_has_is_refused(tmp_path, mode, method):
     """Which joint, when, how much more; no result, as for other demands that cannot be met."""
     changes = [('"dynamic"', f'"{mode}"'), ('"inverse"', f'"{method}"')]
-    done = command("compensate", line(tmp_path, 5000.0, "", *changes), "-o", tmp_path / "out")
+    done = command("compensate", "-v", line(tmp_path, 5000.0, "", *changes), "-o", tmp_path / "out")
     said = " ".join((done.stdout + done.stderr).split())
     assert re.search(
         r"joint 2: its motor needs \S+ N m at t = \d\.\d+ s; its torque limit is 5000 N m, \S+ N m"
@@ -186,7 +186,7 @@ def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_
 def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
     """Its simulation has no motors: it says which joint, when and how much, and exits with 1."""
     file = line(tmp_path, 5000.0, 'drive = "ideal"')
-    done = command("compensate", file, "-o", tmp_path / "out")
+    done = command("compensate", "-v", file, "-o", tmp_path / "out")
     assert done.returncode == 1
     figures = json.loads((tmp_path / "out" / "result.json").read_text())
     assert figures["outcome"] == "robot failed"
@@ -255,7 +255,7 @@ def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
         ),
         (most + 0.01, "", "-"),
     ):
-        done = command("check", line(tmp_path, limit), "-o", tmp_path / "check.html")
+        done = command("check", "-v", line(tmp_path, limit), "-o", tmp_path / "check.html")
         said = " ".join(done.stdout.split())
         assert words in said
         assert ("its motor needs" in said) == bool(words)

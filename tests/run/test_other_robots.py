@@ -76,7 +76,7 @@ def written(folder: Path, more: list[str], place: str = "") -> Path:
 def test_a_robot_of_seven_axes_is_compensated_to_a_few_micrometres_and_replays_so(tmp_path, judged):
     """The command as written, through the FMU, by the judge that shares no code with the project."""
     case = written(tmp_path, [ELASTIC] * 7)
-    done = command("compensate", case, "-o", tmp_path / "run", "--no-store")
+    done = command("compensate", "-v", case, "-o", tmp_path / "run", "--no-store")
     assert done.returncode == 0, done.stderr
     fmu = tmp_path / "arm.fmu"
     built = command(
@@ -106,9 +106,9 @@ def test_place_looks_at_the_postures_that_a_placed_case_is_planned_in(tmp_path):
 def test_a_robot_without_elastic_joints_is_rigid_and_says_so(tmp_path):
     case = written(tmp_path, [""] * 6)
     for words in (
-        ("check", case, "-o", tmp_path / "c.html"),
-        ("couple", case, "-o", tmp_path / "a", "--no-store"),
-        ("compensate", case, "-o", tmp_path / "b", "--no-store"),
+        ("check", case, "-v", "-o", tmp_path / "c.html"),
+        ("couple", case, "-v", "-o", tmp_path / "a", "--no-store"),
+        ("compensate", case, "-v", "-o", tmp_path / "b", "--no-store"),
     ):
         done = command(*words)
         assert done.returncode == 0, done.stderr
@@ -128,7 +128,7 @@ def test_what_a_program_leaves_out_is_in_the_report_of_its_run_once(tmp_path):
     (tmp_path / "part.nc").write_text(
         "G21 G90 G54\nG0 X0. Y0. Z2.\nG1 Z-2. F900 M8\nX3.\nY1\nG0 Z2."
     )
-    done = command("couple", case, "-o", tmp_path / "run", "--no-store")
+    done = command("couple", "-v", case, "-o", tmp_path / "run", "--no-store")
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "run" / "report.html").read_text()
     for said in ("part.nc: read and left out: G54, M8", "part.nc: line 5: Y1 is a whole number"):
@@ -140,8 +140,8 @@ def test_what_a_program_leaves_out_is_in_the_report_of_its_run_once(tmp_path):
 def test_robots_that_give_way_in_some_joints_or_tilts_alone_run_all_commands(tmp_path, more):
     case = written(tmp_path, more)
     for words in (
-        ("check", case, "-o", tmp_path / "c.html"),
-        ("compensate", case, "-o", tmp_path / "b", "--no-store"),
+        ("check", case, "-v", "-o", tmp_path / "c.html"),
+        ("compensate", case, "-v", "-o", tmp_path / "b", "--no-store"),
     ):
         done = command(*words)
         assert done.returncode == 0, done.stderr
@@ -154,7 +154,7 @@ def test_robots_that_give_way_in_some_joints_or_tilts_alone_run_all_commands(tmp
 
 def test_more_joints_than_the_native_fmu_holds_are_refused_where_a_case_is_read(tmp_path):
     case = written(tmp_path, [ELASTIC] * (MOST_JOINTS + 1))
-    done = command("check", case)
+    done = command("check", "-v", case)
     assert done.returncode == 2
     said = " ".join(done.stderr.split())
     assert f"expected at most {MOST_JOINTS} joints for a native FMU, got {MOST_JOINTS + 1}" in said

@@ -26,7 +26,8 @@ from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
 from coupling.run.sampling import SAMPLING, SamplingCheck, flatter, parabolic, sampling_of, steeper
 from coupling.solve.correction import Correction
-from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop, Tolerance
 
 # Of the coupling that is the reference [m]: far below what samples cost.
 EXACT = Tolerance(1e-8, 5e-9, 1e-5)

@@ -18,7 +18,7 @@ from coupling.run.stored_run import read_run
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stored") / "out"
-    done = command("compensate", LINE_CASE, "-o", folder, "--no-store")
+    done = command("compensate", "-v", LINE_CASE, "-o", folder, "--no-store")
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 

@@ -23,7 +23,8 @@ from coupling.path.joint_path import JointPath
 from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Aitken, ConstantRelaxation

@@ -17,7 +17,8 @@ from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.robot.cell import Cell, Member
-from coupling.solve.fixed_point import Loop, couple, unloaded_path
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop, unloaded_path
 from coupling.solve.robin import Robin
 from elastic_robot.fmi.interface import Mode
 

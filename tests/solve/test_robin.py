@@ -20,7 +20,8 @@ from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
-from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.coupling import couple
+from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.outcome import Outcome
 from coupling.solve.robin import ProcessStiffness, Robin
 from coupling.solve.scheme import Scheme

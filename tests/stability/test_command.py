@@ -250,18 +250,21 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
     assert re.search(
         r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", said
     )
-    assert run("check", slot(tmp_path, 0.0005), "-o", tmp_path / "check.html") == 0
+    assert run("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
     assert "Warning: The cut" not in said
     assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
 
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
-    coupling = '\n[coupling]\nscheme = "constant"\nmax_evaluations = 2\n'
     folder = tmp_path / "run"
-    run("couple", slot(tmp_path, more=coupling), "-o", folder, "--no-store")
-    verdict = next(line for line in capsys.readouterr().out.splitlines() if "CONVERGED" in line)
-    assert re.search(r"; the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
+    assert run("couple", slot(tmp_path), "-v", "-o", folder, "--no-store") == 1
+    verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
+    assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
+    assert re.search(
+        r"stable would be less than 1\.\d+ mm at 3000 1/min, or 2 mm at \d+ 1", verdict
+    )
+    assert "the iteration: converged in" in verdict
     stored = json.loads((folder / "result.json").read_text())["stability"]
     assert not stored["stable"]
     assert 1e-3 < stored["limit_m"] < 2e-3

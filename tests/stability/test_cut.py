@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from steady_feed import steady_wrench
 
-from coupling.process.cutting_force import Cutter, CuttingCoefficients, Engagement, tooth_wrench
+from coupling.process.cutting_force import Cutter, CuttingCoefficients, Engagement
 from coupling.stability.cut import ProcessDamping, SteadyCut
 
 STEEL = CuttingCoefficients(1.9e9, 0.8e9, 0.35e9, 3.0e4, 4.5e4, 2.0e3)
@@ -30,7 +31,7 @@ def test_the_gain_is_the_derivative_of_the_teeths_force_by_the_chip(arc, helix):
         engaged = Engagement(
             np.tile(chip, (len(time), 1)), *(v * ones for v in ARCS[arc]), 4e-3 * ones
         )
-        return tooth_wrench(cut.cutter, STEEL, engaged, time)
+        return steady_wrench(cut.cutter, STEEL, engaged, time)
 
     feed, size = np.array([1.0, 0.0]), 1e-3
     # Chips that stay above zero in the whole arc: the force is then linear in them.

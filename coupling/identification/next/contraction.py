@@ -172,8 +172,10 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
             f" so uncertain that at every cutoff down to {CUTOFFS[-1]:g} Hz a deviation may grow:"
             f" {contractions[-1].sentence}"
         )
-    best = chosen(responses, gain)
+    best, refused = chosen(responses, gain), contractions[0]
     raise LearnError(
-        f"--cutoff-Hz: expected at most {best.cutoff:g} Hz on this robot and path, got {cutoff:g} Hz:"
-        f" {contractions[0].sentence}"
+        f"--cutoff-Hz: expected at most {best.cutoff:g} Hz on this robot and path, got {cutoff:g} Hz,"
+        f" where of a deviation below that {100 * refused.learned:.0f} % may remain after the next run"
+        f" (limit {100 * LEARNED:.0f} %), and {100 * refused.everywhere:.1f} % at"
+        f" {refused.worst_frequency:.1f} Hz (limit {100 * EVERYWHERE:.0f} %)"
     )

@@ -35,6 +35,9 @@ _VALUES = 6.0
 _FIRST, _CAUTIOUS = 1.5, 0.4
 # Cutoff up to which it grows [Hz]: above it a correction has more noise than signal.
 _HIGHEST = 3.0
+# Runs that are compared for outliers; a run is one where it is so many times as far from their median as
+# they usually are.
+_COMPARED, _OUTLIER = 3, 6.0
 # Steps of the table of a correction per time constant of the filter, and fewest of them.
 _STEPS, _FEWEST_STEPS = 2.0, 8
 
@@ -139,12 +142,47 @@ def learn_path(history: History, model: CommandModel, step: LearningStep) -> Pat
     desired = run.desired.time
     count = max(int(np.ceil(_STEPS * len(low_pass.time))), _FEWEST_STEPS)
     time = np.linspace(desired[0], desired[-1], count + 1)
-    unmodelled = history.unmodelled(step.base, model.x)
-    before = corrected(run, run.measured.time)
+    last = range(max(step.base + 1 - _COMPARED, 0), step.base + 1)
+    unmodelled = replace_outliers(
+        np.array([_slow_at(low_pass.time, history, number, model.x, cutoff) for number in last])
+    )
     gain = step.gain * model.contraction.gain
-    change = gain * low_pass(unmodelled - before)
+    change = gain * (unmodelled - low_pass(corrected(run, run.measured.time)))
     deviation = corrected(run, time) + interpolated(time, low_pass.time, change)
     return PathCorrection(time, deviation, cutoff, gain, gain * low_pass.weight_of_sample)
+
+
+def _slow_at(
+    time: np.ndarray, history: History, number: int, x: np.ndarray, cutoff: float
+) -> np.ndarray:
+    """Return what a robot with log factors x [1], (P,), does not explain of a run [m, rad], (k, 6)."""
+    low_pass = SlowPart.of(history.runs[number].measured.time, cutoff)
+    return interpolated(time, low_pass.time, low_pass(history.unmodelled(number, x)))
+
+
+def replace_outliers(runs: np.ndarray) -> np.ndarray:
+    """Return the last run, with the median of three where that is far from it (Hampel's filter).
+
+    What one run alone shows for a while is an outlier until another one confirms it.
+
+    Args:
+        runs: Deviations beyond the model of the last runs [m, rad], (1 to 3, k, 6).
+
+    Example:
+        >>> runs = np.zeros((3, 50, 6))
+        >>> runs[:, :, 0] = 1e-5 * np.arange(3.0)[:, None]
+        >>> runs[2, 20, 0] = 2e-4
+        >>> replace_outliers(runs)[18:22, 0].tolist()
+        [2e-05, 2e-05, 1e-05, 2e-05]
+        >>> replace_outliers(runs[1:])[20, 0].tolist()
+        0.0002
+    """
+    if len(runs) < _COMPARED:
+        return np.asarray(runs[-1])
+    median = np.median(runs, axis=0)
+    distance = np.linalg.norm((runs - median)[:, :, :3], axis=2)
+    far = distance[-1] > _OUTLIER * np.median(np.sort(distance, axis=0)[1:])
+    return np.where(far[:, None], median, runs[-1])
 
 
 def corrected(run: MeasuredRun, time: np.ndarray) -> np.ndarray:

@@ -5,46 +5,58 @@ or not at all, and a fit of everything but a few crossings takes these for outli
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
 explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
 
-Until then rows have a fifth of the weight of their noise, which smooths the cost.  The last fit has rows
-weighted by noise and variance inflation (`UnexplainedPart`): the most likely robot, and its covariance.
+Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
+the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
+a crossing at the wrong time is no such thing.  The last fit has rows weighted by noise and variance
+inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
-from coupling.identification.runs.descent import (
+from coupling.identification.estimate import Estimate, estimate
+from coupling.identification.runs.effect import in_parallel
+from coupling.identification.runs.linearisation import (
     FLOOR,
-    MOST_ITERATIONS,
-    SETTLED,
-    Descent,
-    DescentPoint,
+    FitObjective,
+    FitPoint,
+    RunLinearisation,
 )
-from coupling.identification.runs.effect import SecantEffect, in_parallel
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import UnexplainedPart
 from coupling.identification.runs.slow_part import SlowPart
+from coupling.identification.runs.whitening import (
+    NONE,
+    SLOW_SPECTRA,
+    SPECTRA,
+    USUAL,
+    UnmodelledSpectrum,
+    WhitenedRun,
+    likeliest_spectrum,
+)
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 
 # Changes of a log factor for differences, one after the other: the valley is narrower than the local
 # minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Rows count by what the search has left over noise, then by what that leaves.
-_COUNTED = 2
-# Iterations of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
-# whole, and of so many gears' best sides.
-_LED, _PART_TRIES, _TRIES, _RESTART_GEARS = 6, 1, 2, 2
+# Steps of a fit to a part and to the whole; restarts of a part and of the whole, and of so many gears'
+# best sides.
+_PART_STEPS, _STEPS, _PART_TRIES, _TRIES, _RESTART_GEARS = 12, 30, 1, 2, 2
+# A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
+# every unknown.
+_SETTLED = 0.15
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
 # Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
 # narrow, and the first iterations may have led to the wrong side of what was known.
-_STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
+_STEPS_ASIDE = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
 _SIZES = (1.0 / 3.0, 2.0 / 3.0)
 # What is looked at first [s], by how much more at least, and how far behind where noise ends.
 _FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
@@ -56,20 +68,22 @@ _OVER, _FAR = 0.2, 2.0
 
 
 @dataclass(frozen=True)
-class ParameterFit(DescentPoint):
+class ParameterFit(FitPoint):
     """The most likely robot, and how sure it is.
 
     Attributes:
         covariance: Covariance matrix of all unknowns, in products of their units, (U, U), with rows
             that count by noise and by what is left over it; of each parameter by the derivatives that
             give the wider interval.
-        converged: Whether the last step explained next to nothing.
-        left_over: Discrepancy beyond noise.
+        converged: Whether another step would explain next to nothing.
+        left_over: Discrepancy beyond noise and spectrum.
+        spectrum: Spectrum of what the model does not describe.
     """
 
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
+    spectrum: UnmodelledSpectrum
 
 
 class Fitter:
@@ -81,77 +95,82 @@ class Fitter:
 
     def __init__(self, problem: FitProblem) -> None:
         self.problem = problem
-        self._whole = self._descent(problem)
+        self._whole = FitObjective(problem, NONE)
 
-    def fit(self, start: np.ndarray) -> ParameterFit:
+    def fit(
+        self, start: np.ndarray, progress: Callable[[int, int], None] = lambda done, total: None
+    ) -> ParameterFit:
         """Return the most likely parameters.
 
         Args:
             start: Log factors to begin at [1], (P,).
+            progress: Function called with the milliseconds of the runs that are fitted, and all.
         """
-        whole, now = self._whole, self._whole.framed(start)
-        before, seconds = 0.0, self._window(now, 0.0)
+        longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
+        whole = FitObjective(self.problem, NONE)
+        now, spectrum = whole.framed(start), USUAL
+        before, seconds = 0.0, _window(whole, now, 0.0)
         while seconds < np.inf:
-            part = self._descent(self.problem.until(seconds))
-            here = part.at(now.z)
-            if before == 0.0:
-                here, _ = part.descended(here, part.problem.effects)
-            here, _ = self._refined(part, here, _LED, _PART_TRIES)
-            now, before = whole.at(here.z), seconds
-            seconds = self._window(now, before, _is_noise(part, here))
-        now, _ = self._refined(whole, now, MOST_ITERATIONS, _TRIES)
-        return self._settled(now)
+            part = FitObjective(self.problem.until(seconds), spectrum)
+            here = _refined(part, part.at(now.z), _PART_STEPS, _PART_TRIES).linearisation
+            spectrum = _likeliest(here, SLOW_SPECTRA)
+            whole = FitObjective(self.problem, spectrum)
+            now, before = whole.at(here.point.z), seconds
+            progress(min(round(1e3 * before), longest), 2 * longest)
+            seconds = _window(whole, now, before, _is_noise(part, here.point))
+        progress(longest, 2 * longest)
+        return self._settled(_refined(whole, now, _STEPS, _TRIES).linearisation)
 
-    def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the slow parts of what given parameters leave, behind the frame that fits them best.
+    def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
+        """Return what given parameters leave, behind the frame that fits them best.
 
         Args:
             x: Log factors [1], (P,).
-
-        Returns:
-            Slow parts of every measured run [m], (k, 3) or (k, 6), + c of motors.
+            spectrum: Spectrum of what the model does not describe.
         """
-        return self._whole.framed(x).slow
+        return FitObjective(self.problem, spectrum).framed(x)
 
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
         """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         return self._whole.noise(residuals)
 
-    def _settled(self, now: DescentPoint) -> ParameterFit:
+    def _settled(self, now: RunLinearisation) -> ParameterFit:
         """Return the most likely robot near what was found, and how sure it is."""
-        left_over, converged = self._left_over(now), False
-        for _ in range(_COUNTED):
-            counted = left_over.over
-            descent = self._counted(now, counted)
-            now = descent.at(now.z)
-            for change in _SMALL_CHANGES:
-                now, converged = descent.descended(now, self.problem.secants(change))
-            left_over = self._left_over(now)
-            if counted == 1.0:
-                break
-        covariance = self._covariance(self._counted(now, left_over.over), now)
+        for change in _SMALL_CHANGES:
+            spectrum = _likeliest(now, SPECTRA)
+            over = self._left_over(self._counted(now, spectrum, 1.0)).over
+            counted = replace(self._counted(now, spectrum, over), change=change, exact_at=None)
+            fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
+            now = fit.linearisation
+        left_over = self._left_over(self._counted(now, spectrum, 1.0))
+        covariance = self._covariance(self._counted(now, spectrum, left_over.over))
         return ParameterFit(
-            **vars(now), covariance=covariance, converged=converged, left_over=left_over
+            **vars(now.point),
+            covariance=covariance,
+            converged=fit.is_settled,
+            left_over=left_over,
+            spectrum=spectrum,
         )
 
-    def _counted(self, now: DescentPoint, over: float) -> Descent:
-        """Return the method with rows weighted by their noise, its variance times a factor."""
-        variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
-        return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
+    def _counted(
+        self, now: RunLinearisation, spectrum: UnmodelledSpectrum, over: float
+    ) -> RunLinearisation:
+        """Return the same with rows weighted by their noise, its variance times a factor."""
+        variance = max(over * self._whole.noise(now.point.residuals) ** 2 / 3.0, FLOOR**2)
+        objective = FitObjective(self.problem, spectrum, variance)
+        return replace(now, objective=objective, point=objective.at(now.x))
 
-    def _left_over(self, now: DescentPoint) -> UnexplainedPart:
-        """Return what is left over noise."""
-        variance = max(self._whole.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
-        parts = list(zip(self._whole.slow, now.slow, strict=True))
-        squares = sum(
-            mean.independent * float(np.sum(rows_of_run**2)) for mean, rows_of_run in parts
-        )
-        rows = sum(mean.independent * rows_of_run.size for mean, rows_of_run in parts)
-        data = self._counted(now, 1.0).equations(now, self.problem.effects)[0]
-        data = data - np.diag(self.problem.prior**-2.0)
-        return UnexplainedPart.of(squares / variance, rows, data, self.problem.prior)
+    def _left_over(self, now: RunLinearisation) -> UnexplainedPart:
+        """Return what is left over noise, by rows that are weighted by that."""
+        objective, point = now.objective, now.point
+        variance = max(self._whole.noise(point.residuals) ** 2 / 3.0, FLOOR**2)
+        parts = list(zip(objective.slow, point.rows, strict=True))
+        squares = sum(mean.independent * float(np.sum(rows**2)) for mean, rows in parts)
+        count = sum(mean.independent * rows.size for mean, rows in parts)
+        data = objective.equations(point, now.slopes)[0] - np.diag(self.problem.prior**-2.0)
+        return UnexplainedPart.of(squares / variance, count, data, self.problem.prior)
 
-    def _covariance(self, counted: Descent, now: DescentPoint) -> np.ndarray:
+    def _covariance(self, now: RunLinearisation) -> np.ndarray:
         """Return the covariance of all unknowns, by the derivatives that give the wider interval.
 
         An unloaded gear leaves its flank at another time when anything is changed, which differences of
@@ -160,7 +179,9 @@ class Fitter:
         """
         secants = self.problem.secants(_CHANGES[0])
         by_secants, by_equation = (
-            np.linalg.inv(counted.equations(now, derivatives)[0])
+            np.linalg.inv(
+                now.objective.equations(now.point, now.objective.slopes(now.x, derivatives))[0]
+            )
             for derivatives in (secants, self.problem.effects)
         )
         wider = np.sqrt(np.maximum(1.0, np.diag(by_equation) / np.diag(by_secants)))
@@ -168,66 +189,78 @@ class Fitter:
         covariance: np.ndarray = wider[:, None] * by_secants * wider
         return covariance
 
-    def _descent(self, problem: FitProblem) -> Descent:
-        slow = [SlowPart.of(run.measured.time) for run in problem.runs]
-        return Descent(problem, slow)
 
-    def _window(self, now: DescentPoint, before: float, explained: bool = True) -> float:
-        """Return how far to look next [s]."""
-        whole = self._whole
-        return fitting_window(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
-
-    def _refined(
-        self, part: Descent, start: DescentPoint, most: int, tries: int
-    ) -> tuple[DescentPoint, bool]:
-        """Return what is found of a part, from some unknowns and beside them, and whether for good."""
-        secants = [part.problem.secants(change) for change in _CHANGES]
-
-        def refined(now: DescentPoint) -> tuple[DescentPoint, bool]:
-            now, settled = part.descended(now, secants[0], most)
-            if not _is_noise(part, now):
-                now, settled = part.descended(now, secants[1], most)
-            return now, settled
-
-        now, converged = refined(start)
-        restarts = _restart_points(part, now, secants[0])
-        for _ in range(tries):
-            neighbour = None if _is_noise(part, now) else next(restarts, None)
-            if neighbour is None:
-                break
-            other, settled = refined(neighbour)
-            if part.costed(other.z, other.slow, now.scale)[1] < now.cost - SETTLED:
-                now, converged = other, settled
-                restarts = _restart_points(part, now, secants[0])
-        return now, converged
+def _likeliest(now: RunLinearisation, spectra: Sequence[UnmodelledSpectrum]) -> UnmodelledSpectrum:
+    """Return the likeliest spectrum of what the model does not describe."""
+    objective, runs = now.objective, []
+    for number, run in enumerate(objective.problem.runs):
+        poses = run.coordinates
+        rows = now.point.slow[number][:, :poses]
+        columns = np.zeros((*rows.shape, objective.problem.size))
+        of_run = objective.columns(now.point, number, now.slopes[number])[:, :poses]
+        columns[:, :, objective.unknowns_of(number)] = of_run
+        runs.append(WhitenedRun(objective.whitening[number], rows, columns))
+    return likeliest_spectrum(runs, now.x, objective.problem.prior, spectra)
 
 
-def _is_noise(part: Descent, now: DescentPoint) -> bool:
+def _window(whole: FitObjective, now: FitPoint, before: float, explained: bool = True) -> float:
+    """Return how far to look next [s]."""
+    return fitting_window(now.rows, whole.slow, whole.noise(now.residuals), before, explained)
+
+
+def _free(objective: FitObjective) -> tuple[np.ndarray, np.ndarray]:
+    """Return no bounds, for all unknowns in their units, (U,) each."""
+    high = np.full(objective.problem.size, np.inf)
+    return -high, high
+
+
+def _refined(
+    objective: FitObjective, start: FitPoint, most: int, tries: int
+) -> Estimate[RunLinearisation]:
+    """Return what is found of a part, from some unknowns and from restarts, and whether for good."""
+
+    def refined(point: FitPoint) -> Estimate[RunLinearisation]:
+        # Far from the solution derivatives of the gears' equation lead towards it.
+        slopes = objective.slopes(point.z, objective.problem.effects)
+        wide = RunLinearisation(objective, point, _CHANGES[0], slopes)
+        fit = estimate(wide, _free(objective), most, _SETTLED)
+        if _is_noise(objective, fit.linearisation.point):
+            return fit
+        narrow = replace(fit.linearisation, change=_CHANGES[1], exact_at=None)
+        return estimate(narrow, _free(objective), most, _SETTLED)
+
+    best = refined(start)
+    restarts = _restart_points(best.linearisation)
+    for _ in range(tries):
+        now = best.linearisation.point
+        neighbour = None if _is_noise(objective, now) else next(restarts, None)
+        if neighbour is None:
+            break
+        other = refined(neighbour)
+        there = other.linearisation.point
+        if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
+            best, restarts = other, _restart_points(other.linearisation)
+    return best
+
+
+def _is_noise(part: FitObjective, now: FitPoint) -> bool:
     """Whether hardly more is left than noise, by how much chance there is in that."""
     means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
     chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
     return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
-def _restart_points(
-    part: Descent, now: DescentPoint, secants: Sequence[SecantEffect]
-) -> Iterator[DescentPoint]:
+def _restart_points(now: RunLinearisation) -> Iterator[FitPoint]:
     """Yield where to try again: beside what was found, in backlash and damping of one gear each.
 
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
-    problem, count = part.problem, len(part.problem.parameters)
-    times = [
-        run.measured.time + problem.frame_values(now.z, k)[6] for k, run in enumerate(problem.runs)
-    ]
-    x = now.z[:count]
-    values = [derivatives(x, time) for derivatives, time in zip(secants, times, strict=True)]
-    constant = [lambda x, time, derivatives=derivatives: derivatives for derivatives in values]
-    shown = {int(k) for derivatives in secants for k in derivatives.shown}
+    problem = now.objective.problem
+    shown = {int(k) for secant in problem.secants(now.change) for k in secant.shown}
     gears = backlash_trials(problem.parameters, shown)
 
-    def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
-        return part.fitted_beside(now, constant, step, fmu)
+    def tried(fmu: RobotFmu, step: np.ndarray) -> FitPoint:
+        return now.objective.fit_others(now.point, now.slopes, step, fmu)
 
     all_steps = [step for steps in gears for step in steps]
     ordered = iter(in_parallel(problem.fmus, all_steps, tried))
@@ -263,7 +296,7 @@ def backlash_trials(
         if len(pair) < 2:
             continue
         steps = []
-        for size, signs in product(_SIZES, _STEPS):
+        for size, signs in product(_SIZES, _STEPS_ASIDE):
             step = np.zeros(len(parameters))
             step[pair] = size * prior[pair] * signs
             steps.append(step)

@@ -10,7 +10,6 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
-from coupling.identification.runs.descent import size_of
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter, ParameterFit
 from coupling.identification.runs.judge import (
@@ -20,6 +19,7 @@ from coupling.identification.runs.judge import (
     measurement_lacks,
     mostly_in_backlash,
 )
+from coupling.identification.runs.linearisation import FitPoint, size_of
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
@@ -78,8 +78,7 @@ class Learned:
         sources: Runs and measurements.
         runs: The measured runs, on their runs' clocks.
         fit: The fit.
-        before: Slow parts of measured less simulated with the robot file, of every run, less frame and
-            clock [m], (k, 3) or (k, 6), + c of motors.
+        before: Residual of the robot file, behind the frame that fits it best.
         parameters: Verdict on each parameter.
         spread: Uncertainty of their log factors.
         gears: Diagnosis of the gears where it was measured.
@@ -89,7 +88,7 @@ class Learned:
     sources: tuple[MeasuredFile, ...]
     runs: tuple[MeasuredPath, ...]
     fit: ParameterFit
-    before: tuple[np.ndarray, ...]
+    before: FitPoint
     parameters: tuple[LearnedParameter, ...]
     spread: Uncertainty
     gears: tuple[GearDiagnosis, ...]
@@ -106,7 +105,12 @@ class Learned:
     @property
     def residual_rms(self) -> tuple[float, float]:
         """Rms of the residuals' slow parts, with the robot file and with what was found [m]."""
-        return size_of(self.before), size_of(self.fit.slow)
+        return size_of(self.before.slow), size_of(self.fit.slow)
+
+    @property
+    def whitened_rms(self) -> tuple[float, float]:
+        """The same of rows as they count beside what the model does not describe [m]."""
+        return size_of(self.before.rows), size_of(self.fit.rows)
 
     @property
     def noise_left(self) -> float:
@@ -134,13 +138,15 @@ class Learned:
             unknown = discrepancy(before, after, self.noise_left)
             lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
             return f"nothing is identifiable: {lacks}"
+        before, after = self.whitened_rms
         if after > _WORTH * before:
             return (
-                f"the slow part of the residual would be {format_um(after)} um with the learned"
-                f" parameters, with the robot file it is {format_um(before)} um: no improvement"
+                "the residual that parameters can explain beside slow errors would be"
+                f" {format_um(after)} um with the learned parameters, with the robot file it is"
+                f" {format_um(before)} um: no improvement"
             )
         adrift = mostly_in_backlash(self.gears, last)
-        if self.unexplained and adrift:
+        if after > _FAR * self.noise_left and adrift:
             return (
                 f"{format_um(after)} um remain, noise alone would be {format_um(self.noise_left)} um,"
                 f" and {adrift}: parameters cannot describe a gear that is unloaded in its backlash;"
@@ -206,8 +212,9 @@ def learn(
         runs.append(_with_weights(run, by, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot)
-    watch(Progress("learning: fit", 0, 1))
-    fit = Fitter(problem).fit(start)
+    fit = Fitter(problem).fit(
+        start, lambda done, total: watch(Progress("learning: fit", done, total))
+    )
 
     def drawn(count: int, total: int) -> None:
         watch(Progress("learning: simulated robots, for the intervals", count, total))
@@ -225,7 +232,7 @@ def learn(
     )
     identifiable = any(parameter.identifiable for parameter in verdicts)
     whole = gears if identifiable else diagnose(moving, last.desired_motion)
-    before = Fitter(problem).without(np.zeros(len(parameters)))
+    before = Fitter(problem).at(np.zeros(len(parameters)), fit.spectrum)
     return Learned(tuple(sources), problem.runs, fit, before, verdicts, spread, gears, whole)
 
 

@@ -98,6 +98,11 @@ class MeasuredPath:
         init=False, repr=False, compare=False, default_factory=lambda: deque(maxlen=_KEPT)
     )
 
+    @property
+    def coordinates(self) -> int:
+        """Number of measured coordinates of the pose: 3, or 6 with orientations."""
+        return 3 if self.measured.rotation is None else 6
+
     @cached_property
     def tool_rotation(self) -> RotationSpline | None:
         """Orientation that the path asks for at any time; None where orientations were not measured."""

@@ -46,19 +46,12 @@ def figures(learned: Learned) -> LearnedResult:
 
 def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
     return LearnedParameterResult(
-        name=parameter.name,
-        start=parameter.start,
-        value=parameter.value,
-        low=parameter.low,
-        high=parameter.high,
-        written=parameter.written,
+        **dict(parameter.result(parameter.written)),
         factor=parameter.factor,
         factor_low=parameter.low / parameter.start,
         factor_high=parameter.high / parameter.start,
-        identifiable=parameter.identifiable,
         significant=parameter.significant,
         effect_m=parameter.effect,
-        reason=parameter.reason,
     )
 
 
@@ -74,7 +67,7 @@ def _run(learned: Learned, number: int) -> LearnedRunResult:
     run, source = learned.runs[number], learned.sources[number]
     size = (len(learned.fit.z) - len(learned.parameters)) // len(learned.runs)
     frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
-    slow_before, slow = learned.before[number], learned.fit.slow[number]
+    slow_before, slow = learned.before.slow[number], learned.fit.slow[number]
     shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
     time = run.measured.time
     return LearnedRunResult(

@@ -4,7 +4,7 @@
 #include <string.h>
 
 /* Nodes of the store for each that stays when it is emptied. */
-#define ROOM 8
+#define ROOM 4
 
 /* A row of the store: U, what follows it for each node that is met, the right-hand side, reciprocals of U's diagonal,
  * and how many nodes are met. */

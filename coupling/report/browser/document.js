@@ -36,12 +36,20 @@
     };
   }
 
-  let figures = {}, hidden = {};
+  let figures = {}, hidden = {}, logarithmic = {};
+  for (const button of document.querySelectorAll('.legend [data-traces][aria-pressed="false"]')) {
+    const name = button.dataset.figure;
+    hidden[name] = [...(hidden[name] ?? []), ...button.dataset.traces.split(" ").map(Number)];
+  }
   function draw(name, night, width) {
     const place = document.getElementById(name), given = figures[name];
     const data = recoloured(given.data, night);
-    for (const trace of hidden[name] ?? []) data[trace].visible = false;
+    data.forEach((trace, k) => { trace.visible = !(hidden[name] ?? []).includes(k); });
     const layout = themed(given.layout, night);
+    if (logarithmic[name]) {
+      layout.yaxis = { ...layout.yaxis, type: "log", autorange: true, range: undefined, exponentformat: "none" };
+      layout.annotations = [];  // they stand at heights of the linear axis
+    }
     if (width) {
       const beside = Math.min(2, place.closest(".figures").children.length);
       layout.width = (width - 16 * (beside - 1)) / beside;
@@ -53,6 +61,11 @@
   function legend(button) {
     const show = button.getAttribute("aria-pressed") === "false";
     button.setAttribute("aria-pressed", String(show));
+    if (button.dataset.log) {
+      logarithmic[button.dataset.log] = show;
+      draw(button.dataset.log, dark.matches);
+      return;
+    }
     const traces = button.dataset.traces.split(" ").map(Number), name = button.dataset.figure;
     const others = (hidden[name] ?? []).filter((trace) => !traces.includes(trace));
     hidden[name] = show ? others : [...others, ...traces];

@@ -106,7 +106,7 @@ function showScene(place, scene, colours) {
         }
       });
     }
-    const wide = robot.tool ? robot.tool.diameter / 2 : reach * 0.004;
+    const wide = robot.tool ? robot.tool.diameter / 2 : reach * 0.0012;
     const tip = new THREE.Vector3(robot.tool && robot.tool.is_round ? -wide : 0, 0, 0);
     const grip = new THREE.Vector3(...robot.tool_pose.slice(0, 3)).length();
     const shaft = new THREE.Vector3(-Math.max(Math.min(grip, 0.2 * reach), 8 * wide), 0, 0);

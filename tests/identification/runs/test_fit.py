@@ -7,21 +7,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from circling_robots import Robots, stored_fit
+from circling_robots import NOISE, Robots, stored_fit
+from scipy.signal import lfilter
 
 from coupling.errors import SimulationError
-from coupling.identification.runs.descent import Descent, size_of
-from coupling.identification.runs.fit import Fitter
+from coupling.identification.estimate import estimate
+from coupling.identification.runs.fit import _free, _restart_points
 from coupling.identification.runs.judge import judge_parameters
+from coupling.identification.runs.linearisation import (
+    FitObjective,
+    FitPoint,
+    RunLinearisation,
+    size_of,
+)
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.results import remark
-from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.spread import spread_of_fit
+from coupling.identification.runs.whitening import NONE, UnmodelledSpectrum
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
+from elastic_robot.description import Robot
 
 
 @pytest.fixture(scope="module")
@@ -57,36 +65,53 @@ def test_a_fit_looks_along_the_run(robots, example):
 
 
 def test_processes_beside_each_other_change_no_digit(robots, example):
-    """Differences and damped steps, the first ones far too long, by one process and by two."""
+    """Differences and restarts by one process and by two."""
     short = Robots(example, robots.models, seconds=2.0)
     truth = short.drawn(31, 1.0)
     problem = short.fitter(short.measured(short.moved(truth), every=5)).problem
     with RobotFmu(short.fmu.file) as other:
-        found = []
+        points = []
         for fmus in (problem.fmus, (*problem.fmus, other)):
-            own = replace(problem, fmus=fmus)
-            descent = Descent(own, Fitter(own)._whole.slow)
-            start = descent.framed(0.0 * truth)
-            matrix, right = descent.equations(start, own.secants(0.05))
-            found.append(descent._along(start, matrix, 3.0 * right, 1e-2))
-    (one, damping), (both, its) = found
-    assert damping > 1e-2
-    assert damping == its
-    assert one.cost < start.cost
-    np.testing.assert_array_equal(one.z, both.z)
+            objective = FitObjective(replace(problem, fmus=fmus), NONE)
+            point = objective.framed(0.0 * truth)
+            start = RunLinearisation(objective, point, 0.05, ()).recompute()
+            points.append([estimate(start, _free(objective), 2, 0.0).linearisation.point])
+            points[-1] += _restart_points(start)
+    single, both = points
+    assert single[0].cost < point.cost
+    assert len(single) == 3
+    for a, b in zip(single, both, strict=True):
+        np.testing.assert_array_equal(a.z, b.z)
 
 
 def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
     """Where stiffnesses make up for each other the valley is bent; a fit follows it to its ground."""
-    short = Robots(example, robots.models, seconds=4.0)
-    truth = short.drawn(604, 1.0)
+    short = Robots(example, robots.models, seconds=5.0)
+    truth = short.drawn(705, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
-    found = stored_fit(fitter, 0.0 * truth)
-    slow = [SlowPart.of(one.measured.time) for one in fitter.problem.runs]
-    variance = fitter.noise(found.residuals) ** 2 / 3.0
-    likely = Descent(fitter.problem, slow, variance)
-    here = likely.at(found.z)
+    fit = stored_fit(fitter, 0.0 * truth)
+    variance = fitter.noise(fit.residuals) ** 2 / 3.0
+    likely = FitObjective(fitter.problem, fit.spectrum, variance)
+    here = likely.at(fit.z)
     assert here.cost < likely.at(likely.framed(truth).z, here.scale).cost
+
+
+@pytest.mark.parametrize("deviation", [0.0, 3e-5])
+def test_the_spectrum_of_what_the_model_does_not_know_is_that_of_the_measurement(robots, deviation):
+    """Nothing where there is nothing; and the standard deviation of a Markov process that was added."""
+    measured = robots.measured(robots.moved(robots.factors()))
+    count, step = len(measured.measured.time), float(np.median(np.diff(measured.measured.time)))
+    decay, rng = float(np.exp(-2.0 * np.pi * 0.5 * step)), np.random.default_rng(7)
+    shocks = deviation * np.sqrt(1.0 - decay**2) * rng.standard_normal((count, 3))
+    position = measured.measured.position + lfilter([1.0], [1.0, -decay], shocks, axis=0)
+    seen = replace(measured, measured=replace(measured.measured, position=position))
+    fit = robots.fitter(seen).fit(np.zeros(len(robots.parameters)))
+    density, expected = (
+        spectrum.density(np.array([1.0]))[0]
+        for spectrum in (fit.spectrum, UnmodelledSpectrum(deviation, 0.5))
+    )
+    noise = 2.0 * NOISE**2 * step
+    assert expected / 3.0 - noise < density < 3.0 * expected + noise
 
 
 def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_sure(
@@ -98,28 +123,32 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_s
     parameter is as sure as the derivatives that tell less make it.
     """
     truth = robots.factors(backlash=1.2, damping=0.9)
-    one, simulated, asked = (
-        robots.measured(robots.moved(truth), every=3),
-        MeasuredPath.simulated,
-        [0],
-    )
+    one, simulated = robots.measured(robots.moved(truth), every=3), MeasuredPath.simulated
+    try_at, tried = FitObjective.try_at, [0]
 
-    def now_and_then(self: MeasuredPath, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
-        asked[0] += 1
-        if asked[0] in (6, 7):  # the first steps that the gears' equation asks for
-            raise SimulationError("the joints are too soft for this load")
-        return simulated(self, fmu, changed)
+    def too_soft(self: MeasuredPath, fmu: RobotFmu, robot: Robot) -> SimulatedPath:
+        raise SimulationError("the joints are too soft for this load")
 
-    monkeypatch.setattr(MeasuredPath, "simulated", now_and_then)
+    def try_at_first(self: FitObjective, *where: object) -> FitPoint | None:
+        tried[0] += 1
+        monkeypatch.setattr(MeasuredPath, "simulated", too_soft if tried[0] <= 2 else simulated)
+        point = try_at(self, *where)
+        monkeypatch.setattr(MeasuredPath, "simulated", simulated)
+        assert (point is None) == (tried[0] <= 2)
+        return point
+
+    monkeypatch.setattr(FitObjective, "try_at", try_at_first)
     fitter = robots.fitter(one)
     found = fitter.fit(0.0 * truth)
-    assert asked[0] > 10
+    assert tried[0] > 10
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
     variance = found.left_over.over * fitter.noise(found.residuals) ** 2 / 3.0
-    descent = Descent(fitter.problem, [SlowPart.of(one.measured.time)], variance)
-    at, problem = descent.at(found.z), fitter.problem
+    objective = FitObjective(fitter.problem, found.spectrum, variance)
+    point, problem = objective.at(found.z), fitter.problem
     by_equation, by_simulation = (
-        np.sqrt(np.diag(np.linalg.inv(descent.equations(at, own)[0])))
+        np.sqrt(
+            np.diag(np.linalg.inv(objective.equations(point, objective.slopes(point.z, own))[0]))
+        )
         for own in (problem.effects, problem.secants(0.05))
     )
     own = np.sqrt(np.diag(found.covariance))
@@ -161,8 +190,10 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     assert found.left_over.over < 1.3
     fast.parameters = tuple(own for own in fast.parameters if not own.vibrates)
     problem = fast.fitter(measured).problem
-    without = Descent(problem, [SlowPart.of(measured.measured.time)])
+    without = FitObjective(problem, NONE)
     start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
-    best, _ = without.descended(start, problem.secants(0.01))
+    best = estimate(
+        RunLinearisation(without, start, 0.01, ()).recompute(), _free(without), 12, 0.15
+    )
     assert without.over_noise(found) ** 2 < 1.05
-    assert without.over_noise(best) ** 2 > 1.2
+    assert without.over_noise(best.linearisation.point) ** 2 > 1.2

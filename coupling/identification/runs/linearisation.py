@@ -1,0 +1,352 @@
+"""Measured runs around values of the unknowns: robust residuals and their Jacobian, for `estimate`.
+
+Rows are whitened slow parts of measured less simulated poses, with Cauchy's weights and a prior;
+derivatives are those of the gears' equation or differences of simulations (`effect`), with Broyden's
+updates after a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.stats import chi2
+
+from coupling.errors import SimulationError
+from coupling.identification.estimate import Trial
+from coupling.identification.runs.measurement import SimulatedPath
+from coupling.identification.runs.problem import FitProblem, PoseDerivatives
+from coupling.identification.runs.residual import Residual, noise_of
+from coupling.identification.runs.slow_part import SlowPart
+from coupling.identification.runs.whitening import UnmodelledSpectrum, Whitening
+from coupling.robot.robot_fmu import RobotFmu
+
+# Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
+FLOOR = 1e-6
+_FRAME_ITERATIONS, _FITTED = 3, 1
+# Cauchy's scale, by the median of the residual.
+_SCALE = 1.5
+
+
+@dataclass(frozen=True)
+class FitPoint:
+    """The residual at some unknowns, and its robust cost.
+
+    Attributes:
+        z: Log factors of the parameters [1], then frame, clocks and probe of every measured run, as in
+            `FramePrior` [m, rad, s]: all U unknowns, (U,).
+        simulated: Path of the simulated tool in every measured run.
+        residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
+            measured with these in three more coordinates, as in `Residual`.
+        slow: Their slow parts [m], (k, 3) or (k, 6), + c of motors.
+        rows: The same, whitened [m], (k, 3) or (k, 6), + c of motors.
+        scale: Cauchy's scale [m].
+        squares: Robust sum of squares with that, and the prior's.
+    """
+
+    z: np.ndarray
+    simulated: tuple[SimulatedPath, ...]
+    residuals: tuple[np.ndarray, ...]
+    slow: tuple[np.ndarray, ...]
+    rows: tuple[np.ndarray, ...]
+    scale: float
+    squares: float
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of squares [1]."""
+        return 0.5 * self.squares
+
+
+@cache
+def _length(count: int) -> float:
+    """Return the median length of a row of noise of size 1, of so many coordinates."""
+    return float(np.sqrt(chi2.median(count)))
+
+
+def size_of(parts: Sequence[np.ndarray]) -> float:
+    """Return the rms length of the positions in rows of measured runs [m], (k, 3 or more)."""
+    squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
+
+
+class FitObjective:
+    """Robust sum of squares of a problem's residuals.
+
+    Args:
+        problem: The problem.
+        spectrum: Spectrum of what the model does not describe.
+        variance: Variance of a coordinate of the rows [m^2]; None: by Cauchy's scale, under which the
+            prior has more weight, and the sum is smoother.
+
+    Attributes:
+        problem, spectrum: The same.
+        slow: Slow parts of the samples of every measured run.
+        whitening: Filters of their rows.
+    """
+
+    def __init__(
+        self,
+        problem: FitProblem,
+        spectrum: UnmodelledSpectrum,
+        variance: float | None = None,
+    ) -> None:
+        self.problem, self.spectrum, self._variance = problem, spectrum, variance
+        self.slow = tuple(SlowPart.of(run.measured.time) for run in problem.runs)
+        self._residuals = tuple(map(Residual, problem.runs))
+        self.whitening = tuple(
+            Whitening(mean, max(residual.noise[0], FLOOR / float(np.sqrt(mean.of_noise))))
+            for mean, residual in zip(self.slow, self._residuals, strict=True)
+        )
+
+    def over_noise(self, now: FitPoint) -> float:
+        """Return what is left by what noise alone would leave."""
+        return size_of(now.rows) / max(self.noise(now.residuals), 1e-12)
+
+    def noise(self, residuals: Sequence[np.ndarray]) -> float:
+        """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
+        noise = noise_of([rows[:, :3] for rows in residuals])
+        return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
+
+    def at(
+        self, z: np.ndarray, scale: float | None = None, fmu: RobotFmu | None = None
+    ) -> FitPoint:
+        """Return what some unknowns leave, with a scale that is given or their own.
+
+        Args:
+            z: Unknowns, as in `FitPoint` [1, m, rad, s], (U,).
+            scale: Cauchy's scale [m]; None: by the residual.
+            fmu: FMU that simulates; None: the problem's first.
+
+        Raises:
+            SimulationError: If the robot gives way under its own weight.
+        """
+        problem = self.problem
+        robot = problem.robot_at(z[: len(problem.parameters)])
+        simulated, residuals, slow, rows = [], [], [], []
+        for number, run in enumerate(problem.runs):
+            path = run.simulated(fmu or problem.fmu, robot)
+            residual = self._residuals[number].rows(path, problem.frame_values(z, number))
+            simulated.append(path)
+            residuals.append(residual)
+            slow.append(self.slow[number](residual))
+            rows.append(self.whitened(number, slow[-1]))
+        squares = self.rescaled(z, tuple(rows), scale)
+        return FitPoint(z, tuple(simulated), tuple(residuals), tuple(slow), tuple(rows), *squares)
+
+    def whitened(self, number: int, rows: np.ndarray) -> np.ndarray:
+        """Return rows of a run [m], or their columns, whitened but for motors', (k, c, ...)."""
+        poses = self.problem.runs[number].coordinates
+        whitened = self.whitening[number](rows[:, :poses], self.spectrum)
+        return np.concatenate([whitened, rows[:, poses:]], axis=1)
+
+    def rescaled(
+        self, z: np.ndarray, rows: tuple[np.ndarray, ...], scale: float | None = None
+    ) -> tuple[float, float]:
+        """Return the scale of the residual [m], unless given, and the robust sum of squares with it.
+
+        Args:
+            z: Unknowns, as in `FitPoint` [1, m, rad, s], (U,).
+            rows: Whitened rows [m], (k, 3) or (k, 6), + c of motors.
+            scale: Cauchy's scale [m]; None: by the residual.
+        """
+        sizes = [np.linalg.norm(part, axis=1) for part in rows]
+        if scale is None:
+            # Rows of more coordinates are longer for the same noise.
+            alike = [
+                size * _length(3) / _length(part.shape[1])
+                for size, part in zip(sizes, rows, strict=True)
+            ]
+            scale = max(FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
+        squares = self._weight(scale) * sum(
+            mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
+            for mean, size in zip(self.slow, sizes, strict=True)
+        )
+        return scale, squares + float(np.sum((z / self.problem.prior) ** 2))
+
+    def slopes(self, z: np.ndarray, derivatives: Sequence[PoseDerivatives]) -> list[np.ndarray]:
+        """Return slow parts of poses by log factors, in the unit of rows, (k, c, P) of every run."""
+        count = len(self.problem.parameters)
+        slopes = []
+        for number, run in enumerate(self.problem.runs):
+            # Columns are slow: taken at the means' own times they are their own means.
+            time = run.measured.time + self.problem.frame_values(z, number)[6]
+            columns = self._residuals[number].columns(derivatives[number](z[:count], time))
+            slopes.append(self.slow[number](columns))
+        return slopes
+
+    def columns(self, now: FitPoint, number: int, slopes: np.ndarray) -> np.ndarray:
+        """Return by how much a run's slow rows fall with its unknowns [m], (k, c, P + its frame's).
+
+        Args:
+            now: The point.
+            number: Number of the run, from 0.
+            slopes: Derivatives of its slow rows by log factors [m], (k, c, P).
+        """
+        time = self.slow[number].time + self.problem.frame_values(now.z, number)[6]
+        frame = self._residuals[number].by_frame(
+            now.simulated[number], time, self.problem.frame_size
+        )
+        return np.concatenate([slopes, frame], axis=2)
+
+    def unknowns_of(self, number: int) -> np.ndarray:
+        """Return the numbers of the unknowns of a run, (P + its frame's,)."""
+        return np.r_[: len(self.problem.parameters), self.problem.rows_of(number)]
+
+    def equations(
+        self, now: FitPoint, slopes: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return matrix, (U, U), and right side, (U,), of a step, by units of the unknowns."""
+        matrix = np.diag(self.problem.prior**-2.0)
+        right = -now.z / self.problem.prior**2
+        for number, mean in enumerate(self.slow):
+            columns = self.whitened(number, self.columns(now, number, slopes[number]))
+            rows = now.rows[number]
+            size = np.linalg.norm(rows, axis=1)
+            weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
+            weight *= self._weight(now.scale)
+            weighted = columns * weight[:, None, None]
+            where = self.unknowns_of(number)
+            matrix[np.ix_(where, where)] += np.tensordot(weighted, columns, ([0, 1], [0, 1]))
+            right[where] += np.tensordot(weighted, rows, ([0, 1], [0, 1]))
+        return matrix, right
+
+    def fit_others(
+        self, now: FitPoint, slopes: Sequence[np.ndarray], step: np.ndarray, fmu: RobotFmu
+    ) -> FitPoint:
+        """Return what a step comes to with all that it does not change fitted to it.
+
+        Args:
+            now: The point it begins at.
+            slopes: Derivatives of the slow rows of every measured run [m], (k, c, P).
+            step: Step of the log factors [1], (P,); 0 of those that are fitted to it.
+            fmu: FMU that simulates.
+        """
+        z = now.z.copy()
+        z[: len(step)] += step
+        after = self.at(z, now.scale, fmu)
+        free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
+        for _ in range(_FITTED):
+            matrix, right = self.equations(after, slopes)
+            z = after.z.copy()
+            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+            further = self.try_at(z, now.scale, fmu)
+            if further is None or further.cost >= after.cost:
+                break
+            after = further
+        return after
+
+    def framed(self, x: np.ndarray) -> FitPoint:
+        """Return what given parameters leave behind the frame that fits them best.
+
+        Args:
+            x: Log factors [1], (P,).
+        """
+        count = len(x)
+        now = self.at(np.concatenate([x, np.zeros(self.problem.size - count)]))
+        still = [np.zeros((*rows.shape, count)) for rows in now.slow]
+        for _ in range(_FRAME_ITERATIONS):
+            matrix, right = self.equations(now, still)
+            step = np.zeros(self.problem.size)
+            step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])
+            now = self.at(now.z + step)
+        return now
+
+    def try_at(
+        self, z: np.ndarray, scale: float | None = None, fmu: RobotFmu | None = None
+    ) -> FitPoint | None:
+        """Return what some unknowns leave, as `at` does; None of a robot that gives way.
+
+        Args:
+            z: Unknowns, as in `FitPoint` [1, m, rad, s], (U,).
+            scale, fmu: As for `at`.
+        """
+        try:
+            return self.at(z, scale, fmu)
+        except SimulationError:
+            return None
+
+    def _weight(self, scale: float) -> float:
+        """Return the weight of rows, by that of Cauchy's scale [m]."""
+        return 1.0 if self._variance is None else scale**2 / self._variance
+
+
+@dataclass(frozen=True)
+class RunLinearisation:
+    """Measured runs around values of the unknowns.
+
+    Attributes:
+        objective: Their objective.
+        point: Residuals and cost there.
+        change: Change of a log factor over which derivatives are simulated [1].
+        slopes: Derivatives of the slow rows of every run by log factors [m], (k, c, P).
+        exact_at: Log factors where those were simulated [1], (P,); None: nowhere.
+    """
+
+    objective: FitObjective
+    point: FitPoint
+    change: float
+    slopes: Sequence[np.ndarray]
+    exact_at: np.ndarray | None = None
+
+    @property
+    def x(self) -> np.ndarray:
+        """Values of all unknowns [1, m, rad, s], (U,)."""
+        return self.point.z
+
+    @cached_property
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Jacobian, (U, U), and residual [1], (U,), of all rows and the prior, reduced to U rows."""
+        matrix, right = self.objective.equations(self.point, self.slopes)
+        size = np.sqrt(np.diag(matrix))
+        factor = cholesky(matrix / np.outer(size, size)) * size
+        return factor, -solve_triangular(factor, right, trans="T")
+
+    @property
+    def cost(self) -> float:
+        """Half the squares of residuals and prior [1]."""
+        return self.point.cost
+
+    @property
+    def unit(self) -> float:
+        """Decrease of the cost that makes the measurement likelier by e."""
+        return 1.0
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the log factors are as near those of the derivatives as these' differences reach."""
+        if self.exact_at is None:
+            return False
+        count = len(self.exact_at)
+        return bool(np.abs(self.x[:count] - self.exact_at).max() <= self.change)
+
+    def try_step(self, step: np.ndarray) -> FitPoint | None:
+        """Return the residual after a step [1, m, rad, s], (U,); None of a robot that gives way."""
+        return self.objective.try_at(self.x + step, self.point.scale)
+
+    def move_to(self, trial: Trial) -> RunLinearisation:
+        """Return the runs around a trial, with derivatives that explain the step [Broyden1965]."""
+        assert isinstance(trial, FitPoint)
+        count = len(self.objective.problem.parameters)
+        slopes = []
+        for number, before in enumerate(self.slopes):
+            columns = self.objective.columns(self.point, number, before)
+            step = (trial.z - self.x)[self.objective.unknowns_of(number)]
+            unexplained = self.point.slow[number] - trial.slow[number] - columns @ step
+            size = np.linalg.norm(before, axis=(0, 1))
+            share = size**2 * step[:count]
+            length = float(share @ step[:count])
+            share = share / length if length > 0.0 else 0.0 * share
+            slopes.append(before + unexplained[:, :, None] * share)
+        scale, squares = self.objective.rescaled(trial.z, trial.rows)
+        point = replace(trial, scale=scale, squares=squares)
+        return replace(self, point=point, slopes=slopes)
+
+    def recompute(self) -> RunLinearisation:
+        """Return the same with derivatives simulated there."""
+        problem = self.objective.problem
+        slopes = self.objective.slopes(self.x, problem.secants(self.change))
+        return replace(self, slopes=slopes, exact_at=self.x[: len(problem.parameters)])

@@ -1,0 +1,23 @@
+"""Forces of teeth in steady feed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coupling.process.cutting_force import (
+    Cutter,
+    CuttingCoefficients,
+    Engagement,
+    Way,
+    tooth_wrench,
+)
+
+
+def steady_wrench(
+    cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement, time: np.ndarray
+) -> np.ndarray:
+    """Return the wrench of teeth [N, N m], (n, 6), with the chip of the first instant of `cut`."""
+    ends = np.array([-10.0, 10.0])
+    way = Way(ends, np.outer(ends / cutter.tooth_period, cut.chip[0]))
+    feed = np.tile([1.0, 0.0], (len(time), 1))
+    return tooth_wrench(cutter, coefficients, cut, way, feed, time)
