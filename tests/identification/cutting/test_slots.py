@@ -14,7 +14,7 @@ from coupling.files.toml_file import document
 from coupling.identification.cutting.course import slot_amplitudes
 from coupling.identification.cutting.fit import CuttingFit, fitted_slots
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.process.cutting_force import Cutter, CuttingCoefficients, Engagement, tooth_wrench
+from coupling.process.cutting_force import CuttingCoefficients
 
 SLOTS = ROOT / "examples" / "identify" / "slots.csv"
 MILL = SlotCutter(16e-3, 2, float(np.deg2rad(45.0)), 6000.0, 3e-3)
@@ -52,20 +52,15 @@ def test_coefficients_and_run_out_are_recovered_from_a_slots_forces():
     )
 
 
-def test_without_run_out_the_teeths_amplitudes_are_those_of_the_force_law():
-    """And there is none at the spindle's frequency; edges apart, whose roundness the law has not."""
+def test_without_run_out_the_teeths_amplitudes_are_the_closed_form():
+    """Two teeth without edge forces: a c/2 (K_tc^2 + K_rc^2)^1/2 sin(l)/l, l the lag over the depth."""
     cut_only = CuttingCoefficients(*TRUE[:3].tolist(), 0.0, 0.0, 0.0)
     once, passing = slot_amplitudes(cut_only, 0.0, MILL, FEEDS)
     np.testing.assert_allclose(once, 0.0, atol=1e-9)
-    speed = MILL.rpm * 2.0 * np.pi / 60.0
-    mill = Cutter(8e-3, 2, MILL.helix, speed)
-    time = (np.arange(400) + 0.5) / 400 * 2.0 * np.pi / speed
-    cut = Engagement(
-        np.tile([MILL.chip(FEEDS)[2], 0.0], (400, 1)),
-        *(np.full(400, value) for value in (0.0, np.pi, MILL.depth)),
-    )
-    spectrum = np.abs(np.fft.rfft(tooth_wrench(mill, cut_only, cut, time)[:, 1::-1], axis=0)) / 200
-    np.testing.assert_allclose(passing[2, :2], spectrum[2], rtol=5e-3)
+    lag = np.tan(MILL.helix) / 8e-3 * MILL.depth
+    size = 0.5 * MILL.depth * MILL.chip(FEEDS) * np.hypot(*TRUE[:2]) * np.sin(lag) / lag
+    np.testing.assert_allclose(passing[:, 0], size, rtol=5e-3)
+    np.testing.assert_allclose(passing[:, 1], size, rtol=5e-3)
 
 
 @pytest.mark.parametrize("held_out", [2])
