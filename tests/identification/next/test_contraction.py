@@ -138,7 +138,7 @@ def test_a_cutoff_among_the_modes_is_refused_with_what_it_would_do(example):
     seen = responses(example, *(possible_factors([s] * count, 20, 1) for s in (0.1, 0.3)))
     best = chosen(seen)
     assert contraction(seen, 1.0, 9.0).everywhere > 2.0
-    with pytest.raises(LearnError, match=rf"at most {best.cutoff:g} Hz .* got 9 Hz: .*% at "):
+    with pytest.raises(LearnError, match=rf"at most {best.cutoff:g} Hz .* got 9 Hz, .*% at "):
         chosen(seen, cutoff=9.0)
     assert chosen(seen, cutoff=0.5).cutoff == 0.5
 
