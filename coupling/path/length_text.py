@@ -4,10 +4,10 @@ from __future__ import annotations
 
 
 def format_um(length: float) -> str:
-    """Return a length [m] in micrometres, three digits, without an exponent up to a metre.
+    """Return a length [m] in micrometres: three digits, none below a nanometre, no exponent to a metre.
 
     Example:
-        >>> format_um(1.23456e-3), format_um(4.2e-8), format_um(0.0)
+        >>> format_um(1.23456e-3), format_um(4.2e-8), format_um(3e-16)
         ('1230', '0.042', '0')
     """
-    return f"{float(f'{1e6 * length:.3g}'):g}"
+    return f"{round(float(f'{1e6 * length:.3g}'), 3):g}"

@@ -21,6 +21,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.path.length_text import format_um
 from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -76,7 +77,7 @@ def test_a_program_of_a_table_moves_the_robot_as_the_table_does(
     assert loss == pytest.approx(says["loss_m"], abs=2e-9)
     assert says["deviation_of_command_m"] is None
     assert says["deviation_of_file_m"] is None
-    assert f"loss {1e6 * says['loss_m']:.2f} um" in done.stdout
+    assert f"loss {format_um(says['loss_m'])} um" in done.stdout
     # Its base is the controller's own robot frame.
     np.testing.assert_allclose(says["base"], [0, 0, 0, 0, 0, 0, 1], atol=1e-15)
 
@@ -268,7 +269,7 @@ def test_a_command_of_another_base_is_none_of_the_run(run, edited, tmp_path):
     names = edited.read_text().split("\n", 1)[0].split(",")
     table[:, 1] += 0.01
     off = written(tmp_path / "off.csv", table, tuple(names))
-    with pytest.raises(ProgramError, match=r"off\.csv: expected the poses .* 1e\+04 um"):
+    with pytest.raises(ProgramError, match=r"off\.csv: expected the poses .* 10000 um"):
         command_in_run(run, off)
     # Angles alone are taken for what they are.
     bare = written(tmp_path / "bare.csv", table[:, [0, *range(8, 14)]], NAMES)

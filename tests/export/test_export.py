@@ -422,7 +422,7 @@ def test_a_robot_file_that_has_changed_since_the_run_is_refused(run, command, tm
     case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
     done = command("export", run, "--to", "krl")
     assert done.returncode == 2
-    assert "up to 1e+04 um: the file has changed since the run" in done.stderr
+    assert "up to 10000 um: the file has changed since the run" in done.stderr
 
 
 @pytest.mark.parametrize(

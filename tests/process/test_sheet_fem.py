@@ -271,7 +271,7 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(command
     assert set(run.workpieces) == {"actual"}
     assert run.workpieces["actual"].points[:, 2].min() < -1e-3
     page = (tmp_path / "out" / "report.html").read_text()
-    assert 'id="workpiece"' in page
+    assert "Section of the workpiece" in page
     assert 'id="cut"' in page
 
 

@@ -321,8 +321,8 @@ def test_a_run_warns_in_console_result_and_report(forced, kind):
     assert "Remark" not in said
     result = json.loads(Path("out", "result.json").read_text())
     force, gear, *others = result["warnings"]
-    # Of 20 kN that begin between two samples a compensation tells as well what that costs.
-    assert [own["name"] for own in others] == (["sampling"] if kind == "compensate" else [])
+    # Of 20 kN that begin between two samples it is told as well what that costs.
+    assert [warning["name"] for warning in others] == ["sampling"]
     assert (force["name"], force["robot"], force["joint"]) == ("payload", "forming", None)
     assert force["value"] == pytest.approx(FORCED, rel=1e-6)
     assert force["limit"] == 2650.0

@@ -251,4 +251,4 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     out.mkdir()
     write_run(out, case, run)
     assert set(read_run(out).workpieces) == {"actual"}
-    assert 'id="workpiece"' in write_report(out).read_text()
+    assert "Section of the workpiece" in write_report(out).read_text()
