@@ -193,10 +193,19 @@ def _worse(figures: RunResult, expected: ExpectedDeviation) -> tuple[str, str]:
 
 
 def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
+    """Return whether the cut is stable, and what makes up the figure that is expected."""
+    stability = figures.stability
+    if stability is None:
+        return _reason_of_size(figures, expected)
+    if stability.stable:
+        return f"{stability.sentence}. {_reason_of_size(figures, expected)}".strip()
+    remedy = f" Stable would be {stability.alternative}." if stability.alternative else ""
+    return f"{stability.sentence}.{remedy}"
+
+
+def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> str:
     """Return what makes up the figure that is expected."""
-    stability, outlook = figures.stability, figures.outlook
-    if stability is not None and not stability.stable:
-        return f"{stability.sentence}."
+    outlook = figures.outlook
     if not figures.converged:
         return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
     if figures.forecast is not None:

@@ -12,6 +12,7 @@ from reported import compensated
 
 from coupling.report.document import document
 from coupling.report.run_answer import RunContext, run_answer
+from coupling.results.cut_stability import CutStability
 from coupling.results.outlook import DeviationInterval, DrawnDeviation
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer
@@ -107,6 +108,34 @@ def test_a_run_that_has_not_converged_is_never_good(finished):
     assert answer.good is False
     assert answer.sentence.startswith("NOT FINISHED")
     assert not any("export" in step.command for step in answer.steps)
+
+
+@pytest.mark.parametrize("kind", ["compensate", "couple"])
+def test_a_cut_is_never_good_without_its_stability(finished, kind):
+    """Its limit stands on the first screen; one that chatters is never to be run, whatever it leaves."""
+    cut = CutStability(
+        sentence="The cut is stable, limit 1.65 mm at 3000 1/min",
+        stable=True,
+        time_s=0.5,
+        rpm=3000.0,
+        depth_m=5e-4,
+        limit_m=1.65e-3,
+        frequency_Hz=43.0,
+        growth_1_s=-2.0,
+    )
+    figures = finished.model_copy(update={"stability": cut, "kind": kind})
+    assert answered(figures, 1.0).reason.startswith(cut.sentence)
+    chattering = cut.model_copy(
+        update={
+            "sentence": "The cut chatters at 43.1 Hz from depth 1.66 mm",
+            "stable": False,
+            "alternative": "2 mm at 3414 1/min",
+        }
+    )
+    answer = answered(figures.model_copy(update={"stability": chattering}), 1.0)
+    assert answer.good is False
+    assert answer.sentence == "This cut will chatter: do not run it."
+    assert answer.reason == f"{chattering.sentence}. Stable would be {chattering.alternative}."
 
 
 def test_a_first_screen_needs_no_glossary(finished):
