@@ -40,7 +40,7 @@ class SimulationJob:
 
 @dataclass(frozen=True)
 class MarchJob(SimulationJob):
-    """A simulation whose steps are not known when it begins: `StepWindow`s follow.
+    """A simulation whose steps are not known when it begins: windows follow (`StepWindow`).
 
     Its times are start and end, its row of inputs is that of initialisation; the answer is one row of
     outputs, those at the start.
