@@ -8,22 +8,11 @@ from pydantic import AfterValidator, Field
 
 from coupling.files.toml_file import FilePath, Positive, Schema
 
-# A whole turn of pitch angles, to so much [deg].
-_TURN, _ROUNDING = 360.0, 0.01
-
 
 def _rises(ends: list[float]) -> list[float]:
     if not ends[0] < ends[1]:
         raise ValueError(f"expected [lowest, highest], lowest < highest, got {ends}")
     return ends
-
-
-def _closes(angles: list[float]) -> list[float]:
-    if abs(sum(angles) - _TURN) > _ROUNDING:
-        raise ValueError(
-            f"expected angles from each tooth to the next, 360 deg in all, got {sum(angles):g} deg"
-        )
-    return angles
 
 
 class ToolModeTable(Schema):
@@ -59,7 +48,6 @@ class StabilityTable(Schema):
     Attributes:
         spindle_rpm: Range of the spindle; a quarter of the programmed speed to its double.
         max_depth_m: Depth up to which a limit is looked for; four diameters of the cutter.
-        pitch_deg: Angles from each tooth to the next; even.
         tool_mode: Modes of the tool.
         tool_response: Measured responses of the tool in its spindle, `xx` and `yy` across its axis.
         process_damping: Damping by the flank.
@@ -69,7 +57,6 @@ class StabilityTable(Schema):
         Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_rises)] | None
     ) = None
     max_depth_m: Positive | None = None
-    pitch_deg: Annotated[list[Positive], Field(min_length=2), AfterValidator(_closes)] | None = None
     tool_mode: list[ToolModeTable] = []
     tool_response: FilePath | None = None
     process_damping: ProcessDampingTable | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from coupling.errors import CaseError, one_of
 from coupling.files.toml_file import Positive
@@ -28,10 +28,20 @@ from coupling.toolpaths.task import Task
 
 # Speeds are one if they differ by less.
 _SAME_SPEED = 1e-3
+# A whole turn of pitch angles, to so much [deg].
+_TURN, _ROUNDING = 360.0, 0.01
 _COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")
 
 Coefficient = Annotated[float, Field(ge=0.0)]
 Corner = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+def _closes(angles: list[float]) -> list[float]:
+    if abs(sum(angles) - _TURN) > _ROUNDING:
+        raise ValueError(
+            f"expected angles from each tooth to the next, 360 deg in all, got {sum(angles):g} deg"
+        )
+    return angles
 
 
 class MillingForceTable(ProcessSchema):
@@ -51,6 +61,9 @@ class MillingForceTable(ProcessSchema):
     cutter_diameter_m: Positive
     teeth: Annotated[int, Field(ge=1)]
     helix_deg: Annotated[float, Field(ge=0.0, lt=80.0)]
+    pitch_deg: Annotated[list[Positive], Field(min_length=2), AfterValidator(_closes)] | None = None
+    runout_m: Annotated[float, Field(ge=0.0)] = 0.0
+    runout_deg: float = 0.0
     spindle_speed_rpm: Positive | None = None
     spindle_max_rpm: Positive | None = None
     spindle_power_W: Positive | None = None
@@ -71,6 +84,20 @@ class MillingForceTable(ProcessSchema):
     K_te_N_m: Coefficient | None = None
     K_re_N_m: Coefficient | None = None
     K_ae_N_m: Coefficient | None = None
+
+    @model_validator(mode="after")
+    def _teeth_fit(self) -> MillingForceTable:
+        if self.pitch_deg is not None and len(self.pitch_deg) != self.teeth:
+            raise ValueError(
+                f"pitch_deg: expected {self.teeth} angles, one for each tooth, got"
+                f" {len(self.pitch_deg)}"
+            )
+        if self.runout_m >= 0.5 * self.cutter_diameter_m:
+            raise ValueError(
+                f"runout_m: expected less than half of cutter_diameter_m, {self.cutter_diameter_m}, got"
+                f" {self.runout_m}"
+            )
+        return self
 
     @model_validator(mode="after")
     def _radial_depth_fits(self) -> MillingForceTable:
@@ -142,6 +169,9 @@ class MillingForceTable(ProcessSchema):
             teeth=self.teeth,
             helix=float(np.deg2rad(self.helix_deg)),
             speed=self._speed(task.spindle) * 2.0 * np.pi / 60.0,
+            pitch=None if self.pitch_deg is None else tuple(np.deg2rad(self.pitch_deg).tolist()),
+            runout=self.runout_m,
+            runout_angle=float(np.deg2rad(self.runout_deg)),
         )
         longest = float(np.diff(task.desired.time).max())
         limit = cutter.tooth_period / SAMPLES_PER_TOOTH

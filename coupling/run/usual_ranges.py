@@ -116,6 +116,9 @@ EXPECTED = {
     "process.time_limit_s": UsualRange(1.0, 1e6, "s", "from a formula to a week of simulation"),
     "process.cutter_diameter_m": UsualRange(1e-4, 0.3, "m", "end mills and face mills"),
     "process.teeth": UsualRange(1.0, 20.0, "", "end mills and face mills"),
+    "process.pitch_deg": UsualRange(10.0, 300.0, "deg", "angles from a tooth to the next"),
+    "process.runout_m": UsualRange(1e-7, 1e-4, "m", "run-out of cutters in holders", or_none=True),
+    "process.runout_deg": _TURN,
     "process.helix_deg": UsualRange(5.0, 65.0, "deg", "end mills", or_none=True),
     "process.radial_depth_m": UsualRange(1e-5, 0.3, "m", "up to a cutter's diameter"),
     "process.surface_z_m": UsualRange(0.0, 1.0, "m", "raw surfaces of parts"),
@@ -154,7 +157,6 @@ EXPECTED = {
     "study.payload_position_m": _ON_BODY,
     "stability.spindle_rpm": UsualRange(100.0, 2e5, "1/min", "spindles for milling"),
     "stability.max_depth_m": UsualRange(1e-4, 0.2, "m", "depths up to the length of an edge"),
-    "stability.pitch_deg": UsualRange(10.0, 300.0, "deg", "angles from a tooth to the next"),
     "stability.tool_mode.frequency_Hz": UsualRange(
         20.0, 2e4, "Hz", "modes of tools, holders and spindles"
     ),

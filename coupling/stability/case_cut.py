@@ -81,13 +81,6 @@ class CaseCuts:
     def __init__(self, case: Case) -> None:
         self.case, self.milling = case, milling_of(case)
         self._placed = case.robots[0]
-        table = case.stability
-        teeth = self.milling.cutter.teeth
-        if table.pitch_deg is not None and len(table.pitch_deg) != teeth:
-            raise StabilityError(
-                f"{case.name}: stability: pitch_deg: expected {teeth} angles, one for each tooth, got"
-                f" {len(table.pitch_deg)}"
-            )
         self._locked = LockedRobot(self._placed.description, self._placed.torque_curve)
         self._engaged = LockedRobot(self._placed.description, "linear")
 
@@ -181,7 +174,7 @@ class CaseCuts:
             start,
             end,
             depth,
-            None if table.pitch_deg is None else tuple(np.deg2rad(table.pitch_deg).tolist()),
+            milling.cutter.pitch,
             None
             if damping is None
             else ProcessDamping(damping.indentation_N_m3, damping.wear_land_m, damping.friction),

@@ -208,7 +208,6 @@ def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
     ("more", "said"),
     [
         ("\n[stability]\nspindle_rpm = [9000.0, 3000.0]\n", "lowest < highest"),
-        ("\n[stability]\npitch_deg = [170.0, 180.0]\n", "360 deg in all"),
         ("\n[stability]\nmodes = 3\n", "modes"),
         (
             "\n[[stability.tool_mode]]\nfrequency_Hz = 1e3\ndamping_ratio = 2.0\nstiffness_N_m = 1e7\n",
@@ -225,10 +224,36 @@ def test_a_wrong_table_is_refused_with_its_key(tmp_path, more, said):
         load_case(slot(tmp_path, more=more))
 
 
-def test_a_pitch_for_another_number_of_teeth_and_another_process_are_refused(tmp_path):
-    pitch = "\n[stability]\npitch_deg = [100.0, 120.0, 140.0]\n"
-    with pytest.raises(StabilityError, match="expected 2 angles"):
-        CaseCuts(load_case(slot(tmp_path, more=pitch)))
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("pitch_deg = [170.0, 180.0]", "360 deg in all"),
+        ("pitch_deg = [100.0, 120.0, 140.0]", "expected 2 angles"),
+        ("runout_m = 0.008", "less than half"),
+        ("runout_m = -1e-6", "runout_m"),
+    ],
+)
+def test_teeth_that_no_cutter_has_are_refused(tmp_path, keys, said):
+    file = slot(tmp_path)
+    file.write_text(file.read_text().replace("teeth             =", f"{keys}\nteeth ="))
+    with pytest.raises(CaseError, match=said):
+        load_case(file)
+
+
+def test_pitch_and_runout_of_the_case_are_those_of_cut_and_stability(tmp_path):
+    """One statement for the force and for the chart."""
+    file = slot(tmp_path)
+    keys = "pitch_deg = [170.0, 190.0]\nrunout_m = 1e-5\nrunout_deg = 30.0"
+    file.write_text(file.read_text().replace("teeth             =", f"{keys}\nteeth ="))
+    cuts = CaseCuts(load_case(file))
+    cutter = cuts.milling.cutter
+    assert np.rad2deg(cutter.pitch) == pytest.approx([170.0, 190.0])
+    assert cutter.runout == 1e-5
+    assert cutter.runout_angle == pytest.approx(np.pi / 6.0)
+    assert cutter.period == cutter.turn_period
+
+
+def test_another_process_is_refused(tmp_path):
     with pytest.raises(StabilityError, match="expected 'milling-force'"):
         CaseCuts(load_case("examples/cases/cone.toml"))
     assert stability_in_brief(load_case("examples/cases/cone.toml")) is None
