@@ -23,7 +23,7 @@ _HELD = 1e-6
 # A column shorter than this part of the longest one is none.
 _NO_COLUMN = 1e-9
 # Huber's constant [standard deviations], 95 % efficient under normal errors.
-_HUBER = 1.345
+HUBER = 1.345
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarr
     scale = np.median(size) / 0.888
     if scale == 0.0:
         return np.ones(len(size))
-    return np.sqrt(np.minimum(1.0, _HUBER * scale / np.maximum(size, 1e-300)))
+    return np.sqrt(np.minimum(1.0, HUBER * scale / np.maximum(size, 1e-300)))
 
 
 LOSSES = ("squares", "huber")

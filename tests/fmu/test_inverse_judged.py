@@ -51,8 +51,8 @@ def test_the_judge_finds_the_moving_tool_on_its_path(
     done = command("compensate", "-v", tmp_path / "case.toml", "-o", tmp_path / "run")
     assert done.returncode == 0, done.stdout + done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
-    # The marching coupling of a cut evaluates it on the desired path and twice under the command.
-    assert figures["process_evaluations"] <= (4 if "milling-force" in case else 2)
+    # On the desired path once; under the command once, but that a window of a cut takes up to three.
+    assert figures["process_evaluations"] == (4 if "milling-force" in case else 2)
     description = load_robot(find_robot(robot, Path()))
     fmu = build_fmu(description, tmp_path / "R.fmu", BuildOptions("native"))
     found = judged(tmp_path / "run", fmu)

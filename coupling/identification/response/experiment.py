@@ -20,11 +20,10 @@ from functools import cached_property
 import numpy as np
 
 from coupling.identification.estimate import Trial
+from coupling.identification.least_squares import HUBER
 from coupling.modes.measured_response import MeasuredResponse
 from elastic_robot.linearisation import Linearisation
 
-# Huber's constant [standard deviations], 95 % efficient under normal errors.
-_HUBER = 1.345
 _AXES = "xyz"
 # Noise floor of a response, in parts of its largest value: valleys below it tell of noise alone.
 _FLOOR = 0.05
@@ -74,7 +73,7 @@ class PostureResponse:
         """
         residuals, columns = [], []
         spring = self.constant + np.diag(self.active * stiffness)
-        for frequency, responses in self._by_frequency():
+        for frequency, responses in self._by_frequency:
             omega = 2.0 * np.pi * frequency[:, None, None]
             impedance = spring + 1j * omega * np.diag(damping) - omega**2 * self.mass
             sides = np.broadcast_to(self.lever.T, (len(omega), *self.lever.T.shape))
@@ -112,11 +111,12 @@ class PostureResponse:
         delay = 2j * np.pi * frequency * DELAY
         return np.column_stack([-np.ones(len(frequency)), delay])
 
-    @property
+    @cached_property
     def in_order(self) -> list[MeasuredResponse]:
         """The responses in the order of their residuals."""
-        return [response for _, responses in self._by_frequency() for response in responses]
+        return [response for _, responses in self._by_frequency for response in responses]
 
+    @cached_property
     def _by_frequency(self) -> list[tuple[np.ndarray, list[MeasuredResponse]]]:
         """Return the responses by the frequencies that they share."""
         groups: list[tuple[np.ndarray, list[MeasuredResponse]]] = []
@@ -198,7 +198,7 @@ class ResponseLinearisation:
     def weight(self) -> np.ndarray:
         """Square roots of Huber's weights over the standard deviation [1], (n,)."""
         size = np.abs(self.residual) / self.experiment.deviation
-        return np.sqrt(_HUBER / np.maximum(size, _HUBER)) / self.experiment.deviation
+        return np.sqrt(HUBER / np.maximum(size, HUBER)) / self.experiment.deviation
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
@@ -221,7 +221,7 @@ class ResponseLinearisation:
     def robust_cost(self) -> float:
         """Half the squares, beyond Huber's constant the lengths, of the residual [1]."""
         size = np.abs(self.residual) / self.experiment.deviation
-        loss = np.where(size < _HUBER, 0.5 * size**2, _HUBER * (size - 0.5 * _HUBER))
+        loss = np.where(size < HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
         return float(np.sum(loss) + 0.5 * np.sum((self.x / self.experiment.prior) ** 2))
 
     def try_step(self, step: np.ndarray) -> ResponseTrial:

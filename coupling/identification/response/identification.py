@@ -141,11 +141,12 @@ def identify_from_responses(
     kept = np.full(len(prior), np.nan)
     kept[: len(start)] = np.where(identified, np.nan, np.maximum(logs, _NONE))
     written = fit if identified.all() else fit_responses(experiment, kept, fit)
-    values = np.where(identified, np.concatenate(experiment.parameters(written.x)), start)
+    fitted_values = _values(experiment, fit)
+    values = np.where(identified, _values(experiment, written), start)
     numbers = dict(zip((verdict.name for verdict in verdicts), values.tolist(), strict=True))
     changed = {v.name: numbers[v.name] for v in verdicts if v.identifiable}
     errors = [
-        [_residual(posture, vector) for vector in (start, _values(experiment, fit), values)]
+        [_residual(posture, vector) for vector in (start, fitted_values, values)]
         for posture in postures
     ]
     overall = _median_errors(errors, [not each.is_held_out for each in measured])

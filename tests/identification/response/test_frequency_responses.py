@@ -104,15 +104,15 @@ def test_what_the_tool_does_not_feel_is_kept():
         assert value_of(identified.robot, verdict.name) == value_of(robot, verdict.name)
 
 
-def test_responses_of_another_posture_are_refused():
-    """No robot near the start has them: nothing is written."""
+def test_responses_of_another_posture_show_in_the_error_of_the_fit():
+    """No robot near the start has them: half of all values stay off by a factor of 1.6 or more."""
     robot, _rng = _robot(), np.random.default_rng(1)
     tapped = tap(robot, {}, np.array([0.0, 0.2, 0.3, 0.3, 0.9, 0.0]))
     elsewhere = tap(robot, {}, np.array([1.2, -0.6, 0.9, 1.5, -0.9, 0.0]))
     swapped = [type(tapped)("swapped", elsewhere.q, tapped.responses)]
     result = identify_from_responses(robot, "linear", swapped).result
     assert result.refusal == "" or "no better" in result.refusal
-    assert result.error.written > 0.1
+    assert result.error.written > 0.5
     with pytest.raises(IdentifyError, match="those held out"):
         identify_from_responses(robot, "linear", [tap(robot, {}, tapped.q, is_held_out=True)])
 
