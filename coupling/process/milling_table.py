@@ -233,8 +233,8 @@ class MillingForceTable(ProcessSchema):
             )
         if stated is not None and abs(stated - speed) > _SAME_SPEED * speed:
             raise CaseError(
-                f"process: spindle_speed_rpm: expected {speed:g}, as {place} has it, got {stated:g}: change"
-                " one of them, or leave the key out"
+                f"process: spindle_speed_rpm: expected {speed:g}, as {place} has it, got {stated:g}:"
+                " change one of them, or leave the key out"
             )
         return speed
 

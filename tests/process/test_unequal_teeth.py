@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from steady_feed import steady_wrench
@@ -23,7 +25,7 @@ def by_hand(
 ) -> np.ndarray:
     """Force of straight teeth in a slot, axes f, n, z [N], (n, 3).
 
-    A tooth with its tip at phi cuts h = v tau sin(phi) + e, v tau being the way since the tooth before it
+    A tooth with its tip at phi cuts h = v tau sin(phi) + e, v tau being the way since the tooth before
     and e how much further out it is: F_t = a (K_tc h + K_te) against the cut, and so on.
     """
     feed, force, K = CHIP * len(tips) * SPEED / (2.0 * np.pi), np.zeros((len(time), 3)), STEEL
@@ -40,7 +42,7 @@ def by_hand(
 
 
 def test_two_unequal_pitches_have_the_forces_by_hand():
-    """160 deg from the first tooth to the second, which goes before it: chips 8/9 and 10/9 of the mean."""
+    """160 deg from the first tooth to the second, which goes before: chips 8/9 and 10/9 of the mean."""
     pitch = np.deg2rad([160.0, 200.0])
     mill = Cutter(R, 2, 0.0, SPEED, pitch=tuple(pitch.tolist()))
     time = np.linspace(0.013, 0.988, 36) * 2.0 * np.pi / SPEED
@@ -67,7 +69,7 @@ def test_pitch_does_not_change_the_mean_over_a_turn(helix):
     corners = [b - tip for tip in mill.tips for b in (0.0, np.pi, lag, np.pi + lag)]
     ends = np.unique(np.append(np.array(corners) % (2.0 * np.pi), [0.0, 2.0 * np.pi]))
     total = np.zeros(3)
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in pairwise(ends):
         time = (low + 0.5 * (1.0 + NODES) * (high - low)) / SPEED
         force = steady_wrench(mill, STEEL, slot(len(time)), time)[:, :3]
         total += 0.5 * (high - low) / (2.0 * np.pi) * WEIGHTS @ force
