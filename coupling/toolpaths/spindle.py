@@ -85,7 +85,7 @@ class GcodeSpindle:
     """Words of G-code that are the spindle's: S, M3, M4, M5, G96, G97.
 
     Attributes:
-        course: What they say.
+        course: Speed and sense that they give.
     """
 
     def __init__(self) -> None:
