@@ -128,14 +128,14 @@ def take_spindl(course: SpindleCourse, line: int, arguments: tuple[str, ...]) ->
     What is not known of it is a problem of the spindle, as it moves no point of the path.
     """
     numbers, words = [], []
-    rest = iter(arguments)
-    for word in rest:
+    remaining = iter(arguments)
+    for word in remaining:
         if NUMBER.fullmatch(word):
             numbers.append(float(word))
         else:
             words.append(word)
             if word in _WITH_VALUE:
-                next(rest, None)
+                next(remaining, None)
     for word in words:
         if word in _CUTTING_SPEEDS:
             course.note_problem(

@@ -106,11 +106,11 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
 def _without_run_out(cutter: SlotCutter, slots: MeasuredSlots) -> np.ndarray:
     """Return coefficients [Pa, N/m], (6,), by means that are straight in the feed."""
     chip, edges = cutter.chip(slots.feed), cutter.teeth * cutter.depth
-    rise, rest = np.polyfit(chip, _SIGNS * slots.mean, 1)
+    rise, intercept = np.polyfit(chip, _SIGNS * slots.mean, 1)
     if not rise[0] > 0.0:
         raise IdentifyError(
             "expected a mean force across the feed that rises with it, got one that falls: look at the"
             " columns of the axes"
         )
     # Rubbing alone cannot pull a tool on.
-    return np.maximum(np.concatenate([rise / _PER_CHIP, rest / _PER_EDGE]) / edges, 1.0)
+    return np.maximum(np.concatenate([rise / _PER_CHIP, intercept / _PER_EDGE]) / edges, 1.0)
