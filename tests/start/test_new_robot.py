@@ -273,4 +273,4 @@ def test_a_robot_of_a_urdf_mills_with_a_spindle_of_its_class_along_its_last_axis
     np.testing.assert_allclose(arm_of_weight, 0.5 * spindle.length * approach, atol=1e-6)
     # A link that the user has named as the tip is the tool's.
     named = new_case(urdf, "milling-force", False, tmp_path / "n", RobotChoice(tip="tool0"))
-    assert "payload" not in named.texts["arm.toml"]
+    assert "[payload]" not in named.texts["arm.toml"]
