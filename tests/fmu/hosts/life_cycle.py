@@ -157,7 +157,9 @@ def damaged(data):
 
 
 def damaged_states():
-    """Damaged bytes are refused into a new place and into a state that is there, which stays."""
+    """Damaged bytes are refused into a new place and into a state that is there, which stays.
+
+    Whole ones go on in another instance to the same bytes; a reset is a new instance."""
     i = in_phase("running")
     i.step(0.0, 0.01)
     i.set({"force.z": -300.0})
@@ -176,6 +178,14 @@ def damaged_states():
     i.step(0.02, 0.01)
     assert i.bytes() == present
     assert unpack(i, data, kept) == OK
+    other = fmu.instance()
+    for state in (kept, copy := c_void_p()):  # of the first instance, and from bytes
+        assert state is kept or unpack(other, data, copy) == OK
+        assert other.restore(state) == OK
+        assert other.step(0.02, 0.01)[0] == OK
+        assert other.bytes() == present
+    assert i.call("Reset") == OK
+    assert i.bytes() == fmu.instance().bytes()
     return taken
 
 
