@@ -48,6 +48,7 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
+    from coupling.files.atomic_file import write_atomically
     from coupling.files.result_folder import begin_result
     from coupling.files.written_files import claimed
     from coupling.report.stability_report import stability_page, stability_summary
@@ -84,7 +85,7 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     begin_result(folder, "stability", overwrite)
-    claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
-    claimed(folder / "report.html").write_text(stability_page(result), encoding="utf-8")
+    write_atomically(claimed(folder / "stability.json"), result.text(), StabilityError)
+    write_atomically(claimed(folder / "report.html"), stability_page(result), StabilityError)
     print_sections(console, stability_summary(result))
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")
