@@ -115,7 +115,10 @@ def check(
 
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
+    import numpy as np
+
     from coupling.check.estimate import estimated, timed
+    from coupling.process.base import marched
     from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
@@ -124,7 +127,11 @@ def _time(case: Case, each: float | None) -> str:
     if isinstance(case.method, InverseCorrection):
         draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
         servos = any(placed.drive == "servo" for placed in case.robots)
-        return estimated(case.desired, case.controller, case.method.max_rounds, each, draws, servos)
+        marching = marched(case.process) if case.process_table.FORMULA else None
+        steps = 0.0 if marching is None else np.ptp(case.desired.time) / marching.memory.step
+        return estimated(
+            case.desired, case.controller, case.method.max_rounds, each, draws, servos, float(steps)
+        )
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"
     )
