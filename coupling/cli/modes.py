@@ -47,7 +47,7 @@ def modes(
     from coupling.files.result_folder import begin_result
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
-    from coupling.files.written_files import claimed
+    from coupling.files.written_files import claim_file
     from coupling.modes.analysis import modes_in_posture, modes_of_case
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
@@ -79,8 +79,8 @@ def modes(
         analysis = modes_in_posture(robot, curve, posture, wrench, responses)
     folder = output or Path("results", f"{file.stem}_modes")
     begin_result(folder, "modes", overwrite)
-    claimed(folder / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
+    claim_file(folder / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
     NamedStateSpace.of(analysis.softest.linear).write(folder)
-    claimed(folder / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
+    claim_file(folder / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
     print_sections(console, modes_summary(analysis.result))
     console.print(f"Modes: {folder}  (report: {folder / 'report.html'})")

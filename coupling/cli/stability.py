@@ -49,7 +49,7 @@ def stability(
 
     from coupling.case.file import load_case
     from coupling.files.result_folder import begin_result
-    from coupling.files.written_files import claimed
+    from coupling.files.written_files import claim_file
     from coupling.report.stability_report import stability_page, stability_summary
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
@@ -84,7 +84,7 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     begin_result(folder, "stability", overwrite)
-    claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
-    claimed(folder / "report.html").write_text(stability_page(result), encoding="utf-8")
+    claim_file(folder / "stability.json").write_text(result.text(), encoding="utf-8")
+    claim_file(folder / "report.html").write_text(stability_page(result), encoding="utf-8")
     print_sections(console, stability_summary(result))
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")
