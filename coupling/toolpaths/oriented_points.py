@@ -17,6 +17,7 @@ from coupling.path.histories import ToolPath, poses
 from coupling.path.linear import interpolate_rows
 from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
+from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
@@ -175,6 +176,10 @@ class OrientedPath(ToolPathTable):
     def _read_remarks(self) -> list[str]:
         """Return what was left out of the file, and assumed."""
 
+    def _read_spindle(self) -> ProgrammedSpindle | None:
+        """Return the spindle's speeds; None where the file says nothing of them."""
+        return None
+
     @cached_property
     def _points(self) -> OrientedPoints:
         return self._read_points()
@@ -195,7 +200,8 @@ class OrientedPath(ToolPathTable):
                 f" {jump:.3g} deg/s"
             )
         named_remarks = tuple(f"{self.file.name}: {remark}" for remark in remarks)
-        return replace(super().task(part, corners, untilted), remarks=named_remarks)
+        task = super().task(part, corners, untilted)
+        return replace(task, remarks=named_remarks, spindle=self._read_spindle())
 
     def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
