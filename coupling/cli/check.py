@@ -49,7 +49,7 @@ def check(
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.terminal import print_answer, print_sections, print_warnings
+    from coupling.report.terminal import print_result
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
@@ -104,11 +104,8 @@ def check(
     ]
     answer = check_answer(robots, loaded.resolved, case, chatter)
     write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
-    print_answer(console, answer)
-    if verbose:
-        print_sections(console, sections)
-    else:
-        print_warnings(console, [str(part) for section in warnings for part in section.parts])
+    print_result(console, answer, sections, warnings, verbose)
+    if not verbose:
         console.print(others[-1])
     console.print(f"Page: {file}")
 

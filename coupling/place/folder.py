@@ -73,6 +73,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     return PlacementResult(
         case=placing.case.name,
         robot=placing.robot.name,
+        tolerance_m=placing.case.tolerance,
         optimise=goal.objective,
         forced=goal.forced,
         demands=goal.demands,

@@ -22,8 +22,8 @@ from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.study_result import StudySample
-from coupling.run.stored_run import StoredRun, read_run
+from coupling.results.study_result import StudySample, StudySource
+from coupling.run.stored_run import CASE, StoredRun, read_run
 from coupling.study.design import GROWS
 from coupling.study.folder import (
     ROWS,
@@ -48,6 +48,8 @@ class Study:
     Attributes:
         folder: Its folder.
         case: Name of the case.
+        source: Files that it rests on.
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
         table: Table [study].
         parameters: Uncertain parameters.
         points: Values of the parameters, in their units, (n, k).
@@ -57,6 +59,8 @@ class Study:
 
     folder: Path
     case: str
+    source: StudySource
+    tolerance: float | None
     table: StudyTable
     parameters: StudyParameters
     points: np.ndarray
@@ -133,7 +137,12 @@ def open_study(
     else:
         points = draw_samples(table.design, count, table.seed, parameters)
         begin(folder, identity, points, parameters)
-    return Study(folder, case.name, table, parameters, points, stored, work)
+    source = StudySource(
+        case=stored.case_file or str(run / CASE),
+        robot=case.resolved["robot"]["description"],
+        run=str(run),
+    )
+    return Study(folder, case.name, source, case.tolerance, table, parameters, points, stored, work)
 
 
 def simulate_samples(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:

@@ -72,7 +72,8 @@ def run(case, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
-    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
+    options = ("-v", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    done = command("study", case, "-o", folder, *options)
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"on {SAMPLES} robots with sampled" in done.stdout
     return folder
@@ -375,7 +376,9 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_pat
     options = ("-o", tmp_path / "study", "--samples", 19, "--scheduler", cluster)
     done = command("study", file, *options)
     assert done.returncode == 1, done.stderr
-    assert "The command is NOT CONVERGED" in done.stdout
+    assert done.stdout.startswith(
+        "NOT FINISHED: the command of this study keeps its path on no robot"
+    )
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
     assert "The command is NOT CONVERGED" in page
     assert (tmp_path / "study" / "run" / "report.html").exists()

@@ -183,7 +183,7 @@ def test_the_command_learns_and_commands_again(command, run):
     """What was learned is a robot file, and its command leaves less on the plant that is not told."""
     inputs = run / "out_inputs"
     target = inputs / "robot.toml"
-    done = command("learn", run / "run", run / "m.csv", "-o", run / "out")
+    done = command("learn", run / "run", run / "m.csv", "-v", "-o", run / "out")
     assert done.returncode == 0, done.stderr + done.stdout
     assert "Torques and reversals of the gears" in done.stdout
     assert "backlash reversals" in done.stdout
