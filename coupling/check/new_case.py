@@ -151,7 +151,7 @@ def new_case(
             name_in_case = file.name
             texts[name_in_case] = file.read_text(encoding="utf-8")
     else:
-        described, name_in_case = _loaded(robot, choice), new_description.file
+        described, name_in_case = _load_robot(robot, choice), new_description.file
         texts |= new_description.texts
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
@@ -167,7 +167,7 @@ def new_case(
             if new_description is None:
                 described = _of_text(name_in_case, texts[name_in_case])
             else:
-                described = _loaded(robot, choice, spindle)
+                described = _load_robot(robot, choice, spindle)
             remarks.append(
                 f"{name_in_case}: TCP and payload are those of a spindle of {spindle.mass:g} kg whose"
                 f" tool ends {1e3 * spindle.reach:g} mm before the flange: give yours"
@@ -218,7 +218,7 @@ def _has_confirmed_servos(texts: Mapping[str, str]) -> bool:
     return all(tomlkit.parse(text).get("servos_confirmed", True) for text in texts.values())
 
 
-def _loaded(robot: str, choice: RobotChoice, spindle: Spindle | None = None) -> Robot:
+def _load_robot(robot: str, choice: RobotChoice, spindle: Spindle | None = None) -> Robot:
     """Return the robot that others describe, with a spindle or none on its flange."""
     with tempfile.TemporaryDirectory() as scratch:
         new_description = new_robot(robot, choice, Path(scratch))

@@ -122,15 +122,15 @@ class _Skeleton:
             "#",
             *(f"# {_printable(text)}" for text in self.remarks()),
             "",
-            f"name = {_quoted(self.foreign.name)}",
+            f"name = {_quote(self.foreign.name)}",
             *self._gravity(),
             "",
             "[urdf]",
-            f"file = {_quoted(self.urdf)}",
-            f"base = {_quoted(self.ends.base)}",
+            f"file = {_quote(self.urdf)}",
+            f"base = {_quote(self.ends.base)}",
             "",
             "[tcp]                       # its x axis points along the tool, away from the flange",
-            f"link = {_quoted(self.ends.tip)}",
+            f"link = {_quote(self.ends.tip)}",
             "position = [0.0, 0.0, 0.0]           # tip of the tool in that link's frame [m]",
             f"rpy = {_numbers(self._tool_rpy())}",
             "",
@@ -142,7 +142,7 @@ class _Skeleton:
             lines += [
                 "",
                 "[[joint]]",
-                f"name = {_quoted(joint.name)}",
+                f"name = {_quote(joint.name)}",
                 f"stiffness = {typical:g}                # of the class: {low:g} to {high:g}",
                 f"stiffness_range = [{low:g}, {high:g}]",
                 *self._body(number),
@@ -270,20 +270,20 @@ class _Skeleton:
         return [f"mass = {mass:.3g}    # an ESTIMATE", f"com = {_numbers(0.5 * way)}", inertia]
 
     def _sources(self) -> Iterator[str]:
-        yield f'"urdf" = {_quoted(self.foreign.source)}'
+        yield f'"urdf" = {_quote(self.foreign.source)}'
         yield '"tcp" = "an assumption of elastic-robot init: the flange, x along the last axis"'
         source = f"typical of {self.gear_class.about}, not of this robot: {self.gear_class.source}"
-        yield f'"joint.stiffness" = {_quoted(source)}'
+        yield f'"joint.stiffness" = {_quote(source)}'
         yield '"joint.stiffness_range" = "the same: the whole class"'
         yield '"modal_damping" = "an assumption: robots measured by others have 0.02 to 0.08"'
         estimate = "an ESTIMATE of elastic-robot init: {} spread as rods"
         moving = estimate.format(f"{self.gear_class.moving_mass:g} kg")
         if self._estimated:
-            yield f'"joint.mass" = {_quoted(moving)}'
-            yield f'"joint.com" = {_quoted(moving)}'
+            yield f'"joint.mass" = {_quote(moving)}'
+            yield f'"joint.com" = {_quote(moving)}'
         if self._estimated or self._impossible:
             spread = moving if self._estimated else estimate.format("the URDF's masses")
-            yield f'"joint.inertia" = {_quoted(spread)}'
+            yield f'"joint.inertia" = {_quote(spread)}'
 
 
 def _printable(text: str) -> str:
@@ -298,7 +298,7 @@ def _numbers(values: np.ndarray) -> str:
     return f"[{', '.join(repr(round(float(value), 12) + 0.0) for value in values)}]"
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as a basic string of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     plain = "".join(

@@ -48,7 +48,7 @@ def modes(
     from coupling.files.result_folder import begin_result
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
-    from coupling.files.written_files import begin_folder, claimed, claimed_folder
+    from coupling.files.written_files import begin_folder, claim_file, claimed_folder
     from coupling.modes.analysis import modes_in_posture, modes_of_case
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
@@ -89,10 +89,10 @@ def modes(
             assert case is not None
             place = claimed_folder(folder / case.robots[number].name)
             begin_folder(place, "modes")
-        write_atomically(claimed(place / "modes.json"), analysis.result.text(), StabilityError)
+        write_atomically(claim_file(place / "modes.json"), analysis.result.text(), StabilityError)
         NamedStateSpace.of(analysis.softest.linear).write(place)
         write_atomically(
-            claimed(place / "report.html"), modes_page(analysis.result), StabilityError
+            claim_file(place / "report.html"), modes_page(analysis.result), StabilityError
         )
         print_sections(console, modes_summary(analysis.result))
         console.print(f"Modes: {place}  (report: {place / 'report.html'})")

@@ -79,6 +79,12 @@ class Judgement:
         return vibration_of(self.there.whole, self.placed.cut.at_depth(self.limit))
 
     @property
+    def displacement(self) -> float:
+        """Displacement of the TCP by the cut's mean force, the tool rigid [m]."""
+        compliance = self.there.linear.dynamic_compliance(np.zeros(1))[0, :3].real
+        return float(np.linalg.norm(compliance @ self.cuts.mean_wrench(self.placed)))
+
+    @property
     def margin(self) -> float:
         """Limit over the programmed depth [1]; below 1 where it chatters, unless in an island."""
         return self.limit / self.placed.cut.depth

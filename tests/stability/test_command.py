@@ -64,7 +64,7 @@ def run(*words: object) -> int:
 
 def judged(folder: Path, *words: object, more: str = "") -> dict:
     out = folder / f"out{len(list(folder.iterdir()))}"
-    assert run("stability", slot(folder, more=more), "-o", out, *words) == 0
+    assert run("stability", slot(folder, more=more), "-o", out, "-v", *words) == 0
     return json.loads((out / "stability.json").read_text())
 
 
