@@ -25,6 +25,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from _pytest.doctest import DoctestModule
 from drawn_robots import REPLAYS, leave_out_drawn_robots
 from fixture_store import prune
 from fresh_processes import Fresh
@@ -43,6 +44,23 @@ leave_out_drawn_robots()
 
 # Scripts that tests run in processes of their own; not to be imported for doctests.
 collect_ignore = ["fmu/hosts"]
+
+
+class FilesWithExamples:
+    """Other files need not be imported to find their doctests, of which they have none."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collect_file(self, file_path: Path):
+        collectors = yield
+        if file_path.suffix == ".py" and ">>>" not in file_path.read_text(encoding="utf-8"):
+            return [one for one in collectors if not isinstance(one, DoctestModule)]
+        return collectors
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(
+        FilesWithExamples()
+    )  # for all folders, not that of the tests alone
 
 
 def pytest_collection_finish() -> None:
