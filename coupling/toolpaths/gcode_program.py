@@ -33,7 +33,7 @@ from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_words import Block, read_blocks
 from coupling.toolpaths.rotary import RotaryTable
-from coupling.toolpaths.spindle import SpindleWords
+from coupling.toolpaths.spindle import GcodeSpindle
 
 _AXES, _OFFSETS = "XYZ", "IJK"
 _PLACE_LETTERS, _CENTRE_LETTERS = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
@@ -91,7 +91,7 @@ def read_program(
         tuple(notes.assumptions),
         "machine" if rotary and rotary.coordinates == "machine" else "tool-tip",
         machine.tool.plane,
-        machine.spindle.programmed(file.name),
+        machine.spindle.course.programmed(file.name),
     )
 
 
@@ -101,7 +101,7 @@ class _Machine:
     Attributes:
         has_moved: Whether it has moved from one known point to another.
         tool: Direction of the tool.
-        spindle: Speeds of its spindle.
+        spindle: Words of its spindle.
     """
 
     def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
@@ -111,7 +111,7 @@ class _Machine:
         self._plane = 17.0
         self._motion: float | None = None
         self._feed = Feed(notes)
-        self.spindle = SpindleWords()
+        self.spindle = GcodeSpindle()
         self._place, self._is_known = np.full(3, np.nan), False
         self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
@@ -255,7 +255,7 @@ class _Machine:
         letter = words[0] if words else ""
         if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = _bounded(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
+        duration = _require_within(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
         if duration > _DOUBTFUL_DWELL or (
@@ -318,7 +318,7 @@ class _Machine:
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    _bounded(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
+                    _require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (
@@ -360,7 +360,7 @@ class _Machine:
             feed = self._feed.over(way, stays)
         self.has_moved = True
         if feed is not None:
-            self.spindle.cut()
+            self.spindle.course.cut()
         yield GcodeMove(start, end, feed, arc, turn)
 
     @staticmethod
@@ -410,7 +410,7 @@ class _Machine:
         return Arc.about(plane, start, end, centre, clockwise)
 
 
-def _bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def _require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     if not low <= value <= high:
         raise ValueError(
             f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
