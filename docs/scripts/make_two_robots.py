@@ -13,7 +13,7 @@ from coupling.run.path_checks import TOOL_GAP
 from docs.scripts.experiment import Curve, Page, add_curves
 from docs.scripts.page import table
 from docs.scripts.pictures import save, styled
-from docs.scripts.runs import compensated, example, gap_ranges, peak_force
+from docs.scripts.runs import compensated, example, gap_ranges, tool_rows
 
 PAGE = Page("two_robots")
 _UM, _MM = 1e6, 1e3
@@ -87,14 +87,8 @@ def result() -> str:
     save("two_robots_gap", gap(run), deviations(run))
     opening = run.of(TOOL_GAP)
     assert opening is not None
-    rows = []
-    for tool, name in enumerate(run.robots):
-        before = run.deviation(run.before, tool)
-        after = run.deviation(run.correction.achieved, tool)
-        figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
-        rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * opening.commanded:.3f} mm", *gap_ranges(run), ""))
-    compared = table(("", "before, max", "after, max", "peak force"), rows)
+    gap_row = (f"gap, commanded {_MM * opening.commanded:.3f} mm", *gap_ranges(run), "")
+    compared = table(("", "before, max", "after, max", "peak force"), [*tool_rows(run), gap_row])
     done = run.correction
     return (
         f"{compared}\n\nVerdict: {done.reason}, {done.evaluations} evaluations of the process. Before"
