@@ -21,7 +21,7 @@ from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
-from coupling.report.place_report import changes, in_words, map_figures
+from coupling.report.place_report import changes, map_figures
 from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
@@ -107,7 +107,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
 @PAGE.part
 def cases() -> str:
     """Return the table of the cases as they are and as they are placed."""
-    rows, settings = [], []
+    rows = []
     for name in CASES:
         found = _placed(name)
         result = figures_of(found)
@@ -129,13 +129,12 @@ def cases() -> str:
                     f"{_UM * max(mean for *_, mean in left):.0f}",
                 )
             )
-        settings.append(f"- {name}: {in_words(result.best[0].setting, result.free)}")
     head = (
         *("", "", "process [um]", "backlash reversals (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),
         "mean [um]",
     )
-    return f"{table(head, rows)}\n\nPlaces:\n\n" + "\n".join(settings)
+    return table(head, rows)
 
 
 def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
