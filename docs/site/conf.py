@@ -29,6 +29,8 @@ suppress_warnings = ["ref.python"]
 html_theme = "furo"
 html_title = f"{project} {version}"
 html_favicon = "../icon.svg"
+html_static_path = ["static"]
+html_css_files = ["tables.css"]
 html_copy_source = False
 html_show_sphinx = False
 
