@@ -17,6 +17,7 @@ myst_heading_anchors = 6
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
 default_role = "code"
+highlight_language = "none"  # what commands print is no program
 add_module_names = False  # the page has it, as it is imported
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
