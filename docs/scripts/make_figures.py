@@ -7,7 +7,7 @@ from docs.scripts.page import finish
 from docs.scripts.pictures import photograph
 
 REPORT = Path(__file__).parents[2] / "results" / "cone" / "report.html"
-WIDTH, HEIGHT = 1440, 770
+WIDTH, HEIGHT = 1120, 820
 # The tool stands where the cone is half as deep as it will be [s].
 TIME = 70.0
 MOVED = f"""<script>
