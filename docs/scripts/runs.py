@@ -79,7 +79,7 @@ def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 def tool_rows(run: Run) -> list[tuple[str, ...]]:
     """Return each tool's largest deviation before and after, and its peak force, in words."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for tool, name in enumerate(run.robots):
         before = run.deviation(run.before, tool).maximum
         after = run.deviation(run.correction.achieved, tool).maximum
