@@ -18,7 +18,7 @@ import plotly.graph_objects as go
 from coupling.report.colours import ON_DARK
 from coupling.report.scene_page import scene_html, scene_numbers
 from coupling.results.scene import Scene
-from coupling.results.section import Answer, Note, Part, Section, Table
+from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
@@ -92,9 +92,28 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
     )
 
 
+def _card(card: Card) -> str:
+    """Return a result among others as HTML."""
+    title, answer = html.escape(card.title), card.answer
+    heading = f'<a href="{html.escape(card.target)}">{title}</a>' if card.target else title
+    figures = "".join(
+        f"<div><dt>{html.escape(figure.label)}</dt><dd>{html.escape(figure.value)}</dd></div>"
+        for figure in answer.figures
+    )
+    picture = f'<figure class="thumb">{card.picture}</figure>' if card.picture else ""
+    return (
+        f'<article class="card"><h3>{heading}</h3>{picture}<p class="verdict {_state(answer)}">'
+        f'{html.escape(answer.sentence)}</p><dl class="three">{figures}</dl></article>'
+    )
+
+
+def _state(answer: Answer) -> str:
+    """Return the class of a verdict."""
+    return {True: "yes", False: "no", None: "open"}[answer.good]
+
+
 def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     """Return the first screen, and enter its scene."""
-    state = {True: "yes", False: "no", None: "open"}[answer.good]
     reason = f"<p>{html.escape(answer.reason)}</p>" if answer.reason else ""
     figures = "".join(
         f"<div><dt>{html.escape(figure.label)}</dt><dd>{html.escape(figure.value)}</dd>"
@@ -108,9 +127,10 @@ def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     if answer.scene is not None:
         scenes["first_scene"] = answer.scene
         scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
+    sentence = html.escape(answer.sentence)
     return (
-        f'<section class="answer"><div><p class="verdict {state}"><b>{html.escape(answer.sentence)}'
-        f'</b></p>{reason}<dl class="three">{figures}</dl>'
+        f'<section class="answer"><div><p class="verdict {_state(answer)}"><b>{sentence}</b></p>{reason}'
+        f'<dl class="three">{figures}</dl>'
         f'<h2>What to do now</h2><ol class="steps">{steps}</ol></div>{scene}</section>'
     )
 
@@ -133,9 +153,11 @@ def _section(section: Section) -> str:
 
 
 def _part(part: Part) -> str:
-    """Return a sentence, a table or a note as HTML."""
+    """Return a sentence, a table, a note or a card as HTML."""
     if isinstance(part, Table):
         return _table(part)
+    if isinstance(part, Card):
+        return _card(part)
     note = part if isinstance(part, Note) else Note(part)
     text = html.escape(note.text)
     if note.as_it_stands:

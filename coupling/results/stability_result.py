@@ -91,6 +91,7 @@ class StabilityResult(ResultFile):
     )
 
     case: str
+    case_file: str
     robot: str
     tolerance_m: float | None = None
     sentence: str
