@@ -71,6 +71,7 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
         shown += f'<div class="figures">{cells}</div>' if cells else ""
         body += f"<section>{shown}</section>"
     title = html.escape(title)
+    heading = f"<h1>{title}</h1>" if title else ""
     figures = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
     numbers = _text({name: scene_numbers(scene) for name, scene in scenes.items()})
     packed = {"figures": _packed(figures), "scenes": _packed(numbers)}
@@ -86,7 +87,7 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
         '<meta name="generator" content="elastic-robot">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head>'
-        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>{data}"
+        f"<body><main>{f'<h1>{title}</h1>' if title else ''}{_TROUBLE}{body}</main>{data}"
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
         f"<script>{_SCENE}{_SCRIPT}</script></body></html>"
     )
@@ -127,11 +128,13 @@ def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     if answer.scene is not None:
         scenes["first_scene"] = answer.scene
         scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
-    sentence = html.escape(answer.sentence)
+    if not answer.sentence:
+        return f"<section>{scene}</section>"
+    verdict = f'<p class="verdict {_state(answer)}"><b>{html.escape(answer.sentence)}</b></p>'
+    todo = f'<h2>What to do now</h2><ol class="steps">{steps}</ol>' if steps else ""
     return (
-        f'<section class="answer"><div><p class="verdict {_state(answer)}"><b>{sentence}</b></p>{reason}'
-        f'<dl class="three">{figures}</dl>'
-        f'<h2>What to do now</h2><ol class="steps">{steps}</ol></div>{scene}</section>'
+        f'<section class="answer"><div>{verdict}{reason}<dl class="three">{figures}</dl>{todo}</div>'
+        f"{scene}</section>"
     )
 
 

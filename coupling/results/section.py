@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from coupling.results.scene import Scene
+from coupling.results.shown import Shown
 
 if TYPE_CHECKING:  # heavy, and only pages draw
     import plotly.graph_objects as go
@@ -78,7 +79,7 @@ class KeyFigure:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Answer(Shown):
     """First screen of a result: what to expect, whether that is good enough, and what to do now.
 
     Attributes:
