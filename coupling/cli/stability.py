@@ -50,7 +50,7 @@ def stability(
 
     from coupling.case.file import load_case
     from coupling.files.result_folder import begin_result
-    from coupling.files.written_files import claimed
+    from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import stability_answer
     from coupling.report.stability_report import stability_page, stability_summary
@@ -89,9 +89,9 @@ def stability(
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})
     begin_result(folder, "stability", overwrite)
-    claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
+    claim_file(folder / "stability.json").write_text(result.text(), encoding="utf-8")
     answer = stability_answer(result)
-    claimed(folder / "report.html").write_text(stability_page(result, answer), encoding="utf-8")
+    claim_file(folder / "report.html").write_text(stability_page(result, answer), encoding="utf-8")
     remarks = warned((), result.remarks)
     print_result(console, answer, stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

@@ -44,9 +44,9 @@ def study(
     from coupling.report.study_report import study_summary, write_study_report
     from coupling.report.terminal import print_result
     from coupling.run.console import RunView
-    from coupling.study.conduct import changed_table, opened, simulated
+    from coupling.study.conduct import changed_table, open_study, simulate_samples
     from coupling.study.evaluate import write_findings
-    from coupling.study.folder import REPORT, RUN, locked
+    from coupling.study.folder import REPORT, RUN, lock_folder
     from coupling.study.stored_study import read_study
     from coupling.study.workers import Workers
 
@@ -55,10 +55,10 @@ def study(
     evaluations = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
-    with locked(folder, overwrite), RunView(console, verbose) as view:
+    with lock_folder(folder, overwrite), RunView(console, verbose) as view:
         place = run or _own_run(case, folder / RUN, evaluations, view.watch)
-        study_folder = opened(folder, loaded, table, place, couple, evaluations)
-        result = simulated(study_folder, crew, view.watch)
+        study_folder = open_study(folder, loaded, table, place, couple, evaluations)
+        result = simulate_samples(study_folder, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(study_folder, result)
         write_study_report(folder)

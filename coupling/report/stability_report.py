@@ -100,6 +100,12 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
     by_tool = f"; the tool's modes have {100.0 * result.tool_share:.0f} % of the motion"
     gives_way = in_joints(result.joints) or "no joint"
     yield f"At the limit gives way: {gives_way}{by_tool if result.tool_modes else ''}."
+    if result.islands_m:
+        islands = " and ".join(f"{_mm(low)} to {_mm(high)}" for low, high in result.islands_m)
+        yield (
+            f"Depth is not monotone there: stable again at {islands} mm, beyond a border that a cut"
+            " passes as it gets deeper."
+        )
     if result.chart is not None:
         ranges = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm)
         yield f"Stable speeds at {_mm(worst.depth_m)} mm: {ranges or 'none in the range'} 1/min."

@@ -104,6 +104,7 @@ class StabilityResult(Shown, ResultFile):
     joints: Numbers
     tool_share: float
     stable_rpm: tuple[tuple[float, float], ...] = ()
+    islands_m: tuple[tuple[float, float], ...] = ()
     chart: ChartResult | None = None
     over_feed: FeedChartResult | None = None
     over_part: PartChartResult | None = None

@@ -137,6 +137,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
         worst=path.judgements.index(worst),
         joints=tuple(joints.tolist()),
         tool_share=tool_share,
+        islands_m=tuple(worst.islands),
         version=elastic_robot.__version__,
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.stability.case_cut import CaseCuts, PlacedCut, StructureThere
 from coupling.stability.floquet import Vibration, vibration_of
-from coupling.stability.limit import first_border
+from coupling.stability.limit import first_border, stable_islands
 from coupling.stability.structure import Structure
 from coupling.stability.zero_order import ZeroOrder
 
@@ -55,6 +55,11 @@ class Judgement:
     @cached_property
     def _quick(self) -> ZeroOrder:
         return ZeroOrder.of(self.there.whole, self.placed.cut)
+
+    @cached_property
+    def islands(self) -> list[tuple[float, float]]:
+        """Depths beyond the limit at which it is stable again, from and to [m]."""
+        return stable_islands(self.there.whole, self.placed.cut, self.limit, self.cuts.deepest)
 
     @property
     def zero_order(self) -> float:

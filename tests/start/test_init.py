@@ -18,12 +18,11 @@ from coupling.case.file import load_case
 from coupling.check import new_case as module
 from coupling.check.new_case import (
     CASE,
-    SPINDLE_MASS,
-    SPINDLE_REACH,
     STARTS,
     new_case,
     write_case,
 )
+from coupling.check.spindle import HEAVY_SPINDLE
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
@@ -154,9 +153,9 @@ def test_a_robot_that_mills_has_a_spindle_and_touches_off_its_part(tmp_path):
     loaded = load_case(write_case(case, tmp_path))
     (placed,) = loaded.robots
     assert placed.touch_off is not None
-    assert placed.description.tcp_position == (SPINDLE_REACH, 0.0, 0.0)
+    assert placed.description.tcp_position == (HEAVY_SPINDLE.reach, 0.0, 0.0)
     assert placed.description.payload is not None
-    assert placed.description.payload.mass == SPINDLE_MASS
+    assert placed.description.payload.mass == HEAVY_SPINDLE.mass
     assert placed.drive == "ideal"
     assert any("do not confirm the servos" in text for text in remarks(loaded))
     assert any("spindle" in text for text in case.remarks)
