@@ -45,7 +45,7 @@ def _cell(kind: str, name: str, source: str) -> dict[str, Any]:
 SOURCES = {
     "tutorial": _ROOT / "docs" / "tutorial.md",
     **{
-        name: Path(__file__).with_name(f"{name}_notebook.md.in")
+        name: Path(__file__).parent / "notebooks" / f"{name}.md"
         for name in ("identify", "next", "milling")
     },
 }
