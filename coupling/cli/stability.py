@@ -88,9 +88,10 @@ def stability(
             result = stability_in_posture(cuts, placed, march)
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
+    result = result.model_copy(update={"case_file": name_path(case)})
     begin_result(folder, "stability", overwrite)
     write_atomically(claim_file(folder / "stability.json"), result.text(), StabilityError)
-    answer = stability_answer(result, name_path(case))
+    answer = stability_answer(result)
     write_atomically(
         claim_file(folder / "report.html"), stability_page(result, answer), StabilityError
     )
