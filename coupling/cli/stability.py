@@ -89,7 +89,8 @@ def stability(
             result = stability_in_posture(cuts, placed, march)
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
-    answer = stability_answer(result, name_path(case))
+    result = result.model_copy(update={"case_file": name_path(case)})
+    answer = stability_answer(result)
     with whole_folder(folder, kind, overwrite) as draft:
         claim_file(draft / "stability.json").write_text(result.text(), encoding="utf-8")
         page = stability_page(result, answer)
