@@ -85,4 +85,9 @@ def keys_text(result: CuttingIdentified, source: str) -> str:
     lines += [
         f"{row.name:8s} = {row.value:.4g}    # {row.low:.3g} to {row.high:.3g}" for row in rows
     ]
+    lines += [
+        f"# runout_m = {row.value:.3g}    # {row.low:.2g} to {row.high:.2g}, of spindle and clamping"
+        for row in result.parameters
+        if row.name not in COEFFICIENTS
+    ]
     return "\n".join(lines) + "\n"
