@@ -5,6 +5,7 @@
 #include "draw.h"
 
 #include "../../coupling/native/desk/drive_fit.h"
+#include "../../coupling/native/desk/elements.h"
 #include "../../coupling/native/desk/gear_path.h"
 #include "../../coupling/native/desk/link_path.h"
 #include "../../coupling/native/desk/reach.h"
@@ -76,6 +77,20 @@ static bool draw_iteration(const er_desk *desk, bool wild)
 }
 
 /* A drive and its fit. */
+static void draw_elements(const er_gear_drive *drive, const double *wind_up, bool wild)
+{
+    size_t count = 1 + draw(6), steps = (size_t)(drive->count * drive->parts);
+    double *slip_torque = draw_numbers(count, wild), *slip_angle = draw_numbers(count, wild);
+    double *start = draw_numbers(count, wild), *impulse = draw_numbers(2 * steps, false);
+    double *slope = draw_numbers(10 * steps, false), *elongation = draw_numbers(steps * count, false);
+    double *room = draw_numbers(2 * count, false), *along = draw_numbers(5 * steps * count, false);
+    er_gear_elements elements = {(int64_t)count, slip_torque, slip_angle};
+    er_elements_hold(drive, &elements, wind_up, start, impulse, slope, elongation, room);
+    er_elements_along(&elements, 5 * (int64_t)steps, wind_up, start, along);
+    free(slip_torque), free(slip_angle), free(start), free(impulse), free(slope), free(elongation), free(room);
+    free(along);
+}
+
 static void draw_drive(bool wild)
 {
     size_t count = 3 + draw(20), parts = 1 + draw(9), degree = draw(2) ? 3 : 5, pieces = 1 + draw(6), sines = draw(4);
@@ -114,6 +129,7 @@ static void draw_drive(bool wild)
     er_gear_wind_ups(drive, coefficients, misses, wind_up);
     er_gear_defects(drive, coefficients, misses, defects);
     er_gear_rows(drive, coefficients, misses, rows);
+    draw_elements(drive, wind_up, wild);
     er_drive_fit_value(&fit, some, stretches, coefficients, misses);
     er_drive_fit_step(&fit, some, stretches, coefficients, misses, draw_input(), 1 + draw(9), step);
     for (int k = 0; k < count_of_arrays; k++)
