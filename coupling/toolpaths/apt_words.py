@@ -23,7 +23,7 @@ _TEXTS = (
     "END-OF-PATH",
 )
 _TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
-_MACHINE = ("MACHIN", "SPINDL", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
+_MACHINE = ("MACHIN", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
 _SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
 IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
 # Words that end what is refused here, and then change nothing.
