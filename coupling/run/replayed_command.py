@@ -76,7 +76,10 @@ def replay_rows(loads: WrenchHistory) -> np.ndarray:
     off = np.maximum(np.abs(before[:, 1:-1] - straight), np.abs(behind[:, 1:-1] - straight))
     size = np.abs(loads.wrench).max(axis=(0, 1))
     bends = np.flatnonzero((off > _STRAIGHT * size).any(axis=(0, 2))) + 1
-    ends = np.concatenate([[0], bends, [len(time) - 1]])
+    # Where it may jump it has a row, even if it does not.
+    ends = np.unique(
+        np.concatenate([[0], bends, np.searchsorted(time, loads.jumps), [len(time) - 1]])
+    )
     parts = np.ceil(np.diff(time[ends]) / _APART - _STRAIGHT).astype(int)
     within = np.concatenate([np.arange(count) / count for count in parts.tolist()])
     between = np.repeat(ends[:-1], parts) + within * np.repeat(np.diff(ends), parts)
