@@ -59,13 +59,13 @@ def spline_points(
         return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
 
     last = len(candidates) - 1
-    chosen = _added(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
+    chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
     for first in range(_REMOVAL_DISTANCE):
-        chosen = _thinned(outside, chosen, first)
-    return candidates[_added(outside, chosen)]
+        chosen = _remove_points(outside, chosen, first)
+    return candidates[_add_points(outside, chosen)]
 
 
-def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
+def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     """Return the points with others between them until every interval is within the tolerance."""
     for _ in range(_MOST_ROUNDS):
         bad = outside(chosen)
@@ -82,7 +82,7 @@ def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     return chosen
 
 
-def _thinned(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
+def _remove_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
     """Return the points from `first` on without every `_REMOVAL_DISTANCE`-th that is not needed."""
     left_out = np.arange(1 + first, len(chosen) - 1, _REMOVAL_DISTANCE)
     while len(left_out):

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process.base import ProcessMemory, ProcessResponse, WithIdentity
 from coupling.process.cutting_force import (
     Cutter,
@@ -50,7 +50,7 @@ class ActualTip:
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return where it is in the part at times [s], (m,), [m], (m, 3)."""
-        return self.part.coordinates(interpolated(time, self.time, self.position))
+        return self.part.coordinates(interpolate_rows(time, self.time, self.position))
 
     def way(self, begin: float, end: float) -> Way:
         """Return its way in the part's plane between two times [s], and a row beyond each."""
@@ -124,7 +124,7 @@ class Milling:
         way = (now - tip.at(time - self.cutter.tooth_period))[:, :2]
         leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
-        offset = now - interpolated(time, self.desired.time, self.tips)
+        offset = now - interpolate_rows(time, self.desired.time, self.tips)
         arcs = self.engaged.at(time)
 
         def beyond(made: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -132,7 +132,7 @@ class Milling:
             earlier = np.flatnonzero(made >= 0.0)
             more = np.where(np.isnan(made)[:, None], 0.0, offset[rows])
             at = made[earlier]
-            more[earlier] -= tip.at(at) - interpolated(at, self.desired.time, self.tips)
+            more[earlier] -= tip.at(at) - interpolate_rows(at, self.desired.time, self.tips)
             return more
 
         for arc in range(arcs.start.shape[1]):

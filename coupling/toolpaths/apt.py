@@ -12,7 +12,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.apt_program import AptProgram, read_program
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.remarks import format_counts
 from coupling.toolpaths.roll import ROLLS
 from coupling.toolpaths.spindle import ProgrammedSpindle
 
@@ -36,7 +36,7 @@ class AptPath(OrientedPath):
     def _read_remarks(self) -> list[str]:
         remarks = list(self._program.assumptions)
         if self._program.left_out:
-            remarks.append(f"read and left out: {counted(self._program.left_out)}")
+            remarks.append(f"read and left out: {format_counts(self._program.left_out)}")
         return remarks
 
     def _read_spindle(self) -> ProgrammedSpindle | None:

@@ -18,9 +18,9 @@ from coupling.toolpaths.apt_words import (
     IDLE,
     IDLE_WHEN_OFF,
     NUMBER,
-    bounded,
     numbers,
     refusal,
+    require_within,
     unit_vector,
 )
 from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_spindl
@@ -216,7 +216,7 @@ class _Reader:
         if feed is None:
             return float("nan")
         speed = feed[0] * _FEED_UNITS.get(feed[1], scale) / 60.0
-        return bounded("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
+        return require_within("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
 
     def _places(self, arguments: tuple[str, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         values = numbers(arguments)
@@ -277,7 +277,7 @@ class _Reader:
             )
         if unit in _FEED_UNITS:
             self.implied.add(unit)
-        self.feed = (bounded("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
+        self.feed = (require_within("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
 
     def _units(self, statement: Statement) -> None:
         name = statement.arguments[0] if len(statement.arguments) == 1 else "none"
@@ -316,7 +316,7 @@ class _Reader:
     def _wait(self, statement: Statement) -> None:
         if len(statement.arguments) != 1 or not self.points:
             raise ValueError("expected DELAY/ and seconds behind a point, got another one")
-        seconds = bounded("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
+        seconds = require_within("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
         last = len(self.points) - 1
         self.waits[last] = self.waits.get(last, 0.0) + seconds
 

@@ -100,7 +100,7 @@ def unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(value / length for value in vector)
 
 
-def bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     """Return a value that lies within bounds.
 
     Raises:

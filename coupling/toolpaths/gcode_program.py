@@ -255,7 +255,7 @@ class _Machine:
         letter = words[0] if words else ""
         if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = _bounded(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
+        duration = _require_within(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
         if duration > _DOUBTFUL_DWELL or (
@@ -318,7 +318,7 @@ class _Machine:
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    _bounded(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
+                    _require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (
@@ -410,7 +410,7 @@ class _Machine:
         return Arc.about(plane, start, end, centre, clockwise)
 
 
-def _bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def _require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     if not low <= value <= high:
         raise ValueError(
             f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"

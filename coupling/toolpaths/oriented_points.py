@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.spindle import ProgrammedSpindle
@@ -131,7 +131,7 @@ class OrientedPoints:
     def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Return points [m], (k, 3), and rotations at ways from the first point on, (k,)."""
         knots = np.append(0.0, np.cumsum(self._ways))
-        points = interpolated(way, knots, self.position)
+        points = interpolate_rows(way, knots, self.position)
         return points, Slerp(knots, self.rotation)(np.clip(way, 0.0, knots[-1]))
 
     def untilted(
