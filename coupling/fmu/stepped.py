@@ -94,9 +94,8 @@ class SteppedInstance:
     def _advance(self, time: np.ndarray, rows: np.ndarray) -> np.ndarray:
         answers = np.empty((len(rows), self._width))
         with self._driver.explained():
-            self._steps.advance(
-                *(np.ascontiguousarray(a, dtype=float) for a in (time, rows)), answers
-            )
+            times, values = (np.ascontiguousarray(array, dtype=float) for array in (time, rows))
+            self._steps.advance(times, values, answers)
         self.time = float(time[-1])
         return answers
 

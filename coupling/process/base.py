@@ -118,7 +118,7 @@ class MarchedProcess(Process, Protocol):
 
         Args:
             time: Times from `memory` before that row on, or from the beginning [s], (n,).
-            pose: Actual poses of the tools there, as of `ToolPath`, (tools, n, 7).
+            pose: Actual poses of the tools there, as of `ToolPath` [m, 1], (tools, n, 7).
             since: Number of that row; at row 0 the wrench in initialisation.
 
         Returns:
