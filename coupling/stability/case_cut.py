@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
+from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
 from coupling.process.engaged_arcs import Arcs, StatedArcs
@@ -321,13 +321,8 @@ class CaseCuts:
 
 def _mean_around(path: ToolPath, period: float) -> ToolPath:
     """Return a path whose positions are means over a period [s] around each time."""
-    ends = path.time[0] - period, path.time[-1] + period
-    time = np.concatenate([ends[:1], path.time, ends[1:]])
-    points = path.position[0][np.concatenate([[0], np.arange(len(path.time)), [-1]])]
-    integral = make_interp_spline(time, points, k=1).antiderivative()
-    mean = (integral(path.time + 0.5 * period) - integral(path.time - 0.5 * period)) / period
     pose = path.pose.copy()
-    pose[0, :, :3] = mean
+    pose[0, :, :3] = DeviationParts.of(path.time, path.position[0], period).slow
     return ToolPath(path.time, pose)
 
 
