@@ -12,12 +12,12 @@ from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
-from coupling.report.terminal import print_answer, print_sections, print_warnings
+from coupling.report.terminal import print_result
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
 from coupling.results.response_result import ResponseFitResult
-from coupling.results.section import Answer, Section
+from coupling.results.section import Answer, Section, warned
 
 _REFUSED = 1
 
@@ -75,11 +75,7 @@ class Findings:
             Exit: If it is refused, with status 1.
         """
         make_folder_of(target, IdentifyError)
-        print_answer(console, self.answer)
-        if is_verbose:
-            print_sections(console, self.summary)
-        else:
-            print_warnings(console, self.warnings)
+        print_result(console, self.answer, self.summary, warned(self.warnings), is_verbose)
         report = target.with_suffix(".html")
         write_atomically(report, self.page, IdentifyError)  # says whose the figures are
         write_atomically(target.with_suffix(".json"), self.result.text() + "\n", IdentifyError)

@@ -35,7 +35,7 @@ class ResponseFit:
         estimate: The estimate.
         deviation: Standard deviations of the parameters, their units, (P,).
         residual: Standard deviation of the real and imaginary residuals [1].
-        noise: That of the noise in them [1].
+        noise: Standard deviation of the noise in them [1].
     """
 
     estimate: Estimate[ResponseLinearisation]
@@ -110,7 +110,7 @@ def _deviations(
         point: The fit.
         is_free: Mask of the parameters that are fitted, (P,).
         size: Standard deviation s of the residual [1].
-        noise: That of the noise in it [1].
+        noise: Standard deviation of the noise in it [1].
     """
     matrix, _ = point.rows
     matrix = matrix[:, is_free]
