@@ -179,6 +179,8 @@ class Identification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.fit.converged:
             return f"the fit has not converged: {self.fit.reason}"
+        if not any(parameter.identifiable for parameter in self.parameters):
+            return "nothing is identified"
         error, size = _typical(self.left_out), _typical(self.measured.deflection)
         is_noise = self.noise.is_known and self.intervals.scale < _BY_NOISE
         if error > _PREDICTED * size and not is_noise:
@@ -190,8 +192,6 @@ class Identification:
                 " posture), axes of loads and deflections (base), units and robot file; if the"
                 " instrument is as coarse as that, say so (--sd-m)"
             )
-        if not any(parameter.identifiable for parameter in self.parameters):
-            return "nothing is identified"
         if not np.isfinite(self.rms_written):
             return (
                 "with the start values that would be kept there is no equilibrium under these loads"
