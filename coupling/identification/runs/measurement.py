@@ -52,7 +52,7 @@ class Measurement:
         motors: Angles and torques of motors; None where not recorded.
         clock: Time that was added to those of the file [s].
         device_from_base: Frame of the robot's base in that of the file, where it lies anywhere.
-        understood: How the file was understood; None of one that was computed.
+        understood: Columns, units and gaps of the file; None of one that was computed.
     """
 
     name: str
