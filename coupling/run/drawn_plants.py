@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -169,17 +170,23 @@ def drawn_replays(
 
     count, completed_count = counts
     draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))
-    stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
     values = left_out(models)
-    each = [
-        replay(draw.name, completed(models, [draw], simulate), [AS_THE_MODEL for _ in models], 1.0)
-        for draw in values
-    ]
-    whole = completed(models, values, simulate) if values else []
-    both = [
-        replay("a drawn robot with usual values", whole, *draw)
-        for draw in (draws[:completed_count] if values else [])
-    ]
+
+    def with_values() -> tuple[list[Replay], list[Replay]]:
+        """Replay on robots with each of the values that files leave out, and on those with all."""
+        same = [AS_THE_MODEL for _ in models]
+        each = [
+            replay(value.name, completed(models, [value], simulate), same, 1.0) for value in values
+        ]
+        whole = completed(models, values, simulate) if values else []
+        some = draws[:completed_count] if values else []
+        return each, [replay("a drawn robot with usual values", whole, *draw) for draw in some]
+
+    # Side by side: these robots have FMUs of their own, each in its process.
+    with ThreadPoolExecutor(1) as beside:
+        of_values = beside.submit(with_values)
+        stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
+        each, both = of_values.result()
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))
 
 
@@ -188,7 +195,7 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
     rows = len(command.correction.desired.time) * len(case.robots)
     # The FMU in Python takes too long for what is only assumed.
     assumed = [] if case.fmu == "python" else [assumed_ranges(placed) for placed in case.robots]
-    with Models(case.fmu, command.watch) as others:
+    with Models(case.fmu) as others:
         return drawn_replays(
             command.cell,
             command.models,
