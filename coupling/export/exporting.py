@@ -169,7 +169,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
         if programs[-1].loss <= options.tolerance or len(rows) == len(candidates):
             break
         tolerance = _halved(tolerance, sampled.time, checked.lost, _BEFORE * _GROWTH**number)
-    return min(programs, key=lambda one: one.loss)
+    return min(programs, key=lambda program: program.loss)
 
 
 def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
@@ -264,7 +264,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
         except (PlanningError, SimulationError) as cause:
             why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
-        best = min(best, _check_rows(job, rows), key=lambda one: one.loss)
+        best = min(best, _check_rows(job, rows), key=lambda program: program.loss)
     if best.loss <= tolerance:
         return best
     accepted = (

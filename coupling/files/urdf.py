@@ -172,7 +172,7 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
     for joint in driven:
         placement = placements[joint.name]
         inertia = pin.Inertia.Zero()
-        for link, joint_from_link in tree.carried(joint.child, on_way):
+        for link, joint_from_link in tree.rigid_links(joint.child, on_way):
             body = tree.inertia(link)
             if body.mass > 0.0:
                 masses[link] = body.mass

@@ -109,7 +109,7 @@ class PythonSlave:
             needed = [*self._copy_imports(Path(folder)), *modules, *files]
             FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
-                return {self._named(name): archive.read(name) for name in archive.namelist()}
+                return {self._entry_path(name): archive.read(name) for name in archive.namelist()}
 
     def _copy_imports(self, folder: Path) -> set[Path]:
         """Copy what is imported into a folder, and return the folders and files that are then in it."""
@@ -119,7 +119,7 @@ class PythonSlave:
             copy.write_bytes(source.read_bytes())
         return {folder / Path(name).parts[0] for name in self.files}
 
-    def _named(self, entry: str) -> str:
+    def _entry_path(self, entry: str) -> str:
         """Return the path of an entry; a library bears the name of the model, not of the class."""
         folder, _, file = entry.rpartition("/")
         stem, dot, suffix = file.partition(".")

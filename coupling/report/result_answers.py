@@ -20,8 +20,8 @@ def identify_answer(result: IdentifiedResult, file: str) -> Answer:
     """Return the first screen of an identification, whose robot file is `file`."""
     sizes = result.rms_m
     fit, start, left_out = sizes.fit, sizes.start, sizes.left_out
-    known = sum(parameter.identified for parameter in result.parameters)
-    count = f"{known} of {len(result.parameters)}"
+    identified = sum(parameter.identified for parameter in result.parameters)
+    count = f"{identified} of {len(result.parameters)}"
     if result.refusal:
         sentence = f"No robot file was written: {result.refusal}."
         steps = [
@@ -41,7 +41,7 @@ def identify_answer(result: IdentifiedResult, file: str) -> Answer:
             NextStep(f"Name {file} as description in [robot] of your case."),
             NextStep("Correct the command:", "elastic-robot compensate case.toml"),
         ]
-        if known < len(result.parameters):
+        if identified < len(result.parameters):
             plan = f"elastic-robot identify --plan --robot {shlex.quote(file)} -o plan.csv"
             steps.append(NextStep("Plan measurements for what is still open:", plan))
     return Answer(
@@ -106,14 +106,14 @@ def next_answer(result: NextResult, folder: str) -> Answer:
 def place_answer(figures: PlacementResult, folder: str) -> Answer:
     """Return the first screen of a placement in a folder."""
     best, present = figures.best[0], figures.present
-    left = in_words(best.exposure_m)
+    cost = in_words(best.exposure_m)
     if present is None:
         sentence = (
-            f"The robot cannot follow the path as it is. Placed as below it can: {left} are open"
+            f"The robot cannot follow the path as it is. Placed as below it can: {cost} are open"
         )
     else:
         sentence = (
-            f"Placed as below, unknown gears cost {left} instead of {in_words(present.exposure_m)}"
+            f"Placed as below, unknown gears cost {cost} instead of {in_words(present.exposure_m)}"
         )
     chatters = best.stability is not None and not best.stability.stable
     return Answer(
@@ -122,7 +122,7 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
         good=best.admitted and not chatters,
         figures=(
             KeyFigure("By the process", _by(present, best), "displacement, as it is and there"),
-            KeyFigure("By unknown gears", left, f"there, with {figures.unknown}"),
+            KeyFigure("By unknown gears", cost, f"there, with {figures.unknown}"),
             KeyFigure(
                 "To the nearest joint limit",
                 f"{np.rad2deg(best.limit_margin_rad):.3g} deg"

@@ -159,10 +159,10 @@ def _sentence(
             " exact that is."
         )
     if not gains:
-        left, uncorrected = _worse(figures, expected)
+        remaining, uncorrected = _worse(figures, expected)
         return (
             "WORSE THAN NOTHING is possible: small errors of the robot file or of the force already"
-            f" leave {left}, uncorrected {uncorrected}: do not send this command to a robot."
+            f" leave {remaining}, uncorrected {uncorrected}: do not send this command to a robot."
         )
     reach = (
         f"expect the tool within {in_words(expected.maximum)} of its path on the real robot"

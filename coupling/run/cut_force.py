@@ -20,8 +20,8 @@ def mean_force_across(command: CheckedCommand) -> MeanForceAcross | None:
         return None
     milling = both[0]
     desired, wrench = command.case.desired, command.correction.response.wrench
-    left = np.column_stack([-milling.feed_directions()[:, 1], milling.feed_directions()[:, 0]])
-    across = milling.part.rotate(np.column_stack([left, np.zeros(len(left))]))
+    leftward = np.column_stack([-milling.feed_directions()[:, 1], milling.feed_directions()[:, 0]])
+    across = milling.part.rotate(np.column_stack([leftward, np.zeros(len(leftward))]))
     rigid = MeanForce(milling).evaluate(desired).wrench.before[0, :, :3]
     size = np.linalg.norm(rigid, axis=1)
     rows = np.flatnonzero(size > _NEAR * size.max())

@@ -7,13 +7,13 @@ from dataclasses import replace
 import fmpy
 import numpy as np
 import pytest
+from exchanged_robot import ExchangedRobot
 from pendulum import held, pendulum
 from places import REFERENCE
 
 from coupling.fmu_export.build import build_fmu
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import StopElement
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 
 ELEMENTS = (StopElement(40.0, 2e-5), StopElement(50.0, 6e-5), StopElement(30.0, 15e-5))
@@ -100,7 +100,7 @@ def test_a_moving_gear_is_that_of_the_model(gear_fmu, run_fmu):
     start = {"tcp_tolerance": 1e-9}
     job = {"settings": {"torque_curve": "linear"}, "time": time, "outputs": OUTPUTS, "start": start}
     (answer,) = run_fmu(gear_fmu, {**job, "inputs": {"moment.y": torques}})
-    model, rows = ElasticRobot(gear(), "linear", tolerance=1e-9), []
+    model, rows = ExchangedRobot(gear(), "linear", tolerance=1e-9), []
     for k, (end, torque) in enumerate(zip(time, torques, strict=True)):
         load = Load(np.array([0.0, 0.0, 0.0, 0.0, torque, 0.0]))
         model.reset(0.0, held([0.0]), load) if k == 0 else model.step(end, held([0.0]), load)

@@ -38,7 +38,7 @@ def exchange(
         nominal: float,
         starts_from: Names = (),
         exchanged: Names = (),
-        own: Names = (),
+        elementwise: Names = (),
         tuned: Names = (),
     ) -> Block:
         """Return the derivatives of a state, each with a text and what it is one of."""
@@ -58,7 +58,7 @@ def exchange(
             starts_from=starts_from,
             arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(variables)),),
             exchanged=exchanged,
-            own=own,
+            elementwise=elementwise,
             derivative_of=state,
             tuned=tuned,
         )
@@ -74,7 +74,7 @@ def exchange(
     by_rotor = {
         "starts_from": ("qd_cmd", "strings", TIME),
         "exchanged": ("rotor_rate",),
-        "own": ("rotor_rate",),
+        "elementwise": ("rotor_rate",),
     }
     rates = [
         rate(
@@ -84,7 +84,7 @@ def exchange(
             "rad/s",
             RATE,
             exchanged=("deflection_rate",),
-            own=("deflection_rate",),
+            elementwise=("deflection_rate",),
         ),
         rate(
             "deflection_rate",

@@ -103,14 +103,14 @@ def _with_joints(block: Block, robot: Robot) -> Block:
         words = " ".join(robot.joints[int(match[1]) - 1].name.split())
         return "".join(filter(str.isprintable, words))
 
-    def named(found: re.Match[str]) -> str:
-        name = name_of(found)
-        return f"{found[0]} ({name})" if name else found[0]
+    def with_name(match: re.Match[str]) -> str:
+        name = name_of(match)
+        return f"{match[0]} ({name})" if name else match[0]
 
     def described(variable: Variable) -> Variable:
         match = _OF_JOINT.search(variable.text)
         joint = "" if match is None else name_of(match)
-        return replace(variable, text=_OF_JOINT.sub(named, variable.text), joint=joint)
+        return replace(variable, text=_OF_JOINT.sub(with_name, variable.text), joint=joint)
 
     return replace(block, variables=tuple(map(described, block.variables)))
 
