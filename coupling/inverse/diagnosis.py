@@ -78,8 +78,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     reversals = backlash_reversals(step, loads.torque, backlash, damping)
     slipping = np.array([own.count > 0 for own in robot.elements], dtype=bool)
     if slipping.any():
-        crossings = robot.wind_up_from(loads.static[0], loads.time, loads.torque).crossings
-        crossed = [c.gear for c in crossings if c.side_before * c.side_after < 0]
+        passages = robot.wind_up_from(loads.static[0], loads.time, loads.torque).reversals
+        crossed = [c.joint - 1 for c in passages if c.before * c.after < 0]
         reversals = np.where(slipping, np.bincount(crossed, minlength=len(slipping)), reversals)
     clear = margin(loads.torque)
     carried = np.abs(loads.carried)

@@ -63,8 +63,8 @@ def test_changes_are_the_passages_of_the_gears_own_equation(example):
     )
     wind_up = solve_wind_up(time, torque, curve, many + 1e4, many)
     wanted = np.zeros(30, dtype=int)
-    for crossing in wind_up.crossings:
-        wanted[crossing.gear] += crossing.side_before * crossing.side_after < 0
+    for crossing in wind_up.reversals:
+        wanted[crossing.joint - 1] += crossing.before * crossing.after < 0
     found = backlash_reversals(spacing, torque, many + 1e-4, many + 1e4)
     assert wanted.min() >= 1
     assert wanted.max() >= 10
