@@ -151,7 +151,7 @@ def new_case(
             name_in_case = file.name
             texts[name_in_case] = file.read_text(encoding="utf-8")
     else:
-        described, name_in_case = _loaded(robot, choice), new_description.file
+        described, name_in_case = _load_new_robot(robot, choice), new_description.file
         texts |= new_description.texts
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
@@ -238,7 +238,7 @@ def _has_confirmed_servos(texts: Mapping[str, str]) -> bool:
     return all(tomlkit.parse(text).get("servos_confirmed", True) for text in texts.values())
 
 
-def _loaded(robot: str, choice: RobotChoice) -> Robot:
+def _load_new_robot(robot: str, choice: RobotChoice) -> Robot:
     """Return the robot of a file that is still to be written."""
     with tempfile.TemporaryDirectory() as scratch:
         new_description = new_robot(robot, choice, Path(scratch))

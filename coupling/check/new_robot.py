@@ -114,15 +114,15 @@ class _Skeleton:
             "#",
             *(f"# {_printable(text)}" for text in self.remarks()),
             "",
-            f"name = {_quoted(self.foreign.name)}",
+            f"name = {_toml_string(self.foreign.name)}",
             *self._gravity(),
             "",
             "[urdf]",
-            f"file = {_quoted(self.urdf)}",
-            f"base = {_quoted(self.ends.base)}",
+            f"file = {_toml_string(self.urdf)}",
+            f"base = {_toml_string(self.ends.base)}",
             "",
             "[tcp]                       # its x axis points along the tool, away from the flange",
-            f"link = {_quoted(self.ends.tip)}",
+            f"link = {_toml_string(self.ends.tip)}",
             "position = [0.0, 0.0, 0.0]           # tip of the tool in that link's frame [m]",
             f"rpy = {_numbers(self._tool_rpy())}",
             "",
@@ -134,7 +134,7 @@ class _Skeleton:
             lines += [
                 "",
                 "[[joint]]",
-                f"name = {_quoted(joint.name)}",
+                f"name = {_toml_string(joint.name)}",
                 f"stiffness = {typical:g}                # of the class: {low:g} to {high:g}",
                 f"stiffness_range = [{low:g}, {high:g}]",
                 *self._body(number),
@@ -261,20 +261,20 @@ class _Skeleton:
         return [f"mass = {mass:.3g}    # an ESTIMATE", f"com = {_numbers(0.5 * way)}", inertia]
 
     def _sources(self) -> Iterator[str]:
-        yield f'"urdf" = {_quoted(self.foreign.source)}'
+        yield f'"urdf" = {_toml_string(self.foreign.source)}'
         yield '"tcp" = "an assumption of elastic-robot init: the flange, x along the last axis"'
         source = f"typical of {self._class.about}, not of this robot: {self._class.source}"
-        yield f'"joint.stiffness" = {_quoted(source)}'
+        yield f'"joint.stiffness" = {_toml_string(source)}'
         yield '"joint.stiffness_range" = "the same: the whole class"'
         yield '"modal_damping" = "an assumption: robots measured by others have 0.02 to 0.08"'
         estimate = "an ESTIMATE of elastic-robot init: {} spread as rods"
         moving = estimate.format(f"{self._class.moving_mass:g} kg")
         if self._estimated:
-            yield f'"joint.mass" = {_quoted(moving)}'
-            yield f'"joint.com" = {_quoted(moving)}'
+            yield f'"joint.mass" = {_toml_string(moving)}'
+            yield f'"joint.com" = {_toml_string(moving)}'
         if self._estimated or self._impossible:
             spread = moving if self._estimated else estimate.format("the URDF's masses")
-            yield f'"joint.inertia" = {_quoted(spread)}'
+            yield f'"joint.inertia" = {_toml_string(spread)}'
 
 
 def _printable(text: str) -> str:
@@ -289,7 +289,7 @@ def _numbers(values: np.ndarray) -> str:
     return f"[{', '.join(repr(round(float(value), 12) + 0.0) for value in values)}]"
 
 
-def _quoted(text: str) -> str:
+def _toml_string(text: str) -> str:
     """Return a text as a basic string of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     plain = "".join(

@@ -179,7 +179,9 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         name=file.stem,
         placed=placed,
         joints=joints,
-        wrench=none if wrench is None else _met(wrench, start, instants, _last_cycle(joints)),
+        wrench=none
+        if wrench is None
+        else _read_wrench(wrench, start, instants, _last_cycle(joints)),
         desired=None,
         part=controller_from_base(axes).inverse(),
         axes=axes,
@@ -190,7 +192,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     return (command,)
 
 
-def _met(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
+def _read_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
     """Return the wrench of a table at instants of a command, and at its own ones between them.
 
     Args:

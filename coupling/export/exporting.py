@@ -138,11 +138,11 @@ def _cycles(spacing: float, cycle: float) -> int:
     return max(int(np.ceil(spacing / cycle - _ROUNDING)), 1)
 
 
-def _spaced(points: np.ndarray, cycles: int) -> np.ndarray:
+def _space_points(points: np.ndarray, cycles: int) -> np.ndarray:
     """Return every so many-th point, the first and the last among them, none closer than that.
 
     Example:
-        >>> _spaced(np.arange(8), 3)
+        >>> _space_points(np.arange(8), 3)
         array([0, 3, 7])
     """
     chosen = points[: max(len(points) - cycles, 1) : cycles]
@@ -157,7 +157,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
     halved there, until they do not.
     """
     options, programs = job.options, list[ExportedProgram]()
-    candidates = _spaced(sampled.points, cycles)
+    candidates = _space_points(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)
@@ -168,15 +168,19 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
         programs.append(checked.exported)
         if programs[-1].loss <= options.tolerance or len(rows) == len(candidates):
             break
-        tolerance = _halved(tolerance, sampled.time, checked.lost, _BEFORE * _GROWTH**number)
+        tolerance = _halve_tolerance(
+            tolerance, sampled.time, checked.lost, _BEFORE * _GROWTH**number
+        )
     return min(programs, key=lambda program: program.loss)
 
 
-def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
+def _halve_tolerance(
+    tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float
+) -> np.ndarray:
     """Return tolerances at times, half of what they are up to so long before something was lost.
 
     Example:
-        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
+        >>> _halve_tolerance(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
         array([1. , 0.5, 0.5, 1. ])
     """
     first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + before, side="right")

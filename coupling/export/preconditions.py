@@ -106,7 +106,7 @@ def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
 
 def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -> None:
     """Refuse a run whose robot file has been changed since."""
-    apart = float(_undeflected(placed, stored.joints).distance_to(stored.command).max())
+    apart = float(_rigid_path(placed, stored.joints).distance_to(stored.command).max())
     if apart > _SAME:
         raise ProgramError(
             f"{folder / 'command.csv'}: expected the poses of the robot file, got a difference of up to"
@@ -122,7 +122,7 @@ def require_poses(
         return
     # Times of the table may have been moved by their rounding.
     path = ToolPath(joints.time, poses.pose)
-    off = _undeflected(placed, joints).deviation_from(path)[0]
+    off = _rigid_path(placed, joints).deviation_from(path)[0]
     apart = np.linalg.norm(off[:, :3], axis=1).max()
     rotation = np.linalg.norm(off[:, 3:], axis=1).max()
     if apart > _ROUNDED or rotation > _ROUNDED:
@@ -133,7 +133,7 @@ def require_poses(
         )
 
 
-def _undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
+def _rigid_path(placed: PlacedRobot, joints: JointPath) -> ToolPath:
     """Return the path of a robot's undeflected tool at the rows of a command, in the world."""
     planner = InverseKinematics(placed.description, placed.home)
     return planner.forward(joints, joints.time).transformed(placed.world_from_base)

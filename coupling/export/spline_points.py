@@ -59,13 +59,13 @@ def spline_points(
         return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
 
     last = len(candidates) - 1
-    chosen = _added(outside, np.unique(np.append(np.arange(0, last, _COARSE), last)))
+    chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _COARSE), last)))
     for first in range(_APART):
-        chosen = _thinned(outside, chosen, first)
-    return candidates[_added(outside, chosen)]
+        chosen = _drop_points(outside, chosen, first)
+    return candidates[_add_points(outside, chosen)]
 
 
-def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
+def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     """Return the points with others between them until every interval is within the tolerance."""
     for _ in range(_MOST_ROUNDS):
         bad = outside(chosen)
@@ -82,7 +82,7 @@ def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     return chosen
 
 
-def _thinned(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
+def _drop_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
     """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
     left_out = np.arange(1 + first, len(chosen) - 1, _APART)
     while len(left_out):

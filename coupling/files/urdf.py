@@ -130,13 +130,13 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
         tip = tree.link(tip)
         base = tree.root if base is None else tree.link(base)
         way = tree.way(base, tip)
-        driven = _driven(way, base, tip)
+        driven = _turning_joints(way, base, tip)
         return _chain(tree, way, driven)
     except ValueError as cause:
         raise RobotFileError(f"{file}: {cause}") from cause
 
 
-def _driven(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
+def _turning_joints(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
     """Return the joints of a way that turn; the others of it are fixed."""
     moving = [joint for joint in way if joint.kind != "fixed"]
     turning = [joint for joint in moving if joint.is_rotation]

@@ -134,12 +134,12 @@ def packed_sources(
             up = "../" * (len(path.parts) - 1)
             text = f'#include "{up}{_NAMES}"\n{text}'
         if file in functions:
-            text = _prefixed(text, path.name, name)
+            text = _with_prefix(text, path.name, name)
         packed[f"sources/{path.as_posix()}"] = text
     return {path: text.encode() for path, text in packed.items()}
 
 
-def _prefixed(text: str, file: str, name: str) -> str:
+def _with_prefix(text: str, file: str, name: str) -> str:
     """Define the prefix of the standard's functions where they are included first."""
     version = file[3]
     standards = f'#include "fmi{version}Functions.h"\n'

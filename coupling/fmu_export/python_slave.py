@@ -82,7 +82,7 @@ class PythonSlave:
         """
         tool = f"PythonFMU {metadata.version('pythonfmu')}"
         described = about(self.model_name, self.description, tool, date, self.capabilities)
-        entries = self._built(resources) | licenses(pythonfmu="pythonfmu") | further
+        entries = self._build_files(resources) | licenses(pythonfmu="pythonfmu") | further
         entries = with_host(entries, self.model_name, platforms)
 
         def identified(guid: str) -> dict[str, bytes]:
@@ -95,7 +95,7 @@ class PythonSlave:
 
         return write_fmu(file, entries, identified, date)
 
-    def _built(self, resources: Mapping[str, bytes]) -> dict[str, bytes]:
+    def _build_files(self, resources: Mapping[str, bytes]) -> dict[str, bytes]:
         """Return the slave with PythonFMU's binaries and package."""
         with tempfile.TemporaryDirectory() as folder, _importable(FMU_SOURCES):
             files = [Path(folder, name) for name in resources]

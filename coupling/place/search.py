@@ -79,7 +79,7 @@ def filled(
         parts.append(whole.chosen(np.flatnonzero(admitted)))
         for row, distance in zip(rows, np.where(admitted, _APART, _BESIDE), strict=True):
             remaining = remaining[ranges.apart(settings[row], settings[remaining]) >= distance]
-    return _sorted(goal, chosen, joined(parts), count, refused)
+    return _sort_settings(goal, chosen, joined(parts), count, refused)
 
 
 def refined(
@@ -123,10 +123,10 @@ def refined(
         now[rows[better]] = len(best) + np.flatnonzero(better)
         best, figures = settings[now], both.chosen(now)
         cost = goal.cost(figures)
-    return _sorted(goal, best, figures, looked_at, previous.refused)
+    return _sort_settings(goal, best, figures, looked_at, previous.refused)
 
 
-def _sorted(
+def _sort_settings(
     goal: PlaceObjective,
     settings: np.ndarray,
     figures: ScreenFigures,

@@ -66,7 +66,7 @@ def response_summary(result: ResponseFitResult) -> list[Section]:
         Section("", [words], good=not result.refusal and result.converged),
         Section("Error of the responses", [_ERRORS, errors]),
         Section("Parameters", [_INTERVALS, parameter_table(result.parameters)]),
-        Section("Modes with motors locked, as written", [modes, *_unloaded(result)]),
+        Section("Modes with motors locked, as written", [modes, *_remarks_on_unloaded(result)]),
     ]
 
 
@@ -79,7 +79,7 @@ def _modes(posture: PostureResponseResult) -> str:
     return ", ".join(f"{frequency:.1f} ({100.0 * ratio:.1f})" for frequency, ratio in pairs)
 
 
-def _unloaded(result: ResponseFitResult) -> list[str]:
+def _remarks_on_unloaded(result: ResponseFitResult) -> list[str]:
     return [
         f"{posture.name}: gears of joints {', '.join(map(str, posture.unloaded_joints))} are unloaded in"
         " their backlash, where nothing tells of their stiffness: pull the tool to one side, or use"

@@ -60,7 +60,7 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
     """
     is_stable = figures.stability is None or figures.stability.stable
     if figures.kind == "couple":
-        return _coupled(figures, context, scene, is_stable)
+        return _coupling_answer(figures, context, scene, is_stable)
     expected = ExpectedDeviation.of(figures)
     fits = None if context.tolerance is None else _fits(expected, context.tolerance)
     gains = figures.outlook is None or figures.outlook.gains
@@ -286,7 +286,7 @@ def _steps(
         )
 
 
-def _coupled(
+def _coupling_answer(
     figures: RunResult, context: RunContext, scene: Scene | None, is_stable: bool
 ) -> Answer:
     """Return the first screen of a run without a correction."""

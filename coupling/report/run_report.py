@@ -139,16 +139,16 @@ def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Sect
         ),
         deviations,
         Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
-        *_warned(figures_),
+        *_warning_sections(figures_),
     ]
 
 
 def run_warnings(run: StoredRun) -> list[str]:
     """Return the warnings and remarks of a run, in sentences."""
-    return [str(part) for section in _warned(run.figures) for part in section.parts]
+    return [str(part) for section in _warning_sections(run.figures) for part in section.parts]
 
 
-def _warned(figures: RunResult) -> list[Section]:
+def _warning_sections(figures: RunResult) -> list[Section]:
     # A run of an earlier version has warned of rates alone.
     warnings = tuple(warning.text for warning in figures.warnings) or figures.rate_warnings
     return warned(warnings, figures.remarks)

@@ -63,14 +63,14 @@ def _paths(
     place = _Placing(np.vstack([*desired, *actual]), bottom=46)
     shapes = [_line(place(points), "#8b95a0", 1.0) for points in desired]
     for track, points in zip(tracks, actual, strict=True):
-        shapes += _coloured(place(points), track.signed[:, 0] / scale)
+        shapes += _draw_coloured(place(points), track.signed[:, 0] / scale)
     shapes += _bar(scale)
     largest = max(float(np.linalg.norm(track.deviation, axis=1).max()) for track in tracks)
     words = f"{name}: up to {in_words(largest)}, drawn {factor:,.0f} times larger"
     return _picture(words, shapes)
 
 
-def _coloured(points: np.ndarray, values: np.ndarray) -> Iterator[str]:
+def _draw_coloured(points: np.ndarray, values: np.ndarray) -> Iterator[str]:
     """Yield a path in pieces of one colour each."""
     if len(points) > _PIECES:
         rows = np.unique(np.linspace(0, len(points) - 1, _PIECES).astype(int))

@@ -96,7 +96,7 @@ class RobotFmu:
         self._robot = UnpackedRobot(self._folder.path)
         self._processes: list[WorkerProcess] = []
         self._saved: JointPath | None = None
-        self._started(1)
+        self._start_processes(1)
 
     def __enter__(self) -> RobotFmu:
         return self
@@ -153,8 +153,8 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        parameters = self._prepared(command, mode, robot)
-        (process,) = self._started(1)
+        parameters = self._prepare(command, mode, robot)
+        (process,) = self._start_processes(1)
         time = np.array([start.time[0], end])
         names, rows = WRENCH_INPUTS + SPRING_INPUTS, rows_with_spring(start)[:1]
         job = MarchJob(parameters, time, names, rows, POSE_OUTPUTS, len(POSE))
@@ -249,12 +249,12 @@ class RobotFmu:
         what: str = "",
     ) -> np.ndarray:
         """Return poses, and the values of further outputs behind them, (n, 7 + further)."""
-        parameters = self._prepared(command, mode, robot)
+        parameters = self._prepare(command, mode, robot)
         instants = wrench.instants
-        (first,) = self._started(1)
+        (first,) = self._start_processes(1)
         remembers = mode == "dynamic" or _OF_HYSTERESIS in first.variables
         parts = _parts(len(instants), remembers)
-        processes = self._started(len(parts))
+        processes = self._start_processes(len(parts))
         inputs = WRENCH_INPUTS if wrench.spring is None else WRENCH_INPUTS + SPRING_INPUTS
         outputs = (*POSE_OUTPUTS, *further)
         jobs = [
@@ -279,7 +279,7 @@ class RobotFmu:
                 self._end()
             raise
 
-    def _prepared(
+    def _prepare(
         self, command: JointPath, mode: Mode, robot: Robot | None
     ) -> dict[str, float | str]:
         """Write what an instance reads when it is made, and return its parameters by name."""
@@ -290,7 +290,7 @@ class RobotFmu:
         self._robot.describe(robot)
         return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
 
-    def _started(self, count: int) -> list[WorkerProcess]:
+    def _start_processes(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
         while len(self._processes) < count:
             with _simulation_errors(f"{self.file}: "):

@@ -61,9 +61,9 @@ class RunView:
         """Show what happens."""
         match event:
             case events.Progress():
-                self._working(event)
+                self._show_progress(event)
             case events.ProcessMessage(line):
-                self._said(f"process: {line}")
+                self._show_message(f"process: {line}")
             case WaitingForOther(text):
                 self._print(text)
             case events.WarningEvent(text):
@@ -74,11 +74,11 @@ class RunView:
             case RefinedTimes(desired):
                 self._desired = desired
             case Evaluated(evaluation, path):
-                self._evaluated(evaluation, path)
+                self._show_evaluation(evaluation, path)
             case CorrectionIteration():
-                self._finished(event)
+                self._show_iteration(event)
 
-    def _working(self, work: events.Progress) -> None:
+    def _show_progress(self, work: events.Progress) -> None:
         self._progress.update(
             self._task,
             description=work.what,
@@ -88,10 +88,10 @@ class RunView:
             visible=work.done < work.total,
         )
 
-    def _said(self, line: str) -> None:
+    def _show_message(self, line: str) -> None:
         self._progress.update(self._task, description=line, total=None, count="", visible=True)
 
-    def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
+    def _show_evaluation(self, evaluation: Evaluation, path: ToolPath) -> None:
         assert self._desired is not None
         self._count += 1
         first = evaluation.number == 1
@@ -102,7 +102,7 @@ class RunView:
             f" {1e6 * evaluation.path_change_rms:>10.4f} {force:>13} {1e6 * deviation:>11.3f}"
         )
 
-    def _finished(self, finished: CorrectionIteration) -> None:
+    def _show_iteration(self, finished: CorrectionIteration) -> None:
         text = f"      iteration {finished.number}: deviation max"
         text += f" {format_um(finished.deviation.maximum)} um,"
         text += f" rms {format_um(finished.deviation.rms)} um"

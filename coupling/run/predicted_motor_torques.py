@@ -123,7 +123,7 @@ def require_motors_that_hold(case: Case) -> None:
         PlanningError: With joint, time, torque and limit.
     """
     none = WrenchHistory.none(case.desired.time, len(case.robots))
-    for placed, motion in _limited(case, none):
+    for placed, motion in _limited_robots(case, none):
         moving = MovingRobot(placed.description, placed.torque_curve)
         loads = gear_loads(moving, motion)
         for gear, joint in enumerate(moving.model.gear_joint.tolist()):
@@ -174,7 +174,7 @@ def explained_by_motors(case: Case, process: EvaluatedProcess) -> Iterator[None]
 
 def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
     """Yield a warning for each motor of servos that has too little torque for the desired path."""
-    for placed, motion in _limited(case, wrench):
+    for placed, motion in _limited_robots(case, wrench):
         moving = MovingRobot(placed.description, placed.torque_curve)
         task = moving.task(motion)
         links = stiff_links(moving, task)
@@ -184,7 +184,9 @@ def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning
                     yield _with_robot_name(case, placed, warning)
 
 
-def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
+def _limited_robots(
+    case: Case, wrench: WrenchHistory
+) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
     """Yield the robots that servos move whose torque has a limit, and what is wanted of each."""
     motions = wanted_of(case.robots, case.desired, wrench)
     for placed, motion in zip(case.robots, motions, strict=True):

@@ -142,7 +142,7 @@ def find_equilibrium(
             _move(after, box, -step[:free], -step[free:])
         else:
             last, halvings = size if np.isfinite(unbalanced) else np.inf, 0
-            step = _limited(stiffness.solve(-residual), settings.largest_step)
+            step = _limit_step(stiffness.solve(-residual), settings.largest_step)
             _move(after, box, step[:free], step[free:])
         inside = assemble.inside(box, state, spheres, after)
     return None
@@ -188,7 +188,7 @@ def _move(state: SheetState, box: Box, inside: np.ndarray, at_interface: np.ndar
 _MAX_HALVINGS = 3
 
 
-def _limited(step: np.ndarray, largest: float) -> np.ndarray:
+def _limit_step(step: np.ndarray, largest: float) -> np.ndarray:
     """Scale a step down so that no displacement is larger."""
     scale = min(1.0, largest / max(float(np.max(np.abs(step))), 1e-300))
     return scale * step

@@ -144,16 +144,16 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
 
 
 @internal
-def _converged(trial: _Trial, at: _Iterate) -> bool:
+def _has_converged(trial: _Trial, at: _Iterate) -> bool:
     return bool(at.size <= (_CONVERGED * at.limit + _ROUNDING * trial.stress) ** 2)
 
 
 @internal
-def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
+def _iterate_newton(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
     """Return the last iterate of Newton's method with a line search."""
     at = start
     for _ in range(_MAX_ITERATIONS):
-        if _converged(trial, at):
+        if _has_converged(trial, at):
             break
         solver = _solver(trial, at)
         u, v = product(solver, at.flow), product(solver, at.normal)
@@ -166,7 +166,7 @@ def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
         for _ in range(_MAX_HALVINGS):
             z = combined(last.z, -share, step)
             at = _iterate(metal, trial, z, last.multiplier + share * more)
-            if at.size <= (1.0 - _FALL * share) * last.size or _converged(trial, at):
+            if at.size <= (1.0 - _FALL * share) * last.size or _has_converged(trial, at):
                 break
             share *= 0.5
     return at
@@ -202,8 +202,8 @@ def yld91(
         tangent[2, 2] = G
         return
     trial = _Trial(z, s.stress, compliance(material, axes), before)
-    at = _returned(material, trial, _along_ray(material, trial, s))
-    if not _converged(trial, at):
+    at = _iterate_newton(material, trial, _along_ray(material, trial, s))
+    if not _has_converged(trial, at):
         stress[:] = np.nan
         return
     fill_stress(axes, at.z, stress)

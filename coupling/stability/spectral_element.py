@@ -63,7 +63,7 @@ class ElementRule:
         """
 
         def base_of(points: int, count: int, graded: bool) -> np.ndarray:
-            return _weighted(points, count, graded, x)
+            return _weighted_polynomials(points, count, graded, x)
 
         return self._integrals(c, x, base_of)
 
@@ -93,7 +93,7 @@ def element_rule(count: int) -> ElementRule:
     return ElementRule(0.5 * (1.0 + nodes), 0.5 * weights)
 
 
-def _weighted(points: int, count: int, graded: bool, x: np.ndarray) -> np.ndarray:
+def _weighted_polynomials(points: int, count: int, graded: bool, x: np.ndarray) -> np.ndarray:
     """Return the polynomials times the weights of a quadrature from 0 to x, (n, p, q)."""
     behind, weight = _quadrature(count, graded)
     way = x[:, None] * behind
@@ -103,12 +103,12 @@ def _weighted(points: int, count: int, graded: bool, x: np.ndarray) -> np.ndarra
 
 @cache
 def _base(points: int, count: int, graded: bool) -> np.ndarray:
-    return _weighted(points, count, graded, element_rule(points).points)
+    return _weighted_polynomials(points, count, graded, element_rule(points).points)
 
 
 @cache
 def _whole_base(points: int, count: int, graded: bool) -> np.ndarray:
-    return _weighted(points, count, graded, np.ones(1))
+    return _weighted_polynomials(points, count, graded, np.ones(1))
 
 
 @cache

@@ -79,7 +79,7 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
             self._bench = None
 
 
-def _simulated(name: str, version: str, number: int, values: Sequence[float]) -> StudySample:
+def _simulate_sample(name: str, version: str, number: int, values: Sequence[float]) -> StudySample:
     """Return a sample; runs in a worker, which may have come after the others were asked."""
     worker = get_worker()
     _require_same(version, {worker.address: _version()})
@@ -139,10 +139,10 @@ def simulate(
     with _client(workers, min(workers.count, len(points)), place) as client:
         try:
             _require_same(_version(), client.run(_version, on_error="return"))
-            with _registered(client, _Keeper(name, work), bool(workers.scheduler)):
+            with _register(client, _Keeper(name, work), bool(workers.scheduler)):
                 futures = [
                     client.submit(
-                        _simulated,
+                        _simulate_sample,
                         name,
                         _version(),
                         number,
@@ -177,7 +177,7 @@ def simulate(
 
 
 @contextmanager
-def _registered(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
+def _register(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
     """Have all workers keep a bench, and end it afterwards where the workers themselves go on."""
     client.register_plugin(keeper, name=keeper.name)
     try:
@@ -193,7 +193,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
     """Give a client of the workers, a local cluster's ended afterwards."""
     if workers.scheduler:
         # What Dask says of a scheduler that ends is said in a sentence.
-        with silence_logging_cmgr(_NOTHING), _reached(workers.scheduler) as client:
+        with silence_logging_cmgr(_NOTHING), _connect(workers.scheduler) as client:
             yield client
         return
     # What a killed study left is found by its name.
@@ -251,7 +251,7 @@ class _SafePath(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
         _set_safe_path(self._value)
 
 
-def _reached(address: str) -> Client:
+def _connect(address: str) -> Client:
     try:
         client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TimeoutError) as cause:

@@ -148,7 +148,7 @@ class _Machine:
             if 4.0 in block.g:
                 yield self.waits.wait(block.line, values)
             for value in RETURNS.keys() & set(block.g):
-                self._returned(value, values, block.line)
+                self._leave_out_return(value, values, block.line)
         if block.statements or not _DIRECTING.isdisjoint((*block.g, *block.m)):
             lost = self.tool.modes(block, self.has_moved, self._lengths)
             if lost:
@@ -235,7 +235,7 @@ class _Machine:
             self._notes.assume("G99 is the level that cycles return to, not feed per revolution")
         self._notes.leave_out(word)
 
-    def _returned(self, value: float, values: dict[str, float], line: int) -> None:
+    def _leave_out_return(self, value: float, values: dict[str, float], line: int) -> None:
         """Leave out a way to a place that is not known in the part: before the moves, or behind them."""
         axes = [letter for letter in _AXES if letter in values]
         others = [letter for letter in OTHERS if letter in values]

@@ -218,7 +218,7 @@ class DrivenMotion:
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
         jump, time = SETTINGS.jump(self._local_error), start
         resting: set[int] = set()
-        y = self._joined(state)
+        y = self._join_state(state)
         coordinates, rates, _ = self._split(y)
         turns = [_turn(len(coordinates) + k) for k in self._law.elements.gears]
         of_elements: list[_Event] = [slips, *turns] if elements else []
@@ -254,7 +254,7 @@ class DrivenMotion:
         count = self._m + len(self._motors.drives)
         return [y[:count], y[count : 2 * count], y[2 * count :]]
 
-    def _joined(self, state: State) -> np.ndarray:
+    def _join_state(self, state: State) -> np.ndarray:
         """Return what is integrated; motors' angles count from the start, as doubles have digits."""
         motors = state.motors
         parts = state.x, 0.0 * motors.angle, state.v, motors.rate, motors.integral

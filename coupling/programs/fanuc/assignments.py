@@ -103,7 +103,7 @@ def _sum(running: RunningProgram, text: str, where: str) -> PositionRegister:
             )
         value = _term(running, term, where)
         sign = -1.0 if term[1] == "-" else 1.0
-        total = value if total is None else _added(total, value, sign, where)
+        total = value if total is None else _add_positions(total, value, sign, where)
         at = term.end()
         if not bare[at:].strip():
             break
@@ -143,7 +143,9 @@ def _term(running: RunningProgram, term: re.Match[str], where: str) -> PositionR
     return PositionRegister.of(TpPosition(cartesian_of(pose)), is_matrix=True)
 
 
-def _added(a: PositionRegister, b: PositionRegister, sign: float, where: str) -> PositionRegister:
+def _add_positions(
+    a: PositionRegister, b: PositionRegister, sign: float, where: str
+) -> PositionRegister:
     if bool(a.is_joint) != bool(b.is_joint) or a.is_matrix or b.is_matrix:
         raise ProgramError(
             f"{where}: expected positions of one kind to add, got X, Y, Z, W, P, R, joint angles or"

@@ -177,7 +177,7 @@ class FanucExecution:
         )
 
     def _if(self, running: RunningProgram, index: int, words: str, where: str) -> int:
-        condition, action = _parted(words[2:])
+        condition, action = _split_at_comma(words[2:])
         if not action:
             raise ProgramError(
                 f"{where}: expected a condition, a comma and an action, got {shortened(words)!r}"
@@ -208,7 +208,7 @@ class FanucExecution:
         if left_out_word(words) is not None or words.upper() in ("ELSE", "ENDIF"):
             return True
         if words.upper().startswith("IF"):
-            action = "" if _IF_THEN.fullmatch(words) else _parted(words[2:])[1]
+            action = "" if _IF_THEN.fullmatch(words) else _split_at_comma(words[2:])[1]
             return not action or self._is_without_effect(running, action, where)
         if (call := _CALL.fullmatch(words)) is not None:
             return is_harmless(call[2], self.files)
@@ -322,7 +322,7 @@ class FanucExecution:
             raise ProgramError(
                 f"{where}: expected at most {_DEEPEST} calls in each other, got more"
             )
-        values = tuple(running.value(part, where) for part in _listed(arguments))
+        values = tuple(running.value(part, where) for part in _split_at_commas(arguments))
         inner = RunningProgram(
             text, self.registers, values, dict(running.offsets), running.depth + 1
         )
@@ -340,7 +340,7 @@ def _missing(words: str, name: str, where: str) -> ProgramError:
     )
 
 
-def _parted(text: str) -> tuple[str, str]:
+def _split_at_comma(text: str) -> tuple[str, str]:
     """Return what stands before and behind the first comma outside of brackets."""
     depth = 0
     for at, letter in enumerate(text):
@@ -350,10 +350,10 @@ def _parted(text: str) -> tuple[str, str]:
     return text.strip(), ""
 
 
-def _listed(text: str) -> list[str]:
+def _split_at_commas(text: str) -> list[str]:
     """Return the parts between commas outside of brackets."""
     parts, remaining = [], text.strip()
     while remaining:
-        part, remaining = _parted(remaining)
+        part, remaining = _split_at_comma(remaining)
         parts.append(part)
     return parts

@@ -70,7 +70,7 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     frames = list(_frames(program))
     lines = [_instruction(program, k) for k in range(len(program.moves))]
     if len(lines) + len(frames) <= MOST_LINES:
-        files = [_file(program.name, [*frames, *_numbered(lines)], program.moves)]
+        files = [_file(program.name, [*frames, *_number_lines(lines)], program.moves)]
     else:
         # Each part's positions are its own.
         size = MOST_LINES
@@ -80,7 +80,7 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
         calls = [f"CALL {name}" for name in names]
         files = [_file(program.name, [*frames, *calls], ())]
         files += [
-            _file(name, _numbered(lines[part]), program.moves[part])
+            _file(name, _number_lines(lines[part]), program.moves[part])
             for name, part in zip(names, parts, strict=True)
         ]
     for file in files:
@@ -123,7 +123,7 @@ def _instruction(program: RobotProgram, k: int) -> tuple[str, str]:
     return f"{word} P[", f"] {ms}msec {end}"
 
 
-def _numbered(lines: Sequence[tuple[str, str]]) -> list[str]:
+def _number_lines(lines: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{before}{k}{after}" for k, (before, after) in enumerate(lines, start=1)]
 
 

@@ -95,9 +95,9 @@ class MotionStatements:
         try:
             fields = self._fields(target, text, line)
         except UnknownValueError as cause:
-            self._leave(line, _written(text, behind), cause)
+            self._leave(line, _target_text(text, behind), cause)
             return
-        name = _written(text, behind)
+        name = _target_text(text, behind)
         if clauses:
             with self.controller.with_state_restored():
                 self._set(clauses[0], line)
@@ -307,6 +307,6 @@ class MotionStatements:
         self.controller.set_system("$ORI_TYPE", rotation)
 
 
-def _written(text: str, behind: str) -> str:
+def _target_text(text: str, behind: str) -> str:
     """Return a target as it is written, without what stands behind it."""
     return text.strip().removesuffix(behind).strip()

@@ -252,7 +252,7 @@ class Motions:
 def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     """Return base or tool; one that is not known by what it is called."""
     if isinstance(value, Unknown):
-        return ControllerFrame(_called(value), None)
+        return ControllerFrame(_name_of_value(value), None)
     if not isinstance(value, dict):
         raise ProgramError(f"{where}: expected a frame as {name}, got {described(value)}")
     missing = [key for key in FRAME_KEYS if key not in value]
@@ -262,10 +262,12 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
         return ControllerFrame(name, pose_of_abc([number(value[key], where) for key in FRAME_KEYS]))
     except UnknownValueError:
         parts = [value[key] for key in FRAME_KEYS]
-        words = (_called(part) if isinstance(part, Unknown) else described(part) for part in parts)
+        words = (
+            _name_of_value(part) if isinstance(part, Unknown) else described(part) for part in parts
+        )
         return ControllerFrame(f"{name} of {', '.join(words)}", None)
 
 
-def _called(value: Unknown) -> str:
+def _name_of_value(value: Unknown) -> str:
     """Return a name that tells a value from others."""
     return f"{value.name} (statement {value.step})" if value.step else value.name

@@ -136,7 +136,7 @@ class _Parser:
         while self.kind in (1, 6) and PRECEDENCE.get(self.word, -1) > lowest:
             self._count()
             word = self._take()
-            left_operand = _joined(word, left_operand, self.expression(PRECEDENCE[word]))
+            left_operand = _join_operands(word, left_operand, self.expression(PRECEDENCE[word]))
         self.depth -= 1
         return left_operand
 
@@ -256,7 +256,7 @@ class _Parser:
         return index.constant
 
 
-def _joined(word: str, left_operand: Expression, right: Expression) -> Operation:
+def _join_operands(word: str, left_operand: Expression, right: Expression) -> Operation:
     """Return an operation; comparisons beside AND, OR without brackets are none.
 
     KRL's comparisons bind less than AND and OR, which few who write them mean.

@@ -60,7 +60,7 @@ def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> d
     """
     chain = build_chain(robot)
     parameters = _parameters(chain, robot)
-    texts = _started(parameters.pop("strings"), strings)
+    texts = _with_starts(parameters.pop("strings"), strings)
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
     output_blocks = outputs(chain, motors)
     table = {
@@ -81,7 +81,7 @@ def co_simulation_blocks(
     return {key: block for key, block in table.items() if block.causality != "local"}
 
 
-def _started(block: Block, strings: Mapping[str, str]) -> Block:
+def _with_starts(block: Block, strings: Mapping[str, str]) -> Block:
     """Return the strings with start values."""
     unknown = [name for name in strings if name not in {v.name for v in block.variables}]
     if unknown:
