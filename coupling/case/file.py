@@ -36,7 +36,7 @@ from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -196,7 +196,7 @@ def _task(
             return tool_task
         return untilted.on_sphere(tool_task, tool_path.tilt, 0.5 * diameter)
 
-    task_of_part = task(NONE)
+    task_of_part = task(NO_CORNERS)
     corners = process_table.corners(task_of_part)
     return (task(corners) if len(corners) else task_of_part), corners
 

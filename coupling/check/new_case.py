@@ -32,7 +32,7 @@ from elastic_robot.errors import RobotFileError
 
 CASE = "case.toml"
 # Places that are tried with the whole path.
-_TRIED = 20
+_MAX_CANDIDATES = 20
 # Samples of it that are looked at: beside the corners a path is smooth.
 _SAMPLES = 200
 
@@ -199,7 +199,7 @@ def new_case(
 # A milling spindle with holder and tool, in the flange's frame, x away from it: tip [m] and mass [kg].
 SPINDLE_REACH, SPINDLE_MASS = 0.35, 30.0
 # Its size across and along, for its moments of inertia [m].
-_ACROSS, _ALONG = 0.12, 0.3
+_SPINDLE_WIDTH, _SPINDLE_LENGTH = 0.12, 0.3
 
 
 def with_spindle(text: str) -> str:
@@ -210,12 +210,12 @@ def with_spindle(text: str) -> str:
     """
     file: Any = tomlkit.parse(text)
     file["tcp"]["position"] = [SPINDLE_REACH, 0.0, 0.0]
-    long = SPINDLE_MASS / 12.0 * (_ACROSS**2 + _ALONG**2)
-    wide = SPINDLE_MASS / 6.0 * _ACROSS**2
+    long = SPINDLE_MASS / 12.0 * (_SPINDLE_WIDTH**2 + _SPINDLE_LENGTH**2)
+    wide = SPINDLE_MASS / 6.0 * _SPINDLE_WIDTH**2
     if "payload" not in file:
         file["payload"] = tomlkit.table()
     file["payload"]["mass"] = SPINDLE_MASS
-    file["payload"]["com"] = [0.5 * _ALONG, 0.0, 0.0]
+    file["payload"]["com"] = [0.5 * _SPINDLE_LENGTH, 0.0, 0.0]
     file["payload"]["inertia"] = [round(value, 6) for value in (wide, long, long)]
     file["payload"]["mass"].comment("an assumption: a milling spindle with holder and tool")
     file["tcp"]["position"].comment("an assumption: the tip of a milling tool")
@@ -286,7 +286,7 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     points = part.coordinates(shown.task.forming.position[0])
     base_from_tool = shown.task.forming.rotations[0][0]
     half_size = float(np.abs(points).max())
-    for seat in part_placements(robot, base_from_tool, half_size, _TRIED):
+    for seat in part_placements(robot, base_from_tool, half_size, _MAX_CANDIDATES):
         home = np.round(np.rad2deg(seat.home), 1) + 0.0
         if not all(_follows(robot, np.deg2rad(home), path) for path in _shifted_paths(shown, seat)):
             continue

@@ -27,9 +27,9 @@ from elastic_robot.errors import RobotFileError
 # Modes of robots that others measured have damping ratios of 0.02 to 0.08.
 _DAMPING_RATIO = 0.04
 # Lengths [m], and quarters of a turn, that are the same but for rounding in a URDF.
-_SAME = 1e-5
+_URDF_ROUNDING = 1e-5
 # Each link weighs so much of the one before, and is as thick as a part of the longest one.
-_LIGHTER, _THICK = 0.7, 0.15
+_MASS_RATIO, _THICKNESS_RATIO = 0.7, 0.15
 
 
 @dataclass(frozen=True)
@@ -200,9 +200,9 @@ class _Skeleton:
         axis = np.array(self.chain.joints[-1].axis)
         ends = [placement.translation for placement in self.chain.base_from_joint]
         out = self.chain.base_from_tip.translation - ends[-1]
-        if abs(out @ axis) < _SAME and len(ends) > 1:
+        if abs(out @ axis) < _URDF_ROUNDING and len(ends) > 1:
             out = ends[-1] - ends[-2]
-        x = axis if out @ axis >= -_SAME else -axis
+        x = axis if out @ axis >= -_URDF_ROUNDING else -axis
         leftward = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
         y = leftward - (leftward @ x) * x
         y /= np.linalg.norm(y)
@@ -210,7 +210,7 @@ class _Skeleton:
         quarters = pin.rpy.matrixToRpy(self.chain.base_from_tip.rotation.T @ base_from_tool)
         quarters /= 0.5 * np.pi
         whole = np.round(quarters)
-        near: np.ndarray = np.where(np.abs(quarters - whole) < _SAME, whole, quarters)
+        near: np.ndarray = np.where(np.abs(quarters - whole) < _URDF_ROUNDING, whole, quarters)
         return 0.5 * np.pi * near
 
     @property
@@ -246,14 +246,14 @@ class _Skeleton:
         mass = self.chain.inertias[number].mass
         count = len(self.chain.joints)
         if number in self._estimated:
-            shares = _LIGHTER ** np.arange(count)
+            shares = _MASS_RATIO ** np.arange(count)
             mass = self._class.moving_mass * shares[number] / shares.sum()
         elif number not in self._impossible:
             return []
         here = self.chain.base_from_joint[number]
         ends = [*self.chain.base_from_joint, self.chain.base_from_tip]
         way = here.rotation.T @ (ends[number + 1].translation - here.translation)
-        thickness = _THICK * self._length / count
+        thickness = _THICKNESS_RATIO * self._length / count
         moment = mass * (way @ way / 12.0 + thickness**2 / 2.0)
         inertia = f"inertia = [{moment:.3g}, {moment:.3g}, {moment:.3g}]    # an ESTIMATE"
         if number not in self._estimated:

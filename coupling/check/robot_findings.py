@@ -33,7 +33,7 @@ from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
 # of the time.
-_KIND = "native"
+_FMU_KIND = "native"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def examine_robots(
         PlanningError: If a robot cannot follow its path.
     """
     robots = []
-    with Models(_KIND, watch) as models:
+    with Models(_FMU_KIND, watch) as models:
         for placed, motion in zip(
             case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
         ):

@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 from coupling.export.curves import SampledCurve
 
 # First distance of points, in candidates.
-_COARSE = 64
+_FIRST_DISTANCE = 64
 # Points apart from each other that are left out at the same time: what one of them changes falls to a
 # quarter from point to point.
-_APART = 6
+_REMOVAL_DISTANCE = 6
 # Rounds of adding at most; each halves the distances that are too long.
 _MOST_ROUNDS = 40
 
@@ -59,8 +59,8 @@ def spline_points(
         return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
 
     last = len(candidates) - 1
-    chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _COARSE), last)))
-    for first in range(_APART):
+    chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
+    for first in range(_REMOVAL_DISTANCE):
         chosen = _drop_points(outside, chosen, first)
     return candidates[_add_points(outside, chosen)]
 
@@ -83,8 +83,8 @@ def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:
 
 
 def _drop_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
-    """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
-    left_out = np.arange(1 + first, len(chosen) - 1, _APART)
+    """Return the points from `first` on without every `_REMOVAL_DISTANCE`-th that is not needed."""
+    left_out = np.arange(1 + first, len(chosen) - 1, _REMOVAL_DISTANCE)
     while len(left_out):
         remaining = np.delete(chosen, left_out)
         bad = np.flatnonzero(outside(remaining))

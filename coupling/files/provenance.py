@@ -15,7 +15,7 @@ from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
 # Links of the same mass from which on it is taken for a placeholder.
-_ALIKE = 3
+_PLACEHOLDER_COUNT = 3
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _remarks(path: Path, file: UrdfRobotFile) -> Iterator[str]:
     replaced = {plain_name(joint.name) for joint in file.joint if joint.mass is not None}
     values = set(chain.masses.values())
     if (
-        len(chain.masses) >= _ALIKE
+        len(chain.masses) >= _PLACEHOLDER_COUNT
         and len(values) == 1
         and replaced < {chain_joint.name for chain_joint in chain.joints}
     ):

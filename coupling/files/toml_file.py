@@ -39,7 +39,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 # No case and no robot is larger [bytes].
-_MOST = 64_000_000
+_MAX_BYTES = 64_000_000
 
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
@@ -56,7 +56,7 @@ def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
 
 
 def _parse_file(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
-    content = read_bounded(path, _MOST, error)
+    content = read_bounded(path, _MAX_BYTES, error)
     try:
         # Editors of Windows begin a text with a mark of its encoding.
         parsed = parse(content.decode("utf-8-sig").replace("\r\n", "\n"))

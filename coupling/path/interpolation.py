@@ -15,7 +15,7 @@ from coupling.path.histories import ToolPath, poses
 # spline that knows nothing of the end makes of a standstill.
 _AT_REST = 0.05
 # Fewest samples of a quintic spline, and the largest ratio of its steps: uneven ones make it ring.
-_FEWEST, _UNEVEN = 12, 3.0
+_MIN_QUINTIC_SAMPLES, _MAX_STEP_RATIO = 12, 3.0
 
 Rest = tuple[bool, bool]
 
@@ -32,7 +32,7 @@ def spline_through(time: np.ndarray, values: np.ndarray, at_rest: Rest) -> BSpli
         at_rest: Whether the motion begins and ends at rest.
     """
     steps = np.diff(time)
-    even = len(time) >= _FEWEST and steps.max() <= _UNEVEN * steps.min()
+    even = len(time) >= _MIN_QUINTIC_SAMPLES and steps.max() <= _MAX_STEP_RATIO * steps.min()
     degree, orders = (5, (1, 2)) if even else (3, (1,))
     free = make_interp_spline(time, values, degree) if len(time) > degree else None
     zero = np.zeros(values.shape[1])

@@ -13,7 +13,7 @@ from coupling.place.station_choice import extremes_of, selected
 from coupling.place.stations import Stations
 
 # What the few places may miss of a largest value, as a part of its range along the path.
-_MISSED = 0.03
+_MISSED_PART = 0.03
 
 
 class CoarseScreen:
@@ -70,7 +70,7 @@ class CoarseScreen:
         batch = self._whole.batch(settings)
         figures = self._whole.worst(batch)
         # A demand that is broken at all is seen at the place that breaks it.
-        missed = np.where(self._demands.admits(figures), _MISSED, 0.0)
+        missed = np.where(self._demands.admits(figures), _MISSED_PART, 0.0)
         stations = np.union1d(self._few, extremes_of(batch, self._few, missed))
         if len(stations) > len(self._few):
             self._few, self._screen = stations, self._screen_of(self._every.chosen(stations))

@@ -18,7 +18,7 @@ from coupling.place.stations import Stations
 from coupling.run.check import timed
 
 # Settings this close are one, over the box.
-_ALIKE = 0.02
+_SAME_SETTING = 0.02
 # Settings whose cuts are judged for each that is asked for.
 _CANDIDATES = 5
 
@@ -149,7 +149,7 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
     """Return settings as they can be written, without those that came to the same."""
     chosen: list[np.ndarray] = []
     for setting in placing.ranges.rounded(settings):
-        if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _ALIKE:
+        if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _SAME_SETTING:
             chosen.append(setting)
     return chosen
 

@@ -30,7 +30,7 @@ from elastic_robot.parameters import Parameters
 # Settings computed at once: their arrays stay in the processor's cache.
 _AT_ONCE = 2048
 # Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
-_NEAR = 0.1
+_MAX_PLACE_DISTANCE = 0.1
 # Iterations from one place of a path to the next.
 _ITERATIONS = 12
 
@@ -166,8 +166,10 @@ class Screen:
         ]
         self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
         poses = stations.poses
-        self._waves = waves_of(poses, _NEAR)
-        self._gapless = np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _NEAR
+        self._waves = waves_of(poses, _MAX_PLACE_DISTANCE)
+        self._gapless = (
+            np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _MAX_PLACE_DISTANCE
+        )
 
     def figures(
         self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None

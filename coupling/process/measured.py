@@ -17,7 +17,7 @@ from coupling.path.linear import arc_length, interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.base import NoisySchema, ProcessResponse, WithIdentity
 from coupling.process.frames import WrenchFrame, wrench_in_base
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
@@ -67,7 +67,7 @@ class MeasuredWrenchTable(NoisySchema):
         """Return the times of a record's rows, where these are no closer than the samples."""
         axis, stations, _ = self._record()
         if axis == "distance" or _is_finer(stations, task.sampled.forming.time):
-            return NONE
+            return NO_CORNERS
         return stations
 
     def process(self, task: Task) -> MeasuredWrench:

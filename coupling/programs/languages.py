@@ -27,7 +27,7 @@ Posture = Literal["never", "known", "always"]
 _RAPID_ENDINGS = (".mod", ".modx", ".prg")
 _RAPID_MODULES = (*_RAPID_ENDINGS, ".sys", ".sysx")
 # No program that a controller holds is larger [bytes].
-_MOST = 256_000_000
+_MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ def _called_files(
 
 
 def _file(path: Path) -> ProgramFile:
-    content = read_bounded(path, _MOST, ProgramError)
+    content = read_bounded(path, _MAX_BYTES, ProgramError)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -13,7 +13,7 @@ from coupling.robot.parameters import acting_parts, apply_values, place_of
 from elastic_robot.description import Body, Robot, Vector
 from elastic_robot.fmi.interface import IDEAL
 
-_NOTHING = (0.0, 0.0, 0.0)
+_ZERO = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class RobotDifference:
         if self.payload == 0.0:
             return differing
         place = robot.tcp_position if self.payload_position is None else self.payload_position
-        mass = Body(self.payload, place, _NOTHING)
+        mass = Body(self.payload, place, _ZERO)
         whole = mass if robot.payload is None else _join_bodies((robot.payload, mass))
         return replace(differing, payload=whole)
 

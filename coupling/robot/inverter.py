@@ -24,7 +24,7 @@ from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
 
 # Longest distance of the times at which the simulated tool is watched [s].
-_WATCHED = 0.004
+_MAX_SAMPLE_DISTANCE = 0.004
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,13 @@ class Inverter:
             watch(Progress(f"inverting the moving robot: {what}", finished, total))
 
         solution = self.moving.invert(desired, controller, limits, progress)
-        fine = SampledPath.of(desired.path).refined(_WATCHED).path
+        fine = SampledPath.of(desired.path).refined(_MAX_SAMPLE_DISTANCE).path
         loads = desired.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
-        watched = ObservedTimes(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
+        watched = ObservedTimes(
+            start, _MAX_SAMPLE_DISTANCE, int((end - start) / _MAX_SAMPLE_DISTANCE + 1e-9) + 1
+        )
         times = watched.times(range(watched.count))
 
         def even(rows: np.ndarray) -> np.ndarray:

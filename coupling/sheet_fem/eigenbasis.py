@@ -13,17 +13,17 @@ import numpy as np
 from coupling.sheet_fem.compiled import inlined
 
 # Below this relative distance of the eigenvalues the recursion would cancel; the series then ends
-# with a relative error of _NEAR**_TERMS.
-_NEAR = 0.02
-_TERMS = 9
+# with a relative error of _CLOSE_EIGENVALUES**_SERIES_TERMS.
+_CLOSE_EIGENVALUES = 0.02
+_SERIES_TERMS = 9
 
 
 def _series_coefficients() -> np.ndarray:
-    """Return h_k(1 p times, -1 q times), the complete homogeneous polynomials, (4, 4, _TERMS)."""
-    table = np.zeros((4, 4, _TERMS))
+    """Return h_k(1 p times, -1 q times), the complete homogeneous polynomials, (4, 4, _SERIES_TERMS)."""
+    table = np.zeros((4, 4, _SERIES_TERMS))
     for p in range(1, 4):
         for q in range(1, 4):
-            for k in range(_TERMS):
+            for k in range(_SERIES_TERMS):
                 table[p, q, k] = sum(
                     comb(p - 1 + i, i) * comb(q - 1 + k - i, k - i) * (-1) ** (k - i)
                     for i in range(k + 1)
@@ -40,7 +40,7 @@ def _by_series(p: int, q: int, mean: float, r: float) -> float:
     order = p + q - 1
     total, power = 0.0, 1.0
     sign = 1.0 if order % 2 == 1 else -1.0
-    for k in range(_TERMS):
+    for k in range(_SERIES_TERMS):
         total += sign * _COEFFICIENTS[p, q, k] * power / (order + k)
         power *= r
         sign = -sign
@@ -71,7 +71,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     mean = 0.5 * (x1 + x2)
     distance = x1 - x2
     r = 0.5 * distance / mean
-    if abs(r) < _NEAR:
+    if abs(r) < _CLOSE_EIGENVALUES:
         for p in range(1, 4):
             for q in range(1, 5 - p):
                 table[p, q] = _by_series(p, q, mean, r)

@@ -41,7 +41,7 @@ _FALL = 1e-4
 # The multiplier along the ray of the trial stress, where Newton's method starts: iterations, and stress
 # beyond the yield stress, relative to it, that is near enough.
 _ALONG_RAY = 3
-_NEAR = 1e-3
+_CLOSE_EIGENVALUES = 1e-3
 
 
 class _Trial(NamedTuple):
@@ -136,7 +136,7 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
         multiplier += excess / (fall + slope)
         limit, slope = yield_stress(metal, trial.before + multiplier)
         excess = trial.stress - fall * multiplier - limit
-        if excess <= _NEAR * limit:
+        if excess <= _CLOSE_EIGENVALUES * limit:
             break
     scale = limit / trial.stress
     z = Triple(scale * trial.z.p, scale * trial.z.d, scale * trial.z.t)

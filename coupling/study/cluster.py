@@ -41,9 +41,9 @@ except ImportError as cause:
 
 # Above all levels of the log: a client that leaves while it is written to, as one does with an
 # interrupt, is critical to the scheduler.
-_NOTHING = logging.CRITICAL + 1
+_SILENT_LEVEL = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
-_PATIENCE = 10.0
+_CLUSTER_TIMEOUT = 10.0
 # This package's name, and in a wheel that of the one it lies in.
 _PACKAGES = {__name__.partition(".")[0], __name__.removesuffix(".study.cluster")}
 # Variable with which Python does not import from the working folder.
@@ -193,7 +193,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
     """Give a client of the workers, a local cluster's ended afterwards."""
     if workers.scheduler:
         # What Dask says of a scheduler that ends is said in a sentence.
-        with silence_logging_cmgr(_NOTHING), _connect(workers.scheduler) as client:
+        with silence_logging_cmgr(_SILENT_LEVEL), _connect(workers.scheduler) as client:
             yield client
         return
     # What a killed study left is found by its name.
@@ -212,7 +212,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
                 processes=True,
                 dashboard_address="127.0.0.1:0",
                 local_directory=str(scratch),
-                silence_logs=_NOTHING,
+                silence_logs=_SILENT_LEVEL,
                 env={"TMPDIR": str(scratch)},
             ) as cluster,
             Client(cluster) as client,
@@ -253,19 +253,19 @@ class _SafePath(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
 def _connect(address: str) -> Client:
     try:
-        client = Client(address, timeout=_PATIENCE)
+        client = Client(address, timeout=_CLUSTER_TIMEOUT)
     except (OSError, ValueError, TimeoutError) as cause:
         raise StudyError(
             f"--scheduler: expected a Dask scheduler at {address}, got no answer within"
-            f" {_PATIENCE:.0f} s: start one (dask scheduler, dask worker ADDRESS), or omit"
+            f" {_CLUSTER_TIMEOUT:.0f} s: start one (dask scheduler, dask worker ADDRESS), or omit"
             " --scheduler for a local cluster"
         ) from cause
     try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
+        client.wait_for_workers(1, timeout=_CLUSTER_TIMEOUT)
     except TimeoutError as cause:
         client.close()
         raise StudyError(
-            f"--scheduler: expected workers at {address}, got none within {_PATIENCE:.0f} s: start"
-            f" some (dask worker {address} --nthreads 1)"
+            f"--scheduler: expected workers at {address}, got none within {_CLUSTER_TIMEOUT:.0f} s:"
+            f" start some (dask worker {address} --nthreads 1)"
         ) from cause
     return client

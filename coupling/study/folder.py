@@ -37,7 +37,7 @@ IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
 RUN = "run"
 # Kind of the folder; its files, and what a killed command leaves beside the run.
-_KIND = "study"
+_FOLDER_KIND = "study"
 _FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock")
 _FOLDERS = (RUN, unfinished_name(Path(RUN)).name, replaced_name(Path(RUN)).name)
 
@@ -48,10 +48,10 @@ def _is_without_list(folder: Path) -> bool:
 
 
 def _is_study(folder: Path) -> bool:
-    return is_of_kind(folder, _KIND) or _is_without_list(folder)
+    return is_of_kind(folder, _FOLDER_KIND) or _is_without_list(folder)
 
 
-STUDY_FOLDER = FolderKind(_KIND, "a study", StudyError, _is_study)
+STUDY_FOLDER = FolderKind(_FOLDER_KIND, "a study", StudyError, _is_study)
 
 
 @contextmanager
@@ -69,10 +69,10 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
         writing(folder, StudyError),
     ):
         require_free(folder, STUDY_FOLDER, overwrite=True)  # else it is gone on with
-        begin_folder(folder, _KIND, known_names=_FILES if _is_without_list(folder) else ())
+        begin_folder(folder, _FOLDER_KIND, known_names=_FILES if _is_without_list(folder) else ())
         if overwrite:
             remove_written(folder)
-            begin_folder(folder, _KIND)
+            begin_folder(folder, _FOLDER_KIND)
         claim(folder, (*_FILES, *(f"{name}/" for name in _FOLDERS)))
         yield folder
 

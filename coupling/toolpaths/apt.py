@@ -11,7 +11,7 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.apt_program import AptProgram, read_program
-from coupling.toolpaths.oriented_points import SAME, OrientedPath, OrientedPoints
+from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import counted
 from coupling.toolpaths.roll import ROLLS
 
@@ -44,7 +44,7 @@ class AptPath(OrientedPath):
         distinct_rows = [0]
         rows = np.hstack([program.position, program.axis]).tolist()
         for number, row in enumerate(rows):
-            if math.dist(row, rows[distinct_rows[-1]]) > SAME:
+            if math.dist(row, rows[distinct_rows[-1]]) > POINT_TOLERANCE:
                 distinct_rows.append(number)
         if len(distinct_rows) < 2:
             raise CaseError(f"{self.file}: expected GOTO from one point to another, got none")

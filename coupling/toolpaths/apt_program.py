@@ -30,14 +30,14 @@ _PER_MINUTE = ("PERMIN", "UPM")
 # Points on a circle may be so far apart that their chords leave it by this [m].
 _SAGITTA = 1e-4
 # A point is on a circle within this [m].
-_ON = 1e-4
+_CIRCLE_TOLERANCE = 1e-4
 # No robot goes farther [m], faster [m/s], or waits longer [s].
-_FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
+_MAX_DISTANCE, _MAX_FEED, _MAX_DWELL = 100.0, 10.0, 3600.0
 # Axes of a frame may be off a right angle by this [rad].
-_SKEW = 0.01
-_HERE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_MAX_SKEW = 0.01
+_IDENTITY_POSE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 # Axes are one if they differ by less [rad].
-_SAME = 1e-9
+_AXIS_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,11 @@ class _Circle:
         off = np.abs(np.linalg.norm(across, axis=1) - self.radius)
         half = 0.5 * np.linalg.norm(np.diff(across, axis=0), axis=1)
         sagitta = self.radius - np.sqrt(np.maximum(self.radius**2 - half**2, 0.0))
-        if len(along) < 3 or scale * off.max() > _ON or scale * sagitta.max() > _SAGITTA:
+        if (
+            len(along) < 3
+            or scale * off.max() > _CIRCLE_TOLERANCE
+            or scale * sagitta.max() > _SAGITTA
+        ):
             raise ValueError(
                 f"line {self.line}: CIRCLE: expected points along it behind it, at most"
                 f" {1e3 * _SAGITTA:g} mm from chord to arc, got others: output arcs as points"
@@ -171,12 +175,12 @@ class _Reader:
             there = self.frames[0][1].inverse() @ frame
             points[number:end] = there.points(points[number:end])
             axes[number:end] = there.rotate(axes[number:end])
-        if any(frame.pose != _HERE for _, frame in self.frames):
+        if any(frame.pose != _IDENTITY_POSE for _, frame in self.frames):
             assumptions.append("the part frame is MSYS, the first one where there are others")
         points *= scale
-        if (farthest := np.abs(points).max()) > _FARTHEST:
+        if (farthest := np.abs(points).max()) > _MAX_DISTANCE:
             raise ValueError(
-                f"expected points within {_FARTHEST:g} m, got {farthest:.4g} m: look at UNITS"
+                f"expected points within {_MAX_DISTANCE:g} m, got {farthest:.4g} m: look at UNITS"
             )
         waits = np.zeros(len(points))
         waits[list(self.waits)] = list(self.waits.values())
@@ -200,7 +204,7 @@ class _Reader:
         if feed is None:
             return float("nan")
         speed = feed[0] * _FEED_UNITS.get(feed[1], scale) / 60.0
-        return bounded("FEDRAT", speed, 1e-9, _FASTEST, " m/s")
+        return bounded("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
 
     def _places(self, arguments: tuple[str, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         values = numbers(arguments)
@@ -209,7 +213,7 @@ class _Reader:
         if len(values) == 3:
             return values, self.axis
         axis = unit_vector(values[3:])
-        if self.is_multax is False and math.dist(axis, self.axis) > _SAME:
+        if self.is_multax is False and math.dist(axis, self.axis) > _AXIS_TOLERANCE:
             raise ValueError("expected a tool axis that stays after MULTAX/OFF, got another one")
         return values[:3], axis
 
@@ -284,7 +288,7 @@ class _Reader:
         if len(values) != 9:
             raise ValueError(f"expected an origin and two axes, 9 numbers, got {len(values)}")
         x, y = (np.array(unit_vector(values[k : k + 3])) for k in (3, 6))
-        if abs(x @ y) > _SKEW:
+        if abs(x @ y) > _MAX_SKEW:
             raise ValueError("expected axes x and y at a right angle, got others")
         z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
         rotation = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
@@ -298,7 +302,7 @@ class _Reader:
     def _wait(self, statement: Statement) -> None:
         if len(statement.arguments) != 1 or not self.points:
             raise ValueError("expected DELAY/ and seconds behind a point, got another one")
-        seconds = bounded("DELAY", numbers(statement.arguments)[0], 0.0, _LONGEST, " s")
+        seconds = bounded("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
         last = len(self.points) - 1
         self.waits[last] = self.waits.get(last, 0.0) + seconds
 

@@ -92,7 +92,9 @@ _AT_END = (
     (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
     (r"/", "a / within a line", "write it at the line's beginning"),
 )
-_NAMED = tuple((re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END)
+_REFUSED_STATEMENTS = tuple(
+    (re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +162,7 @@ def refusal(code: str, end: int) -> str:
     # A number's end may belong to it: O100SUB, R1=5, X1,5.
     head = re.search(r"[A-Z][-+]?[\d.]*$", code[:end])
     for text in (head[0] + remaining if head else remaining, remaining):
-        for pattern, name, remedy in _NAMED:
+        for pattern, name, remedy in _REFUSED_STATEMENTS:
             if pattern.match(text):
                 return (
                     f"expected words of a letter and a number, got {name} {text[:20]!r}: {remedy}"

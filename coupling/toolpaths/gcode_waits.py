@@ -6,8 +6,8 @@ from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.gcode_moves import Dwell
 from coupling.toolpaths.gcode_words import bounded
 
-_LONGEST = 3600.0  # no robot waits longer [s]
-_LONG = 60.0  # a longer wait may be one in milliseconds [s]
+_MAX_DWELL = 3600.0  # no robot waits longer [s]
+_DOUBTFUL_DWELL = 60.0  # a longer wait may be one in milliseconds [s]
 
 
 class Waits:
@@ -39,10 +39,12 @@ class Waits:
         letter = words[0] if words else ""
         if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = bounded(letter, values.pop(letter), 0.0, _LONGEST, "s")
+        duration = bounded(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
-        if duration > _LONG or (duration > 1.0 and letter == "P" and "E" in self._notes.left_out):
+        if duration > _DOUBTFUL_DWELL or (
+            duration > 1.0 and letter == "P" and "E" in self._notes.left_out
+        ):
             self._long_waits.append(
                 f"line {line}: G4 {letter}{duration:g} waits {duration:g} s; where it is from a control"
                 f" that takes milliseconds, write G4 {letter}{duration / 1000.0:g}"

@@ -17,7 +17,7 @@ from coupling.toolpaths.gcode_syntax import common_words, refusal
 from coupling.toolpaths.gcode_tnc import begins_tnc_program, is_blank
 
 # What a file may hold at most [bytes].
-_LARGEST = 64_000_000
+_MAX_BYTES = 64_000_000
 _WORD = re.compile(r"[A-Z][+-]?(?:\d+(?:\.\d*)?|\.\d+)")
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
@@ -110,7 +110,7 @@ def _note_points(text: str, notes: ReadingNotes) -> None:
 
 
 def _content(file: Path) -> bytes:
-    return read_bounded(file, _LARGEST, CaseError)
+    return read_bounded(file, _MAX_BYTES, CaseError)
 
 
 def _mark(line: str, has_begun: bool, notes: ReadingNotes) -> str | None:

@@ -12,7 +12,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
-from coupling.toolpaths.instants import NONE, Corners, PathTimes
+from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.segments import Segment
 from coupling.toolpaths.table import ToolPathTable
@@ -20,7 +20,7 @@ from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
 # Headings are one if they differ by less [rad].
-_SAME = 1e-9
+_HEADING_TOLERANCE = 1e-9
 
 # Samples of a path from a file at most.
 _MOST_SAMPLES = 2_000_000
@@ -38,7 +38,7 @@ class SegmentedPath(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -147,7 +147,7 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
     for segment in segments:
         leg = _leg_with_headings(segment, feed, blend, heading)
         start = leg.at(np.zeros(1))[0]
-        if turn > 0.0 and abs(start[3] - heading) > _SAME:
+        if turn > 0.0 and abs(start[3] - heading) > _HEADING_TOLERANCE:
             legs.append(_turning(start[:3], heading, float(start[3]), turn))
         legs.append(leg)
         heading = float(leg.at(np.array([leg.duration]))[0, 3])

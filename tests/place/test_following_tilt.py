@@ -23,7 +23,7 @@ from coupling.place.settings import NAMES
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.execute import run_compensation
-from coupling.toolpaths.instants import NONE
+from coupling.toolpaths.instants import NO_CORNERS
 from docs.scripts.runs import example
 
 FREE = {"settings": 128, "cases": 1, "optimise": "stiffness"}
@@ -173,7 +173,7 @@ def test_a_setting_that_turns_the_tool_too_fast_is_none():
 def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypatch):
     """With tilts from its path or from the part: the TCP is the centre of the sphere."""
     # A tool that is tilted meets the sheet at other times: all are compared at the rows of the file.
-    monkeypatch.setattr(IsfForceLawTable, "corners", lambda table, task: NONE)
+    monkeypatch.setattr(IsfForceLawTable, "corners", lambda table, task: NO_CORNERS)
     u = np.linspace(0.0, 1.0, 401)
     part = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     upright = Rotation.from_euler("y", 90.0, degrees=True)

@@ -156,9 +156,9 @@ def test_what_is_told_belongs_to_the_desired_path(tmp_path):
 
 def test_a_program_of_unknown_corners_is_told_of_by_parabolas(tmp_path, monkeypatch):
     """Contact that begins between two samples: its corner is no sample, and the estimate says so."""
-    from coupling.toolpaths.instants import NONE
+    from coupling.toolpaths.instants import NO_CORNERS
 
-    monkeypatch.setattr(ElasticWallTable, "corners", lambda table, task: NONE)
+    monkeypatch.setattr(ElasticWallTable, "corners", lambda table, task: NO_CORNERS)
     monkeypatch.setattr(ElasticWallTable, "FORMULA", False)
     monkeypatch.setitem(LINE, "points_m", [[0.0, 0.0, 0.0022], [0.06, 0.02, -0.008]])
     run = seen(wall(tmp_path, 0.05, torque_curve="linear"))

@@ -299,7 +299,7 @@ def test_a_worker_that_comes_later_is_asked_by_its_first_sample():
 
 
 def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkeypatch):
-    monkeypatch.setattr("coupling.study.cluster._PATIENCE", 1.0)
+    monkeypatch.setattr("coupling.study.cluster._CLUSTER_TIMEOUT", 1.0)
     options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
     done = command("study", case, *options)
     assert done.returncode == 2

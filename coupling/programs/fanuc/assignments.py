@@ -16,12 +16,12 @@ from coupling.programs.unknown import Unknown
 _FLAGS = re.IGNORECASE
 REGISTER = re.compile(r"R\[(.+?)\]\s*=(?!=)\s*(.+)", _FLAGS)
 _ELEMENT = re.compile(r"PR\[([^,=]+),([^=]+)\]\s*=\s*(.+)", _FLAGS)
-_WHOLE = re.compile(r"PR\[([^,=]+)\]\s*=\s*(.+)", _FLAGS)
+_WHOLE_REGISTER = re.compile(r"PR\[([^,=]+)\]\s*=\s*(.+)", _FLAGS)
 _TERM = re.compile(
     r"\s*([-+]?)\s*(LPOS|JPOS|(PR|P|UFRAME|UTOOL)\[((?:[^\[\]]|\[[^\[\]]*\])*)\])", _FLAGS
 )
 _SET = re.compile(r"(UFRAME|UTOOL)\[([^=]+)\]\s*=\s*PR\[([^=]+)\]", _FLAGS)
-_CHOSEN = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
+_FRAME_NUMBER = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
 _OVERRIDE = re.compile(
     r"(?:OVERRIDE|\$MCR\.\$GENOVERRIDE|\$MCR_GRP\[1\]\.\$PRGOVERRIDE)\s*=\s*([^%]+)%?", _FLAGS
 )
@@ -47,7 +47,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
     if (match := _ELEMENT.fullmatch(words)) is not None:
         index, place = (running.index(part, where) for part in match.groups()[:2])
         registers.set_element(index, place, running.value(match[3], where), where)
-    elif (match := _WHOLE.fullmatch(words)) is not None:
+    elif (match := _WHOLE_REGISTER.fullmatch(words)) is not None:
         index = running.index(match[1], where)
         registers.set_position(index, _sum(running, match[2], where))
     elif (match := REGISTER.fullmatch(words)) is not None:
@@ -56,7 +56,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
     elif (match := _SET.fullmatch(words)) is not None:
         number, index = (running.index(part, where) for part in match.groups()[1:])
         registers.set_frame(match[1].upper(), number, index, where)
-    elif (match := _CHOSEN.fullmatch(words)) is not None:
+    elif (match := _FRAME_NUMBER.fullmatch(words)) is not None:
         registers.choose(match[1].upper(), int(running.require_number(match[2], where)))
     elif (match := _OVERRIDE.fullmatch(words)) is not None:
         _set_override(running, running.require_number(match[1], where), where)

@@ -22,7 +22,7 @@ from coupling.programs.text import shortened
 from coupling.programs.unknown import Unknown
 
 # Programs that call each other, at most.
-_DEEPEST = 10
+_MAX_CALL_DEPTH = 10
 _FLAGS = re.IGNORECASE
 _CALL = re.compile(r"(CALL|RUN)\s+([\w-]+)\s*(?:\((.*)\))?", _FLAGS)
 _CALL_BY_STRING = re.compile(r"(?:CALL|RUN)\s+A?SR?\[.*", _FLAGS)
@@ -318,9 +318,9 @@ class FanucExecution:
             return
         if word == "RUN":
             raise moving_program(name, self.files, where)
-        if running.depth >= _DEEPEST:
+        if running.depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{where}: expected at most {_DEEPEST} calls in each other, got more"
+                f"{where}: expected at most {_MAX_CALL_DEPTH} calls in each other, got more"
             )
         values = tuple(running.value(part, where) for part in _split_at_commas(arguments))
         inner = RunningProgram(

@@ -15,7 +15,7 @@ _TOKEN = re.compile(
     r"|\$[\w$.]+(?:\[[^\[\]]*\][\w$.]*)*|[A-Za-z_]\w*)"
 )
 # Brackets in each other; the language allows five.
-_DEEPEST = 20
+_MAX_NESTING = 20
 # How tightly operators bind.
 _COMPARING = 3
 _PRECEDENCE = {
@@ -121,7 +121,7 @@ class _Expression:
 
     def _factor(self) -> Value:
         self.depth += 1
-        if not self.tokens or self.depth > _DEEPEST:
+        if not self.tokens or self.depth > _MAX_NESTING:
             raise self.error(self.tokens[0] if self.tokens else "its end")
         token = self.tokens.pop(0)
         value = self._value(token)

@@ -23,7 +23,7 @@ _RADIANS = 0.017453292519943295
 _PACES = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _TIMES = {"sec": 1.0, "msec": 1e-3}
 # Axes beside the robot's that stand differ by rounding alone [mm], [deg].
-_STANDS = 1e-3
+_STANDSTILL = 1e-3
 
 
 @dataclass
@@ -111,7 +111,7 @@ class TpDriver:
 
     def _moved_others(self, position: TpPosition, where: str) -> tuple[tuple[str, float], ...]:
         for name, value in position.others:
-            if abs(value) > _STANDS:
+            if abs(value) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected {name} to stand, got an increment of {value:g}: the robot"
                     " alone is moved"
@@ -164,7 +164,7 @@ class TpDriver:
         """Refuse a target to which other axes than the robot's move."""
         for name, value in position.others:
             before = self.others.setdefault(name, value)
-            if abs(value - before) > _STANDS:
+            if abs(value - before) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected {name} to stand, got a move from {before:g} to {value:g}: the"
                     " robot alone is moved"

@@ -25,7 +25,7 @@ from coupling.programs.text import shortened
 from coupling.programs.unknown import Unknown
 
 # Routines that call each other, at most.
-_DEEPEST = 30
+_MAX_CALL_DEPTH = 30
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -116,9 +116,10 @@ class Interpreter:
 
     def _run(self, routine: Routine, values: Sequence[Value]) -> tuple[Value | None, Names]:
         """Run a routine with its arguments; return its result and its variables."""
-        if self._depth >= _DEEPEST:
+        if self._depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{self.controller.where}: expected at most {_DEEPEST} calls in each other, got more"
+                f"{self.controller.where}: expected at most {_MAX_CALL_DEPTH} calls in each other,"
+                " got more"
             )
         local = Names()
         for k, (name, _) in enumerate(routine.parameters):

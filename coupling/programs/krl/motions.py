@@ -23,7 +23,7 @@ from coupling.programs.program import Motion, ProgramMove
 from coupling.programs.unknown import Unknown
 
 # Motions of an external axis below this are none [mm or deg].
-_STILL = 1e-4
+_STANDSTILL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Motions:
                 continue
             value = number(target[key], where)
             before = self._external.setdefault(key, value)
-            if motion != "joint" and abs(value - before) > _STILL:
+            if motion != "joint" and abs(value - before) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected external axes at rest, got {key} from {before:g} to {value:g}:"
                     " only the robot's own axes are computed"

@@ -29,11 +29,11 @@ _TOKEN = re.compile(
     |(<=|>=|<>|==|[-+*/:<>=(){}\[\],.]))""",
     re.VERBOSE,
 )
-_PLAIN = re.compile(r"\s*\{\s*(?:[A-Za-z_]\w*\s*:)?([^{}\"':#]*)\}")
+_PLAIN_AGGREGATE = re.compile(r"\s*\{\s*(?:[A-Za-z_]\w*\s*:)?([^{}\"':#]*)\}")
 _FIELD = re.compile(rf"\s*([A-Za-z_]\w*)\s+({NUMBER})\s*")
-_WHOLE = re.compile(r"[-+]?\d+")
+_INTEGER = re.compile(r"[-+]?\d+")
 # Brackets in each other, and operators or components in a row, at most.
-_DEEPEST, _LONGEST = 40, 200
+_MAX_NESTING, _MAX_OPERANDS = 40, 200
 _BASES = {"B": 2, "H": 16, "D": 10}
 
 
@@ -55,7 +55,7 @@ def parsed(text: str, where: str) -> Expression:
 
 def leading(text: str, where: str) -> tuple[Expression, str]:
     """Return the expression that a text begins with, and what stands behind it.  Raises as `parsed`."""
-    plain = _PLAIN.match(text)
+    plain = _PLAIN_AGGREGATE.match(text)
     if plain is not None:
         behind = text[plain.end() :].strip()
         if not behind.startswith(":"):
@@ -94,7 +94,7 @@ def _plain_aggregate(text: str, where: str) -> Aggregate:
 
 def _literal(text: str, where: str, is_real: bool = False) -> float:
     value = real(text, where)
-    return value if is_real or not _WHOLE.fullmatch(text) else int(text)
+    return value if is_real or not _INTEGER.fullmatch(text) else int(text)
 
 
 class _Parser:
@@ -130,8 +130,8 @@ class _Parser:
     def expression(self, lowest: int = 0) -> Expression:
         """Return the expression whose operators bind at least so tightly."""
         self.depth += 1
-        if self.depth > _DEEPEST:
-            raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
+        if self.depth > _MAX_NESTING:
+            raise ProgramError(f"expected at most {_MAX_NESTING} brackets in each other, got more")
         left_operand = self._operand()
         while self.kind in (1, 6) and PRECEDENCE.get(self.word, -1) > lowest:
             self._count()
@@ -142,8 +142,10 @@ class _Parser:
 
     def _count(self) -> None:
         self.joined += 1
-        if self.joined > _LONGEST:
-            raise ProgramError(f"expected at most {_LONGEST} operators and components, got more")
+        if self.joined > _MAX_OPERANDS:
+            raise ProgramError(
+                f"expected at most {_MAX_OPERANDS} operators and components, got more"
+            )
 
     def _operand(self) -> Expression:
         kind, word = self.kind, self.word
@@ -226,8 +228,8 @@ class _Parser:
 
     def _aggregate(self) -> Aggregate:
         self.depth += 1
-        if self.depth > _DEEPEST:
-            raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
+        if self.depth > _MAX_NESTING:
+            raise ProgramError(f"expected at most {_MAX_NESTING} brackets in each other, got more")
         self._expect("{")
         fields: Aggregate = {}
         while True:

@@ -19,9 +19,9 @@ EXTERNAL_KEYS = tuple(f"E{i}" for i in range(1, 7))
 REAL_KEYS = frozenset((*FRAME_KEYS, *AXIS_KEYS, *EXTERNAL_KEYS))
 _MM = 1e3
 # Beyond this, as a controller's numbers end, a program is mistaken.
-_LARGEST = 1e8
+_MAX_NUMBER = 1e8
 # Cosine of B from which on A and C turn about one axis.
-_LOCKED = 1e-9
+_GIMBAL_LOCK_COSINE = 1e-9
 
 
 # A structure; names of its components are upper case.
@@ -74,8 +74,8 @@ def number(value: Value, where: str) -> float:
     if not is_number(value):
         raise ProgramError(f"{where}: expected a number, got {described(value)}")
     assert not isinstance(value, str | dict)
-    if not abs(value) <= _LARGEST:
-        raise ProgramError(f"{where}: expected a number of at most {_LARGEST:g}, got {value:g}")
+    if not abs(value) <= _MAX_NUMBER:
+        raise ProgramError(f"{where}: expected a number of at most {_MAX_NUMBER:g}, got {value:g}")
     return value
 
 
@@ -107,7 +107,7 @@ def frame_of_pose(pose: Pose) -> Aggregate:
     yx, yy = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z)
     zx, zy = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
     level = hypot(xx, xy)
-    a = atan2(xy, xx) if level > _LOCKED else atan2(-yx, yy)
+    a = atan2(xy, xx) if level > _GIMBAL_LOCK_COSINE else atan2(-yx, yy)
     b = atan2(-xz, level)
     # The turn that is left about the new X axis, for this A even where A is only just defined.
     c = atan2(sin(a) * zx - cos(a) * zy, cos(a) * yy - sin(a) * yx)

@@ -54,7 +54,7 @@ from coupling.programs.text import shortened
 from coupling.programs.unknown import Unknown
 
 # Routines in each other, at most.
-_DEEPEST = 25
+_MAX_CALL_DEPTH = 25
 _SIGNS = {"INCR": "+", "DECR": "-", "ADD": "+"}
 
 
@@ -113,9 +113,10 @@ class RapidExecution:
 
     def _routine(self, routine: RapidRoutine, scope: RoutineScope) -> Data | None:
         """Execute a routine, and return the value of a function."""
-        if self._depth >= _DEEPEST:
+        if self._depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{routine.where}: expected at most {_DEEPEST} routines that call each other, got more"
+                f"{routine.where}: expected at most {_MAX_CALL_DEPTH} routines that call each other,"
+                " got more"
             )
         if routine.has_handler:
             self.notes.assume("no error comes up: what stands behind ERROR and UNDO is left out")

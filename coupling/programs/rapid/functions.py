@@ -49,7 +49,7 @@ _CONTROLLER = {word.upper(): word for word in f"{_CONTROLLER_WORDS} {_WRITING_WO
 
 def is_known(name: str) -> bool:
     """Return whether RAPID has a function of this name."""
-    return name.upper() in _COMPUTED or name.upper() in _CONTROLLER
+    return name.upper() in _COMPUTED_FUNCTIONS or name.upper() in _CONTROLLER
 
 
 def called(name: str, arguments: list[Value], options: Options, where: str) -> Data:
@@ -68,7 +68,7 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
         >>> called("Sqrt", [16.0], {}, "here").value
         4.0
     """
-    compute = _COMPUTED.get(name.upper())
+    compute = _COMPUTED_FUNCTIONS.get(name.upper())
     if compute is None:
         return Data("", Unknown(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
     for value in (*arguments, *options.values()):
@@ -195,7 +195,7 @@ def _distance(arguments: list[Value], options: Options, where: str) -> tuple[str
     return "num", math.dist(first, second)
 
 
-_COMPUTED: dict[str, _Function] = {
+_COMPUTED_FUNCTIONS: dict[str, _Function] = {
     "ABS": _scalar(abs),
     "SQRT": _scalar(math.sqrt),
     "EXP": _scalar(math.exp),

@@ -21,7 +21,7 @@ from coupling.programs.reading import ReadingNotes
 from coupling.programs.unknown import Unknown
 
 # External axes closer than this stand still [mm or deg].
-_STILL = 1e-3
+_STANDSTILL = 1e-3
 # Radius of the smallest zone [mm], which is passed as if it were the target.
 _SMALLEST_ZONE = 0.3
 
@@ -199,7 +199,7 @@ class RapidMotions:
             axis = f"external axis eax_{'abcdef'[at]}"
             (angle,) = numbers_of(value, axis, where)
             first = self._external.setdefault(at, angle)
-            if abs(angle - first) > _STILL:
+            if abs(angle - first) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: {axis}: expected it to stand still, got {angle:g} behind {first:g}:"
                     " external axes that move are not read"

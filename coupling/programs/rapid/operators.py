@@ -13,7 +13,7 @@ from coupling.programs.rapid.values import (
 from coupling.programs.unknown import Unknown
 
 # The value that decides, whatever the other operand is.
-_DECISIVE = {"AND": False, "OR": True}
+_DECISIVE_VALUES = {"AND": False, "OR": True}
 
 
 def operated(operator: str, operands: list[Data], where: str) -> Data:
@@ -30,7 +30,7 @@ def operated(operator: str, operands: list[Data], where: str) -> Data:
         Data(kind='pos', value=(3.0, 6.0, 0.0), rank=0)
     """
     for data in operands:
-        if operator in _DECISIVE and data.value is _DECISIVE[operator]:
+        if operator in _DECISIVE_VALUES and data.value is _DECISIVE_VALUES[operator]:
             return data
     for data in operands:
         if isinstance(data.value, Unknown):
