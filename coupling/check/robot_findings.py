@@ -28,7 +28,7 @@ from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
-from coupling.run.robots import chain_of
+from coupling.run.robot_results import chain_of
 from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth

@@ -232,7 +232,6 @@ def _advance(
     no_store: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
-    from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
@@ -252,6 +251,7 @@ def _advance(
     from coupling.run.models import Models
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
+    from coupling.run_to_folder import run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -286,7 +286,9 @@ def _advance(
         def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
             return expected(case_of_run, command_plan, watch, store)
 
-        finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
+        finished = run_to_folder(
+            case, output, overwrite, evaluations, "compensate", work, view.watch
+        )
         _write_report(place, title, command_plan, finished.run.forecast)
     print_run(finished, output)
     console.print(f"Report on the learning: {report}")

@@ -42,9 +42,9 @@ def study(
     from coupling.report.study_report import study_summary, write_study_report
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
-    from coupling.study.conduct import changed_table, opened, simulated
     from coupling.study.evaluate import write_findings
     from coupling.study.folder import REPORT, RUN, locked
+    from coupling.study.run_to_folder import changed_table, opened, simulated
     from coupling.study.stored_study import read_study
     from coupling.study.workers import Workers
 
@@ -69,10 +69,10 @@ def study(
 
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
-    from coupling.conduct import conduct
     from coupling.run.execute import run_compensation
     from coupling.run.stored_run import RESULT
+    from coupling.run_to_folder import run_to_folder
 
     if not (folder / RESULT).exists():
-        conduct(file, folder, False, store, "compensate", run_compensation, watch)
+        run_to_folder(file, folder, False, store, "compensate", run_compensation, watch)
     return folder

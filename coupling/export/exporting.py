@@ -12,7 +12,7 @@ from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.export.commands import RobotCommand, commands_of_run
 from coupling.export.curves import SampledCurve
-from coupling.export.exported import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.job import ExportJob
 from coupling.export.preconditions import require_joints, require_limits, require_step
 from coupling.export.sampled import SampledCommand

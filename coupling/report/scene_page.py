@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from coupling.path.frame import Frame
-from coupling.report.still import stills
+from coupling.report.static_scene import stills
 from coupling.results.scene import Scene, ScenePart, SceneRobot
 
 # Steps in which lengths and angles are written: a tenth of what thinning leaves.

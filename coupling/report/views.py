@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.report.part_deviation import signed_deviation
-from coupling.report.still import colour
+from coupling.report.static_scene import colour
 from coupling.report.style import Keys, drawn, length_unit
 from coupling.report.thinning import extremes
 

@@ -29,7 +29,7 @@ class FinishedRun:
     stored: StoredRun
 
 
-def conduct(
+def run_to_folder(
     file: Path,
     folder: Path,
     overwrite: bool,
