@@ -9,8 +9,8 @@ import pytest
 from pendulum import held, pendulum
 
 from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.gear_parts import Drive, KinematicError
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
@@ -29,7 +29,7 @@ def arm(**joint) -> Robot:
 
 
 def names_of(*keys: str) -> list[str]:
-    return [variable.name for key in keys for variable in blocks(arm())[key].variables]
+    return [variable.name for key in keys for variable in all_blocks(arm())[key].variables]
 
 
 def job(drive: str, **more) -> dict:

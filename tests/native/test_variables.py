@@ -12,7 +12,7 @@ from native_fmu import TCP, WRENCH, NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.fmi.interface import blocks
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import Trajectory
@@ -43,7 +43,7 @@ def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
     robot = make_robot(3, 5)
     fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
     slave, said = fmu.slave(), []
-    table = blocks(robot)
+    table = all_blocks(robot)
     strings = table.pop("strings")
     assert [v.name for v in strings.variables] == [
         "trajectory",
@@ -118,7 +118,7 @@ def test_kinds_agree_on_random_robots(tmp_path):
     rng = np.random.default_rng(5)
     for seed in (2, 5, 8):
         robot = make_robot(seed, 3)
-        table = blocks(robot)
+        table = all_blocks(robot)
         fmu = NativeFmu(
             build_fmu(robot, tmp_path / f"{seed}.fmu", BuildOptions("native")), tmp_path / f"{seed}"
         )
