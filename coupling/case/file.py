@@ -108,7 +108,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     coupling = file.coupling.resolved(process)
     if file.discrepancy is not None:
         with _errors_of(f"{path}: discrepancy"):
-            robots = [_with_discrepancy(robots, file.discrepancy, motion.path)]
+            robots = [_add_discrepancy(robots, file.discrepancy, motion.path)]
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": coupling, "compensation": method}
     tables |= {"controller": file.controller}
@@ -264,7 +264,7 @@ def _touched_off(
     return part, placed_robots
 
 
-def _with_discrepancy(
+def _add_discrepancy(
     robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolPath
 ) -> PlacedRobot:
     """Return the only robot of a case with what it was measured to do beyond its model."""

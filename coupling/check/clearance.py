@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
-from coupling.robot.batch.following import Targets, following, reached
+from coupling.robot.batch.following import Targets, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.link_points import link_points
 from elastic_robot.description import Robot
@@ -130,7 +130,7 @@ class _Walk:
             for _ in range(most):
                 target = position[:, live] + (way[group[live]] + step) * direction[:, live]
                 targets = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-                there, came = reached(self.serial, targets, q[:, live], _ITERATIONS)
+                there, came = solve_poses(self.serial, targets, q[:, live], _ITERATIONS)
                 conditioning, on_side = self.posture(there)
                 is_reached = came & (conditioning > _SINGULAR) & self._within(there)
                 is_reached &= on_side == side[live]  # no step leads across a singular posture

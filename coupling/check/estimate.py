@@ -34,7 +34,7 @@ _CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
 _ASKED_TWICE = 60.0
 
 
-def estimated(
+def estimate_run(
     desired: ToolPath,
     controller: Controller,
     rounds: int,
@@ -82,7 +82,7 @@ def _memory(desired: ToolPath) -> float:
     return _MEMORY + _MEMORY_PER_ROW * len(desired.pose) * len(desired.time)
 
 
-def forewarned(desired: ToolPath) -> str:
+def warn_of_memory(desired: ToolPath) -> str:
     """Return a sentence on a path that takes much memory; nothing on others."""
     memory = _memory(desired)
     if memory < _REMARKED_MEMORY:
@@ -94,14 +94,14 @@ def forewarned(desired: ToolPath) -> str:
     )
 
 
-def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
+def time_evaluation(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
     """Return what a process answers to the desired path, and how long it took [s]."""
     begin = time.perf_counter()
     response = process.evaluate(desired)
     return response, time.perf_counter() - begin
 
 
-def repeated(process: EvaluatedProcess, first: ProcessRequest) -> str:
+def check_repeatability(process: EvaluatedProcess, first: ProcessRequest) -> str:
     """Return whether a process is repeatable, in words.
 
     Args:

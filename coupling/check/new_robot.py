@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.check.chain_ends import ChainEnds, chain_ends
+from coupling.check.spindle import Spindle
 from coupling.check.typical_gears import CLASSES, GearClass, class_of
 from coupling.errors import one_of
 from coupling.files.foreign_description import ForeignRobot, foreign_robot
@@ -54,11 +55,13 @@ class NewRobot:
         file: Its name.
         texts: Its text and that of a URDF that had to be made, by their names.
         remarks: Sentences on what was chosen, and what is missing.
+        spindle: Spindle that a robot of its class mills with.
     """
 
     file: str
     texts: dict[str, str]
     remarks: tuple[str, ...]
+    spindle: Spindle
 
 
 def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
@@ -92,7 +95,12 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
         urdf_name = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
     skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, urdf_name)
     file = f"{foreign.name}.toml"
-    return NewRobot(file, {file: skeleton.text(), **texts}, tuple(skeleton.remarks()))
+    return NewRobot(
+        file,
+        {file: skeleton.text(), **texts},
+        tuple(skeleton.remarks()),
+        skeleton.gear_class.spindle,
+    )
 
 
 @dataclass(frozen=True)
@@ -114,15 +122,15 @@ class _Skeleton:
             "#",
             *(f"# {_printable(text)}" for text in self.remarks()),
             "",
-            f"name = {_toml_string(self.foreign.name)}",
+            f"name = {_quote(self.foreign.name)}",
             *self._gravity(),
             "",
             "[urdf]",
-            f"file = {_toml_string(self.urdf)}",
-            f"base = {_toml_string(self.ends.base)}",
+            f"file = {_quote(self.urdf)}",
+            f"base = {_quote(self.ends.base)}",
             "",
             "[tcp]                       # its x axis points along the tool, away from the flange",
-            f"link = {_toml_string(self.ends.tip)}",
+            f"link = {_quote(self.ends.tip)}",
             "position = [0.0, 0.0, 0.0]           # tip of the tool in that link's frame [m]",
             f"rpy = {_numbers(self._tool_rpy())}",
             "",
@@ -134,7 +142,7 @@ class _Skeleton:
             lines += [
                 "",
                 "[[joint]]",
-                f"name = {_toml_string(joint.name)}",
+                f"name = {_quote(joint.name)}",
                 f"stiffness = {typical:g}                # of the class: {low:g} to {high:g}",
                 f"stiffness_range = [{low:g}, {high:g}]",
                 *self._body(number),
@@ -150,14 +158,14 @@ class _Skeleton:
         )
         chosen = "as asked for" if self.gears else f"by {self._length:.2f} m of links"
         yield (
-            f"Gears: typical of {self._class.about} ({chosen}; --payload-class: {', '.join(CLASSES)}),"
-            " not measured on this robot."
+            f"Gears: typical of {self.gear_class.about} ({chosen}; --payload-class:"
+            f" {', '.join(CLASSES)}), not measured on this robot."
         )
         if self._estimated:
             yield (
                 f"Masses: the URDF has none behind {_names(self._estimated_names)}; they are ESTIMATES"
-                f" after a moving mass of {self._class.moving_mass:g} kg: gravity sag and motion are no"
-                " better than these."
+                f" after a moving mass of {self.gear_class.moving_mass:g} kg: gravity sag and motion are"
+                " no better than these."
             )
         if self._impossible:
             names = [self.chain.joints[number].name for number in self._impossible]
@@ -174,12 +182,13 @@ class _Skeleton:
         return float(np.linalg.norm(steps, axis=1).sum())
 
     @property
-    def _class(self) -> GearClass:
+    def gear_class(self) -> GearClass:
+        """Class of its gears, as chosen or by its size."""
         return CLASSES[self.gears or class_of(self._length)]
 
     def _stiffness(self, number: int) -> tuple[float, float, float]:
         wrist = number >= max(len(self.chain.joints) - 3, 3)
-        return self._class.wrist if wrist else self._class.arm
+        return self.gear_class.wrist if wrist else self.gear_class.arm
 
     def _gravity(self) -> list[str]:
         """Return the line of a gravity that is not the default: of a base that is turned."""
@@ -247,7 +256,7 @@ class _Skeleton:
         count = len(self.chain.joints)
         if number in self._estimated:
             shares = _MASS_RATIO ** np.arange(count)
-            mass = self._class.moving_mass * shares[number] / shares.sum()
+            mass = self.gear_class.moving_mass * shares[number] / shares.sum()
         elif number not in self._impossible:
             return []
         here = self.chain.base_from_joint[number]
@@ -261,20 +270,20 @@ class _Skeleton:
         return [f"mass = {mass:.3g}    # an ESTIMATE", f"com = {_numbers(0.5 * way)}", inertia]
 
     def _sources(self) -> Iterator[str]:
-        yield f'"urdf" = {_toml_string(self.foreign.source)}'
+        yield f'"urdf" = {_quote(self.foreign.source)}'
         yield '"tcp" = "an assumption of elastic-robot init: the flange, x along the last axis"'
-        source = f"typical of {self._class.about}, not of this robot: {self._class.source}"
-        yield f'"joint.stiffness" = {_toml_string(source)}'
+        source = f"typical of {self.gear_class.about}, not of this robot: {self.gear_class.source}"
+        yield f'"joint.stiffness" = {_quote(source)}'
         yield '"joint.stiffness_range" = "the same: the whole class"'
         yield '"modal_damping" = "an assumption: robots measured by others have 0.02 to 0.08"'
         estimate = "an ESTIMATE of elastic-robot init: {} spread as rods"
-        moving = estimate.format(f"{self._class.moving_mass:g} kg")
+        moving = estimate.format(f"{self.gear_class.moving_mass:g} kg")
         if self._estimated:
-            yield f'"joint.mass" = {_toml_string(moving)}'
-            yield f'"joint.com" = {_toml_string(moving)}'
+            yield f'"joint.mass" = {_quote(moving)}'
+            yield f'"joint.com" = {_quote(moving)}'
         if self._estimated or self._impossible:
             spread = moving if self._estimated else estimate.format("the URDF's masses")
-            yield f'"joint.inertia" = {_toml_string(spread)}'
+            yield f'"joint.inertia" = {_quote(spread)}'
 
 
 def _printable(text: str) -> str:
@@ -289,7 +298,7 @@ def _numbers(values: np.ndarray) -> str:
     return f"[{', '.join(repr(round(float(value), 12) + 0.0) for value in values)}]"
 
 
-def _toml_string(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as a basic string of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     plain = "".join(

@@ -17,7 +17,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import arc_length, interpolated
+from coupling.path.linear import arc_length, interpolate_rows
 from coupling.results.drive_result import DriveMotion
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
@@ -134,7 +134,7 @@ def examine_robots(
 def _torques(moving: MovingRobot, loads: GearLoads, joints: JointPath) -> np.ndarray:
     """Return the torques of the gears at rest by joint, at the times of the joints' motion."""
     torque = np.zeros_like(joints.q[0])
-    torque[:, moving.model.gear_joint] = interpolated(joints.time, loads.time, loads.static)
+    torque[:, moving.model.gear_joint] = interpolate_rows(joints.time, loads.time, loads.static)
     return torque
 
 

@@ -181,7 +181,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         joints=joints,
         wrench=none
         if wrench is None
-        else _read_wrench(wrench, start, instants, _last_cycle(joints)),
+        else _find_wrench(wrench, start, instants, _last_cycle(joints)),
         desired=None,
         part=controller_from_base(axes).inverse(),
         axes=axes,
@@ -192,7 +192,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     return (command,)
 
 
-def _read_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
+def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
     """Return the wrench of a table at instants of a command, and at its own ones between them.
 
     Args:

@@ -80,7 +80,7 @@ def drive_motion(
     in_base = ToolPath(at, values).transformed(base_from_path)
     carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
-    planner = InverseKinematics(_without_limits(carrying), home)
+    planner = InverseKinematics(_remove_limits(carrying), home)
     joints = None if near is None else _found_near(planner, carrying, axes, in_base, near)
     return planner.plan(in_base) if joints is None else joints
 
@@ -178,6 +178,6 @@ def _home(program: RobotProgram) -> tuple[float, ...]:
     return angles[-1]
 
 
-def _without_limits(robot: Robot) -> Robot:
+def _remove_limits(robot: Robot) -> Robot:
     """Return a robot whose joints have no limits, which are checked for themselves."""
     return replace(robot, joints=tuple(replace(joint, limits=None) for joint in robot.joints))

@@ -106,7 +106,7 @@ def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
 
 def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -> None:
     """Refuse a run whose robot file has been changed since."""
-    apart = float(_rigid_path(placed, stored.joints).distance_to(stored.command).max())
+    apart = float(_follow_undeflected(placed, stored.joints).distance_to(stored.command).max())
     if apart > _COMMAND_ROUNDING:
         raise ProgramError(
             f"{folder / 'command.csv'}: expected the poses of the robot file, got a difference of up to"
@@ -122,7 +122,7 @@ def require_poses(
         return
     # Times of the table may have been moved by their rounding.
     path = ToolPath(joints.time, poses.pose)
-    off = _rigid_path(placed, joints).deviation_from(path)[0]
+    off = _follow_undeflected(placed, joints).deviation_from(path)[0]
     apart = np.linalg.norm(off[:, :3], axis=1).max()
     rotation = np.linalg.norm(off[:, 3:], axis=1).max()
     if apart > _TABLE_ROUNDING or rotation > _TABLE_ROUNDING:
@@ -133,7 +133,7 @@ def require_poses(
         )
 
 
-def _rigid_path(placed: PlacedRobot, joints: JointPath) -> ToolPath:
+def _follow_undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
     """Return the path of a robot's undeflected tool at the rows of a command, in the world."""
     planner = InverseKinematics(placed.description, placed.home)
     return planner.forward(joints, joints.time).transformed(placed.world_from_base)

@@ -61,7 +61,7 @@ def spline_points(
     last = len(candidates) - 1
     chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
     for first in range(_REMOVAL_DISTANCE):
-        chosen = _drop_points(outside, chosen, first)
+        chosen = _remove_points(outside, chosen, first)
     return candidates[_add_points(outside, chosen)]
 
 
@@ -82,7 +82,7 @@ def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     return chosen
 
 
-def _drop_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
+def _remove_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
     """Return the points from `first` on without every `_REMOVAL_DISTANCE`-th that is not needed."""
     left_out = np.arange(1 + first, len(chosen) - 1, _REMOVAL_DISTANCE)
     while len(left_out):

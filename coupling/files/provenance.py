@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from coupling.files.robot_file import rigid_joints, urdf_of, validated
+from coupling.files.robot_file import read_validated, rigid_joints, urdf_of
 from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
 from coupling.files.sources import Number, numbers
 from coupling.files.urdf_elements import plain_name
@@ -54,7 +54,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     Raises:
         RobotFileError: If it or its URDF cannot be read.
     """
-    data, file = validated(path)
+    data, file = read_validated(path)
     in_order = [joint.name for joint in robot.joints]
     ranges: dict[int, tuple[float, float]] = {}
     for row, joint in enumerate(file.joint, start=1):
@@ -79,7 +79,7 @@ def urdf_numbers(path: Path) -> list[Number]:
     Raises:
         RobotFileError: If one of them cannot be read.
     """
-    _, file = validated(path)
+    _, file = read_validated(path)
     if not isinstance(file, UrdfRobotFile):
         return []
     source, chain = urdf_of(path, file)

@@ -47,15 +47,15 @@ DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
 
 def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
     """Parse a TOML file; `error` is raised with the file's name if that fails."""
-    return _parse_file(path, error, tomllib.loads)
+    return _parse(path, error, tomllib.loads)
 
 
 def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
     """Parse a TOML file to be edited, its comments and its order kept; errors as `load_toml`."""
-    return _parse_file(path, error, tomlkit.parse)
+    return _parse(path, error, tomlkit.parse)
 
 
-def _parse_file(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
+def _parse(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
     content = read_bounded(path, _MAX_BYTES, error)
     try:
         # Editors of Windows begin a text with a mark of its encoding.

@@ -90,7 +90,7 @@ class InterpolatedPath:
         return RotationSpline(self._path.time, self._path.rotations[0])
 
 
-def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+def divide_steps(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times with each step divided evenly into ones not longer, and the rows of the given times.
 
     Args:
@@ -98,7 +98,7 @@ def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
         longest: Longest step [s].
 
     Example:
-        >>> divided(np.array([0.0, 0.5, 2.5]), 1.0)
+        >>> divide_steps(np.array([0.0, 0.5, 2.5]), 1.0)
         (array([0. , 0.5, 1.5, 2.5]), array([0, 1, 3]))
     """
     parts = np.maximum(np.ceil(np.diff(time) / longest - 1e-9).astype(int), 1)
@@ -136,7 +136,7 @@ class SampledPath:
         Args:
             longest: Each step between rows is divided evenly into ones not longer than this [s].
         """
-        time, rows = divided(self.path.time, longest)
+        time, rows = divide_steps(self.path.time, longest)
         if len(time) == len(rows):
             return self
         tools = []

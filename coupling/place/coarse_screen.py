@@ -9,7 +9,7 @@ import numpy as np
 from coupling.place.objective import PlaceDemands
 from coupling.place.screen import Screen, ScreenFigures
 from coupling.place.settings import Ranges
-from coupling.place.station_choice import extremes_of, selected
+from coupling.place.station_choice import extremes_of, select_places
 from coupling.place.stations import Stations
 
 # What the few places may miss of a largest value, as a part of its range along the path.
@@ -42,7 +42,7 @@ class CoarseScreen:
     ) -> None:
         self._screen_of, self._demands = screen_of, demands
         self._every = stations.strongest()
-        self._few = selected(screen_of, self._every, ranges, seed)
+        self._few = select_places(screen_of, self._every, ranges, seed)
         self._whole, self._screen = screen_of(self._every), screen_of(self._every.chosen(self._few))
 
     @property

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.case import Case
 from coupling.case.place import Objective
-from coupling.case.robots import described
+from coupling.case.robots import read_described_robot
 from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
@@ -143,7 +143,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     """
     require_one_robot(case)
     placed, table, resolved = case.robots[0], case.place, case.resolved
-    robot = described(resolved["robot"]["description"], Path())
+    robot = read_described_robot(resolved["robot"]["description"], Path())
     present = _present(resolved)
     diameter = case.process_table.forming_tool_diameter
     ranges = _ranges(case, present, diameter is not None)

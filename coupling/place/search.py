@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import PlaceObjective
-from coupling.place.screen import ScreenFigures, joined
+from coupling.place.screen import ScreenFigures, join_figures
 from coupling.place.settings import Ranges
 
 # Settings that are refined, and how far they are apart at first, over the box.
@@ -44,7 +44,7 @@ class FoundSettings:
     refused: dict[str, int]
 
 
-def filled(
+def fill_box(
     screen: CoarseScreen,
     ranges: Ranges,
     goal: PlaceObjective,
@@ -81,10 +81,10 @@ def filled(
             rows, np.where(admitted, _FIRST_SEPARATION, _REFUSED_DISTANCE), strict=True
         ):
             remaining = remaining[ranges.apart(settings[row], settings[remaining]) >= distance]
-    return _sort_settings(goal, chosen, joined(parts), count, refused)
+    return _sort_settings(goal, chosen, join_figures(parts), count, refused)
 
 
-def refined(
+def refine_settings(
     screen: CoarseScreen,
     goal: PlaceObjective,
     ranges: Ranges,
@@ -120,7 +120,7 @@ def refined(
             continue
         whole = screen.confirmed(candidates)
         better = goal.cost(whole) < cost[rows]
-        settings, both = np.concatenate([best, candidates]), joined([figures, whole])
+        settings, both = np.concatenate([best, candidates]), join_figures([figures, whole])
         now = np.arange(len(best))
         now[rows[better]] = len(best) + np.flatnonzero(better)
         best, figures = settings[now], both.chosen(now)

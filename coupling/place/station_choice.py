@@ -19,7 +19,7 @@ PLACES = 24
 _DISPLACEMENT_WEIGHT, _ANGLE_WEIGHT = 4.0, 0.3
 
 
-def selected(
+def select_places(
     screen_of: Callable[[Stations], Screen], stations: Stations, ranges: Ranges, seed: int
 ) -> np.ndarray:
     """Return the numbers of places with extreme torques, angles and displacements in samples, (k,).

@@ -13,7 +13,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import arc_length, interpolated
+from coupling.path.linear import arc_length, interpolate_rows
 from coupling.path.low_pass import low_pass
 from coupling.process.base import NoisySchema, ProcessResponse, WithIdentity
 from coupling.process.frames import WrenchFrame, wrench_in_base
@@ -84,7 +84,7 @@ class MeasuredWrenchTable(NoisySchema):
             # What is faster than the samples would come as something slower.
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(along), len(WRENCH_COLUMNS)))
-        wrench[:, : record.shape[1]] = interpolated(along, stations, record)
+        wrench[:, : record.shape[1]] = interpolate_rows(along, stations, record)
         return MeasuredWrench(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:

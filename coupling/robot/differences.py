@@ -96,7 +96,7 @@ class RobotDifference:
             return differing
         place = robot.tcp_position if self.payload_position is None else self.payload_position
         mass = Body(self.payload, place, _ZERO)
-        whole = mass if robot.payload is None else _join_bodies((robot.payload, mass))
+        whole = mass if robot.payload is None else _merge_bodies((robot.payload, mass))
         return replace(differing, payload=whole)
 
     def in_words(self) -> Iterator[str]:
@@ -123,7 +123,7 @@ class RobotDifference:
 AS_THE_MODEL = RobotDifference()
 
 
-def _join_bodies(bodies: Sequence[Body]) -> Body:
+def _merge_bodies(bodies: Sequence[Body]) -> Body:
     """Return the bodies of one frame as a single one, by the parallel axis theorem."""
     mass = sum(body.mass for body in bodies)
     com = sum((body.mass * np.array(body.com) for body in bodies), np.zeros(3)) / mass

@@ -14,7 +14,7 @@ from coupling.native.desk_robot import DeskRobot, ReachRules
 from coupling.path.histories import ToolPath, poses
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
-from coupling.robot.batch.following import Targets, nearest_angles, reached
+from coupling.robot.batch.following import Targets, nearest_angles, solve_poses
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
@@ -141,7 +141,7 @@ class InverseKinematics:
             return solution.theta[:, self._chain.drive], solution.error < _POSE_TOLERANCE
         targets = _targets(path.position[0], path.rotations[0].as_matrix())
         tolerance = _POSE_TOLERANCE / self._reach
-        q, is_reached = reached(robot, targets, start.T, tolerance=tolerance, near=self._near)
+        q, is_reached = solve_poses(robot, targets, start.T, tolerance=tolerance, near=self._near)
         return q.T, is_reached
 
     def _least_singular_value(self, robot: RigidRobot, q: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from coupling.inverse.servo_command import RobotServos
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.robot.robot import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
@@ -73,7 +73,7 @@ class Inverter:
         times = watched.times(range(watched.count))
 
         def even(rows: np.ndarray) -> np.ndarray:
-            return interpolated(times, fine.time, rows)
+            return interpolate_rows(times, fine.time, rows)
 
         at_rest = InterpolatedPath(desired.path).at_rest
         moving, as_commanded = self.moving, self._as_commanded(solution, limits, at_rest)

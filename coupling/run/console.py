@@ -29,10 +29,11 @@ class RunView:
 
     Args:
         console: Console to write to; text is no markup to it.
+        verbose: Whether every evaluation is a row that stays.
     """
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
+    def __init__(self, console: Console, verbose: bool = False) -> None:
+        self._console, self._verbose = console, verbose
         self._progress = Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -40,6 +41,7 @@ class RunView:
             TimeRemainingColumn(),
             console=console,
             transient=True,
+            disable=not console.is_terminal,  # else it leaves an empty line
         )
         self._task = self._progress.add_task("", visible=False, count="")
         self._desired: ToolPath | None = None
@@ -61,24 +63,25 @@ class RunView:
         """Show what happens."""
         match event:
             case events.Progress():
-                self._show_progress(event)
+                self._working(event)
             case events.ProcessMessage(line):
-                self._show_message(f"process: {line}")
+                self._said(f"process: {line}")
             case WaitingForOther(text):
                 self._print(text)
             case events.WarningEvent(text):
                 self._print(f"Warning: {text}", "yellow")
             case RunBegins(desired):
                 self._desired = desired
-                self._print(_HEADER, "bold")
+                if self._verbose:
+                    self._print(_HEADER, "bold")
             case RefinedTimes(desired):
                 self._desired = desired
             case Evaluated(evaluation, path):
-                self._show_evaluation(evaluation, path)
-            case CorrectionIteration():
-                self._show_iteration(event)
+                self._evaluated(evaluation, path)
+            case CorrectionIteration() if self._verbose:
+                self._finished(event)
 
-    def _show_progress(self, work: events.Progress) -> None:
+    def _working(self, work: events.Progress) -> None:
         self._progress.update(
             self._task,
             description=work.what,
@@ -88,12 +91,16 @@ class RunView:
             visible=work.done < work.total,
         )
 
-    def _show_message(self, line: str) -> None:
+    def _said(self, line: str) -> None:
         self._progress.update(self._task, description=line, total=None, count="", visible=True)
 
-    def _show_evaluation(self, evaluation: Evaluation, path: ToolPath) -> None:
+    def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         assert self._desired is not None
         self._count += 1
+        if not self._verbose:
+            size = format_um(measure(path, self._desired).maximum)
+            self._said(f"evaluation {self._count}: the tool is up to {size} um off")
+            return
         first = evaluation.number == 1
         force = "" if first else f"{100.0 * evaluation.force_change:.4f}"
         deviation = measure(path, self._desired).maximum
@@ -102,7 +109,7 @@ class RunView:
             f" {1e6 * evaluation.path_change_rms:>10.4f} {force:>13} {1e6 * deviation:>11.3f}"
         )
 
-    def _show_iteration(self, finished: CorrectionIteration) -> None:
+    def _finished(self, finished: CorrectionIteration) -> None:
         text = f"      iteration {finished.number}: deviation max"
         text += f" {format_um(finished.deviation.maximum)} um,"
         text += f" rms {format_um(finished.deviation.rms)} um"

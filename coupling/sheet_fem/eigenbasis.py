@@ -10,7 +10,7 @@ from math import comb
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import inlined
+from coupling.sheet_fem.compiled import compile_inlined
 
 # Below this relative distance of the eigenvalues the recursion would cancel; the series then ends
 # with a relative error of _CLOSE_EIGENVALUES**_SERIES_TERMS.
@@ -34,7 +34,7 @@ def _series_coefficients() -> np.ndarray:
 _COEFFICIENTS = _series_coefficients()
 
 
-@inlined
+@compile_inlined
 def _by_series(p: int, q: int, mean: float, r: float) -> float:
     """Return f[x1 p times, x2 q times] for x1, x2 = mean (1 + r), mean (1 - r) from a series."""
     order = p + q - 1
@@ -47,7 +47,7 @@ def _by_series(p: int, q: int, mean: float, r: float) -> float:
     return 0.5 * total / mean**order
 
 
-@inlined
+@compile_inlined
 def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     """Fill table[p, q] with f[x1 p times, x2 q times] for f = ln/2 and 2 <= p + q <= 4.
 
@@ -84,7 +84,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     table[1, 3] = (table[1, 2] - table[0, 3]) / distance
 
 
-@inlined
+@compile_inlined
 def eigenbasis(
     a: np.ndarray, F: np.ndarray, into: np.ndarray, out: np.ndarray
 ) -> tuple[float, float]:
@@ -117,7 +117,7 @@ def eigenbasis(
     return x1, x2
 
 
-@inlined
+@compile_inlined
 def turn(matrix: np.ndarray, vectors: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with the matrix times each vector of three, (3,) or (6,)."""
     for p in range(0, len(vectors), 3):
@@ -128,7 +128,7 @@ def turn(matrix: np.ndarray, vectors: np.ndarray, product: np.ndarray) -> None:
             product[p + i] = total
 
 
-@inlined
+@compile_inlined
 def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
     for p in range(0, 6, 3):

@@ -50,7 +50,7 @@ class Interface:
             splines,
             box,
             ~inside,
-            _number_rows(outer),
+            _number_unknowns(outer),
             np.where(outer, -1, _everything(outer, moves)),
         )
 
@@ -115,7 +115,7 @@ class Interface:
         return EdgeElements(numbers, np.where(away[numbers][:, :, None], blend, 0.0), unknowns)
 
 
-def _number_rows(mask: np.ndarray) -> np.ndarray:
+def _number_unknowns(mask: np.ndarray) -> np.ndarray:
     numbers = np.full(mask.shape, -1, dtype=np.int64)
     numbers[mask] = np.arange(np.count_nonzero(mask))
     return numbers

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 
 
 class SwiftHardening(Protocol):
@@ -54,7 +54,7 @@ def hollomon_prestrain(youngs_modulus: float, strength: float, exponent: float) 
     return float((youngs_modulus / strength) ** (1.0 / (exponent - 1.0)))
 
 
-@compiled
+@compile_function
 def yield_stress(material: SwiftHardening, plastic_strain: float) -> tuple[float, float]:
     """Return the yield stress [Pa] and its slope over the equivalent plastic strain [Pa]."""
     total = material.prestrain + plastic_strain

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, internal
+from coupling.sheet_fem.compiled import compile_function, internal
 from coupling.sheet_fem.material import yield_stress
 from coupling.sheet_fem.orthotropic import (
     Yld91,
@@ -27,7 +27,7 @@ from coupling.sheet_fem.orthotropic import (
     fill_stress,
     into_axes,
 )
-from coupling.sheet_fem.symmetric import Symmetric, Triple, combined, dot, inverse, product
+from coupling.sheet_fem.symmetric import Symmetric, Triple, add_scaled, dot, inverse, product
 from coupling.sheet_fem.yield_function import Effective, effective
 
 # Residual at which the return mapping ends, over the yield stress, and what rounding may leave of the
@@ -95,8 +95,8 @@ def _iterate(metal: Yld91, trial: _Trial, z: Triple, multiplier: float) -> _Iter
     normal = _normal(z, s)
     E = metal.youngs_modulus
     limit, slope = yield_stress(metal, trial.before + multiplier / E)
-    elastic = product(trial.compliance, combined(z, -1.0, trial.z))
-    flow = combined(elastic, multiplier, normal)
+    elastic = product(trial.compliance, add_scaled(z, -1.0, trial.z))
+    flow = add_scaled(elastic, multiplier, normal)
     excess = s.stress - limit
     size = dot(flow, flow) + excess * excess
     return _Iterate(z, multiplier, s, normal, limit, slope / E, flow, size)
@@ -144,35 +144,35 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
 
 
 @internal
-def _has_converged(trial: _Trial, at: _Iterate) -> bool:
+def _converged(trial: _Trial, at: _Iterate) -> bool:
     return bool(at.size <= (_CONVERGED * at.limit + _ROUNDING * trial.stress) ** 2)
 
 
 @internal
-def _iterate_newton(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
+def _return_to_surface(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
     """Return the last iterate of Newton's method with a line search."""
     at = start
     for _ in range(_MAX_ITERATIONS):
-        if _has_converged(trial, at):
+        if _converged(trial, at):
             break
         solver = _solver(trial, at)
         u, v = product(solver, at.flow), product(solver, at.normal)
         excess = at.s.stress - at.limit
         more = (excess - dot(at.normal, u)) / (dot(at.normal, v) + at.slope)
-        step = combined(u, more, v)
+        step = add_scaled(u, more, v)
         # The multiplier stays positive.
         share = 1.0 if at.multiplier + more > 0.0 else -0.9 * at.multiplier / more
         last = at
         for _ in range(_MAX_HALVINGS):
-            z = combined(last.z, -share, step)
+            z = add_scaled(last.z, -share, step)
             at = _iterate(metal, trial, z, last.multiplier + share * more)
-            if at.size <= (1.0 - _FALL * share) * last.size or _has_converged(trial, at):
+            if at.size <= (1.0 - _FALL * share) * last.size or _converged(trial, at):
                 break
             share *= 0.5
     return at
 
 
-@compiled
+@compile_function
 def yld91(
     material: Yld91,
     strain: np.ndarray,
@@ -202,8 +202,8 @@ def yld91(
         tangent[2, 2] = G
         return
     trial = _Trial(z, s.stress, compliance(material, axes), before)
-    at = _iterate_newton(material, trial, _along_ray(material, trial, s))
-    if not _has_converged(trial, at):
+    at = _return_to_surface(material, trial, _along_ray(material, trial, s))
+    if not _converged(trial, at):
         stress[:] = np.nan
         return
     fill_stress(axes, at.z, stress)

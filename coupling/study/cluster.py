@@ -139,7 +139,7 @@ def simulate(
     with _client(workers, min(workers.count, len(points)), place) as client:
         try:
             _require_same(_version(), client.run(_version, on_error="return"))
-            with _register(client, _Keeper(name, work), bool(workers.scheduler)):
+            with _register_bench(client, _Keeper(name, work), bool(workers.scheduler)):
                 futures = [
                     client.submit(
                         _simulate_sample,
@@ -177,7 +177,7 @@ def simulate(
 
 
 @contextmanager
-def _register(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
+def _register_bench(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
     """Have all workers keep a bench, and end it afterwards where the workers themselves go on."""
     client.register_plugin(keeper, name=keeper.name)
     try:

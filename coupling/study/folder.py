@@ -55,7 +55,7 @@ STUDY_FOLDER = FolderKind(_FOLDER_KIND, "a study", StudyError, _is_study)
 
 
 @contextmanager
-def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
+def lock_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """Give the folder of a study to this program alone, made where there is none.
 
     Args:
@@ -160,7 +160,7 @@ def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
 
 
-def drawn(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
+def draw_samples(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
     """Return the values of the parameters of a design's samples, in their units, (count, k)."""
     return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
 
@@ -177,7 +177,7 @@ def points_of(
     if len(stored) >= count:
         return stored[:count]
     assert design in GROWS, one_of(GROWS, design)
-    points = drawn(design, count, seed, parameters)
+    points = draw_samples(design, count, seed, parameters)
     if not np.array_equal(points[: len(stored)], stored):
         raise StudyError(
             f"{folder / POINTS}: expected the first of {count} points of this SciPy, got others: go on"

@@ -12,8 +12,9 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.apt_program import AptProgram, read_program
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.remarks import format_counts
 from coupling.toolpaths.roll import ROLLS
+from coupling.toolpaths.spindle import ProgrammedSpindle
 
 
 class AptPath(OrientedPath):
@@ -35,8 +36,11 @@ class AptPath(OrientedPath):
     def _read_remarks(self) -> list[str]:
         remarks = list(self._program.assumptions)
         if self._program.left_out:
-            remarks.append(f"read and left out: {counted(self._program.left_out)}")
+            remarks.append(f"read and left out: {format_counts(self._program.left_out)}")
         return remarks
+
+    def _read_spindle(self) -> ProgrammedSpindle | None:
+        return self._program.spindle
 
     def _read_points(self) -> OrientedPoints:
         """Return the points, at rest where it waits and where a rapid and a feed meet."""

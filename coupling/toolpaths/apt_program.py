@@ -18,11 +18,12 @@ from coupling.toolpaths.apt_words import (
     IDLE,
     IDLE_WHEN_OFF,
     NUMBER,
-    bounded,
     numbers,
     refusal,
+    require_within,
     unit_vector,
 )
+from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_spindl
 
 _UNITS = {"MM": 0.001, "CM": 0.01, "INCH": 0.0254, "INCHES": 0.0254, "IN": 0.0254}  # [m]
 _FEED_UNITS = {"MMPM": 0.001, "IPM": 0.0254}  # per minute
@@ -51,6 +52,7 @@ class AptProgram:
         waits: Durations of a rest at each [s], (n,).
         left_out: Words that were left out, by how often.
         assumptions: Assumptions made, sentences.
+        spindle: Speeds of its spindle; None where it has none.
     """
 
     position: np.ndarray
@@ -59,6 +61,7 @@ class AptProgram:
     waits: np.ndarray
     left_out: dict[str, int]
     assumptions: tuple[str, ...]
+    spindle: ProgrammedSpindle | None = None
 
 
 def read_program(file: Path) -> AptProgram:
@@ -69,14 +72,14 @@ def read_program(file: Path) -> AptProgram:
     """
     content = read_content(file)
     try:
-        return _program_of(content)
+        return _program_of(content, file.name)
     except ValueError as cause:
         if other := other_format(content, ["apt"]):
             raise CaseError(f"{file}: expected APT, {other}") from cause
         raise CaseError(f"{file}: {cause}") from cause
 
 
-def _program_of(content: bytes) -> AptProgram:
+def _program_of(content: bytes, name: str) -> AptProgram:
     reader = _Reader()
     for statement in statements_of(content):
         try:
@@ -85,7 +88,7 @@ def _program_of(content: bytes) -> AptProgram:
             raise ValueError(f"line {statement.line}: {cause}") from cause
         if statement.word == "FINI":
             break
-    return reader.program()
+    return reader.program(name)
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,7 @@ class _Reader:
     waits: dict[int, float] = field(default_factory=dict)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
     left_out: Counter[str] = field(default_factory=Counter)
+    spindle: SpindleCourse = field(default_factory=lambda: SpindleCourse("SPINDL/ON", "SPINDL/OFF"))
 
     def take(self, statement: Statement) -> None:
         """Execute a statement, or note that it is left out.
@@ -158,8 +162,8 @@ class _Reader:
         elif word != "FINI":
             raise ValueError(refusal(statement))
 
-    def program(self) -> AptProgram:
-        """Return what was read, in metres and in the first frame.
+    def program(self, name: str) -> AptProgram:
+        """Return what was read from a file of a name, in metres and in the first frame.
 
         Raises:
             ValueError: If nothing moves, the unit is not known, or a circle stands for points.
@@ -185,7 +189,15 @@ class _Reader:
         waits = np.zeros(len(points))
         waits[list(self.waits)] = list(self.waits.values())
         feeds = np.array([self._speed(feed, scale) for feed in self.feeds])
-        return AptProgram(points, axes, feeds, waits, dict(self.left_out), tuple(assumptions))
+        return AptProgram(
+            points,
+            axes,
+            feeds,
+            waits,
+            dict(self.left_out),
+            tuple(assumptions),
+            self.spindle.programmed(name),
+        )
 
     def _scale(self) -> tuple[float, list[str]]:
         """Return the file's unit [m], and what was assumed of it."""
@@ -204,7 +216,7 @@ class _Reader:
         if feed is None:
             return float("nan")
         speed = feed[0] * _FEED_UNITS.get(feed[1], scale) / 60.0
-        return bounded("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
+        return require_within("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
 
     def _places(self, arguments: tuple[str, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         values = numbers(arguments)
@@ -223,6 +235,8 @@ class _Reader:
         if self.points and not self.is_rapid and self.feed is None:
             raise ValueError("expected RAPID or FEDRAT before, got neither")
         is_first = not self.points
+        if not is_first and not self.is_rapid:
+            self.spindle.cut()
         if place != self.place or axis != self.axis or is_first:
             self.points.append(place)
             self.axes.append(axis)
@@ -263,7 +277,7 @@ class _Reader:
             )
         if unit in _FEED_UNITS:
             self.implied.add(unit)
-        self.feed = (bounded("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
+        self.feed = (require_within("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
 
     def _units(self, statement: Statement) -> None:
         name = statement.arguments[0] if len(statement.arguments) == 1 else "none"
@@ -302,9 +316,12 @@ class _Reader:
     def _wait(self, statement: Statement) -> None:
         if len(statement.arguments) != 1 or not self.points:
             raise ValueError("expected DELAY/ and seconds behind a point, got another one")
-        seconds = bounded("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
+        seconds = require_within("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
         last = len(self.points) - 1
         self.waits[last] = self.waits.get(last, 0.0) + seconds
+
+    def _turn_spindle(self, statement: Statement) -> None:
+        take_spindl(self.spindle, statement.line, statement.arguments)
 
     def _circular(self, statement: Statement) -> None:
         if "TIMES" in statement.arguments:
@@ -333,4 +350,6 @@ class _Reader:
         "MSYS": _system,
         "DELAY": _wait,
         "CIRCLE": _circular,
+        "SPINDL": _turn_spindle,
+        "SPINDLE": _turn_spindle,
     }

@@ -13,8 +13,8 @@ from coupling.files.formats import other_format
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.path.interpolation import InterpolatedPath, divided
-from coupling.toolpaths.instants import NO_CORNERS, Corners, inserted
+from coupling.path.interpolation import InterpolatedPath, divide_steps
+from coupling.toolpaths.instants import NO_CORNERS, Corners, insert_corners
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.untilted import UntiltedPath
@@ -62,10 +62,10 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], table[:, 1:]).transformed(part)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        path, rows = inserted(path, corners)
+        path, rows = insert_corners(path, corners)
         if self.sample_s is not None:
             require_few(float(path.time[-1] - path.time[0]) / self.sample_s, self.file)
-            time, _ = divided(path.time, self.sample_s)
+            time, _ = divide_steps(path.time, self.sample_s)
             path, rows = InterpolatedPath(path).at(time), np.arange(len(time))
         return self._with_headings(UntiltedPath(part, path, rows))
 

@@ -19,7 +19,7 @@ from coupling.toolpaths.gcode_program import read_program
 from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.oriented_points import TURN_JUMP
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.remarks import format_counts
 from coupling.toolpaths.roll import ROLLS
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.table import ToolPathTable
@@ -73,7 +73,7 @@ class GcodePath(ToolPathTable):
         self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task, with remarks on words without effect, assumptions and jumps."""
-        words = counted(self._program.ignored)
+        words = format_counts(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
         remarks += [f"{self.file.name}: {sentence}" for sentence in self._program.assumptions]
         if jump := self._course.jump(*self._passed):

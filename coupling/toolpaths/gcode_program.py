@@ -33,9 +33,9 @@ from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
 from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_waits import Waits
-from coupling.toolpaths.gcode_words import Block, bounded, read_blocks
+from coupling.toolpaths.gcode_words import Block, read_blocks, require_within
 from coupling.toolpaths.rotary import RotaryTable
-from coupling.toolpaths.spindle import SpindleWords
+from coupling.toolpaths.spindle import GcodeSpindle
 
 _AXES, _OFFSETS = "XYZ", "IJK"
 _PLACE_LETTERS, _CENTRE_LETTERS = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
@@ -90,7 +90,7 @@ def read_program(
         tuple(notes.assumptions),
         "machine" if rotary and rotary.coordinates == "machine" else "tool-tip",
         machine.tool.plane,
-        machine.spindle.programmed(file.name),
+        machine.spindle.course.programmed(file.name),
     )
 
 
@@ -100,7 +100,7 @@ class _Machine:
     Attributes:
         has_moved: Whether it has moved from one known point to another.
         tool: Direction of the tool.
-        spindle: Speeds of its spindle.
+        spindle: Words of its spindle.
         waits: Its waits.
     """
 
@@ -111,7 +111,7 @@ class _Machine:
         self._plane = 17.0
         self._motion: float | None = None
         self._feed = Feed(notes)
-        self.spindle = SpindleWords()
+        self.spindle = GcodeSpindle()
         self._place, self._is_known = np.full(3, np.nan), False
         self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
@@ -282,7 +282,7 @@ class _Machine:
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    bounded(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
+                    require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (
@@ -324,7 +324,7 @@ class _Machine:
             feed = self._feed.over(way, stays)
         self.has_moved = True
         if feed is not None:
-            self.spindle.cut()
+            self.spindle.course.cut()
         yield GcodeMove(start, end, feed, arc, turn)
 
     @staticmethod

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 # Statements of Siemens' that move nothing: messages, the blank's size, smoothing.
 _IDLE_STATEMENT = re.compile(
@@ -121,7 +121,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         notes: Notes on words left out, added to.
     """
     if idle := _IDLE_STATEMENT.fullmatch(line):
-        notes.leave_out(shortened(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
+        notes.leave_out(shorten(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
         return CommonWords("")
     if plane := _TILTED_PLANE.fullmatch(line):
         return CommonWords("", ("".join(plane[1].split()).upper(),))

@@ -135,7 +135,7 @@ def _leave_out_rest(lines: Iterator[tuple[int, str]], where: str, notes: Reading
 
 
 def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
-    plain = _without_comments(line) if "(" in line or ";" in line else line
+    plain = _strip_comments(line) if "(" in line or ";" in line else line
     code = "".join(plain.split()).upper()
     if not code:
         return None
@@ -187,7 +187,7 @@ def _end_of_words(code: str) -> int:
     return end
 
 
-def _without_comments(line: str) -> str:
+def _strip_comments(line: str) -> str:
     """Return a line without comments: in parentheses, which may be nested, or behind a semicolon.
 
     A comment that is opened twice and closed once ends with its line if nothing is behind it.
@@ -215,7 +215,7 @@ def _without_comments(line: str) -> str:
     return "".join(code)
 
 
-def bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     """Return the value of a word, which must be between two bounds."""
     if not low <= value <= high:
         raise ValueError(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.histories import ToolPath
-from coupling.path.interpolation import InterpolatedPath, divided
+from coupling.path.interpolation import InterpolatedPath, divide_steps
 
 # Longest step of a path [s]: a quintic spline through rows 4 ms apart stays within 1 nm of
 # a motion that reaches 0.25 m/s in 0.2 s, where one through rows 20 ms apart leaves 0.4 um.
@@ -52,8 +52,8 @@ class PathTimes:
         """
         near = max(_SAME_INSTANT_PART * period, _NEAR_MAX_STEP * min(period, MAX_STEP))
         fixed = _apart(np.append(0.0, rests), corners, near)
-        sample_rows = divided(fixed, period)[0]
-        return cls(*divided(sample_rows, MAX_STEP))
+        sample_rows = divide_steps(fixed, period)[0]
+        return cls(*divide_steps(sample_rows, MAX_STEP))
 
 
 def _apart(instants: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
@@ -68,7 +68,7 @@ def _apart(instants: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
     return np.sort(np.concatenate([instants, added]))
 
 
-def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
+def insert_corners(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
     """Return a path with rows at corners, and the numbers of rows to evaluate a process at, (n,): all.
 
     Args:

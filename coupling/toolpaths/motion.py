@@ -145,7 +145,7 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
     ]
     heading, legs = float(first_headings[0][0]) if first_headings else 0.0, []
     for segment in segments:
-        leg = _leg_with_headings(segment, feed, blend, heading)
+        leg = _plan_headings(segment, feed, blend, heading)
         start = leg.at(np.zeros(1))[0]
         if turn > 0.0 and abs(start[3] - heading) > _HEADING_TOLERANCE:
             legs.append(_turning(start[:3], heading, float(start[3]), turn))
@@ -154,7 +154,7 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
     return Motion(legs)
 
 
-def _leg_with_headings(segment: Segment, feed: float, blend: float, before: float) -> Leg:
+def _plan_headings(segment: Segment, feed: float, blend: float, before: float) -> Leg:
     """Return the motion along a segment with its headings, at most half a turn from one before it."""
     travel = Travel.along(np.array([segment.length]), np.array([feed]), blend)
     heading = segment.heading or (lambda s: np.full_like(s, before))

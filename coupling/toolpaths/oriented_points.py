@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation, Slerp
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
+from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
@@ -130,7 +131,7 @@ class OrientedPoints:
     def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Return points [m], (k, 3), and rotations at ways from the first point on, (k,)."""
         knots = np.append(0.0, np.cumsum(self._ways))
-        points = interpolated(way, knots, self.position)
+        points = interpolate_rows(way, knots, self.position)
         return points, Slerp(knots, self.rotation)(np.clip(way, 0.0, knots[-1]))
 
     def untilted(
@@ -175,6 +176,10 @@ class OrientedPath(ToolPathTable):
     def _read_remarks(self) -> list[str]:
         """Return what was left out of the file, and assumed."""
 
+    def _read_spindle(self) -> ProgrammedSpindle | None:
+        """Return the spindle's speeds; None where the file says nothing of them."""
+        return None
+
     @cached_property
     def _points(self) -> OrientedPoints:
         return self._read_points()
@@ -195,7 +200,8 @@ class OrientedPath(ToolPathTable):
                 f" {jump:.3g} deg/s"
             )
         named_remarks = tuple(f"{self.file.name}: {remark}" for remark in remarks)
-        return replace(super().task(part, corners, untilted), remarks=named_remarks)
+        task = super().task(part, corners, untilted)
+        return replace(task, remarks=named_remarks, spindle=self._read_spindle())
 
     def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.

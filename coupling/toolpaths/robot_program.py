@@ -14,7 +14,7 @@ from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
 from coupling.programs.program import Pose, ProgramMove, RobotProgram
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.remarks import format_counts
 
 
 class ProgramPath(OrientedPath):
@@ -39,7 +39,7 @@ class ProgramPath(OrientedPath):
     def _read_remarks(self) -> list[str]:
         remarks = list(self._program.assumptions)
         if self._program.left_out:
-            remarks.append(f"read and left out: {counted(dict(self._program.left_out))}")
+            remarks.append(f"read and left out: {format_counts(dict(self._program.left_out))}")
         return remarks
 
     def _read_points(self) -> OrientedPoints:

@@ -18,7 +18,7 @@ from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.moved_path import MovedPath
 from coupling.place.place import best_of
 from coupling.place.placing import placing
-from coupling.place.search import filled, refined
+from coupling.place.search import fill_box, refine_settings
 from coupling.place.settings import NAMES
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -99,8 +99,8 @@ def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     task = task_of("cone", optimise="backlash", **free)
     goal, ranges = task.goal, task.ranges
     screen = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
-    found = filled(screen, ranges, goal, 256, 1, lambda done, total: None)
-    found = refined(screen, goal, ranges, found, 1, lambda done, total: None)
+    found = fill_box(screen, ranges, goal, 256, 1, lambda done, total: None)
+    found = refine_settings(screen, goal, ranges, found, 1, lambda done, total: None)
     whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))
     assert goal.demands.admits(whole).all()
     np.testing.assert_allclose(goal.cost(whole), found.cost, rtol=1e-6)

@@ -18,7 +18,7 @@ from wall_case import WALL_CASE
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.interpolation import InterpolatedPath, divided
+from coupling.path.interpolation import InterpolatedPath, divide_steps
 from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.cell import Cell
@@ -80,7 +80,7 @@ def compensated(case: Case) -> Iterator[tuple[Cell, Loop, Correction]]:
 
 def error_by_samples(case: Case, loop: Loop, found: Correction) -> float:
     """Distance [m] from the path coupled to rest with the process, asked every millisecond."""
-    time, _ = divided(case.motion.path.time, 1e-3)
+    time, _ = divide_steps(case.motion.path.time, 1e-3)
 
     def told(path: ToolPath) -> ToolPath:
         return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])

@@ -14,7 +14,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.instants import MAX_STEP, PathTimes, inserted
+from coupling.toolpaths.instants import MAX_STEP, PathTimes, insert_corners
 from coupling.toolpaths.motion import follow
 from coupling.toolpaths.segments import polyline
 
@@ -161,7 +161,7 @@ def test_a_row_on_a_surface_is_when_it_is_crossed():
 
 def test_a_path_from_a_file_keeps_its_rows_and_gets_corners_beside_them():
     path = lifted(lambda t: 0.01 * np.cos(np.pi * t))
-    longer, asked = inserted(path, np.array([-1.0, 0.333, 0.5001, 0.99, 2.0]))
+    longer, asked = insert_corners(path, np.array([-1.0, 0.333, 0.5001, 0.99, 2.0]))
     np.testing.assert_array_equal(asked, np.arange(103))
     assert np.isin(path.time, longer.time).all()
     assert np.isin([0.333, 0.5001, 0.99], longer.time).tolist() == [True, False, True]

@@ -21,7 +21,7 @@ from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.discrepancy import Discrepancy
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.results.next_result import DeviationSize, LearningStep
 
 # A run confirms its correction that leaves less than this part of the best one before.
@@ -148,7 +148,7 @@ def learn_path(history: History, model: CommandModel, step: LearningStep) -> Pat
     )
     gain = step.gain * model.contraction.gain
     change = gain * (unmodelled - low_pass(corrected(run, run.measured.time)))
-    deviation = corrected(run, time) + interpolated(time, low_pass.time, change)
+    deviation = corrected(run, time) + interpolate_rows(time, low_pass.time, change)
     return PathCorrection(time, deviation, cutoff, gain, gain * low_pass.weight_of_sample)
 
 
@@ -157,7 +157,7 @@ def _slow_at(
 ) -> np.ndarray:
     """Return what a robot with log factors x [1], (P,), does not explain of a run [m, rad], (k, 6)."""
     low_pass = SlowPart.of(history.runs[number].measured.time, cutoff)
-    return interpolated(time, low_pass.time, low_pass(history.unmodelled(number, x)))
+    return interpolate_rows(time, low_pass.time, low_pass(history.unmodelled(number, x)))
 
 
 def replace_outliers(runs: np.ndarray) -> np.ndarray:
@@ -203,7 +203,7 @@ def is_repeated(history: History, number: int, x: np.ndarray) -> bool:
         return True
     run, before = history.runs[number], history.runs[number - 1]
     time, low_pass = run.measured.time, signal_filter(run.measured.time)
-    earlier = interpolated(time, before.measured.time, history.unmodelled(number - 1, x))
+    earlier = interpolate_rows(time, before.measured.time, history.unmodelled(number - 1, x))
     change = (history.unmodelled(number, x) - earlier)[:, :3]
     noise = 3.0 * run.noise**2 * low_pass.of_noise
     return (

@@ -10,7 +10,7 @@ from coupling.programs.fanuc.harmless import OUTCOME
 from coupling.programs.fanuc.memory import PositionRegister
 from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.fanuc.running import RunningProgram
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 _FLAGS = re.IGNORECASE
@@ -64,7 +64,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
         _set_condition(running, match, where)
     else:
         raise ProgramError(
-            f"{where}: expected an instruction that is known, got {shortened(words)!r}: remove it if it"
+            f"{where}: expected an instruction that is known, got {shorten(words)!r}: remove it if it"
             " does not change the path"
         )
 
@@ -99,7 +99,7 @@ def _sum(running: RunningProgram, text: str, where: str) -> PositionRegister:
         term = _TERM.match(bare, at)
         if term is None or (total is not None and not term[1]) or (total is None and term[1]):
             raise ProgramError(
-                f"{where}: expected a position, or a sum of PR[], got {shortened(bare)!r}"
+                f"{where}: expected a position, or a sum of PR[], got {shorten(bare)!r}"
             )
         value = _term(running, term, where)
         sign = -1.0 if term[1] == "-" else 1.0

@@ -16,7 +16,7 @@ from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.frames import PoseFrames
 from coupling.programs.poses import product
 from coupling.programs.program import Motion, Pose, ProgramMove
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _RADIANS = 0.017453292519943295
 # Speeds in m/s for one unit, and times in seconds.
@@ -213,7 +213,7 @@ def moving_program(name: str, files: Mapping[str, TpText], where: str) -> Progra
     words = first_effect(name, files)
     return ProgramError(
         f"{where}: expected outputs and waits alone in {name}, which runs during a motion, got"
-        f" {shortened(words)!r}: call it before or after the motion"
+        f" {shorten(words)!r}: call it before or after the motion"
     )
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from coupling.errors import ProgramError
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _PROGRAM = re.compile(r"^\s*/PROG\s+([^\s:;]+)", re.MULTILINE | re.IGNORECASE)
 _GROUPS = re.compile(r"^\s*DEFAULT_GROUP\s*=\s*([^\s,;]+)", re.MULTILINE)
@@ -197,7 +197,7 @@ def _positions(file: str, text: str) -> dict[int, str]:
         if position is None:
             excerpt = text[at : at + 60].strip()
             raise ProgramError(
-                f"{file}: /POS: expected P[number]{{ .. }};, got {shortened(excerpt)!r}"
+                f"{file}: /POS: expected P[number]{{ .. }};, got {shorten(excerpt)!r}"
             )
         number = int(position[1])
         if number in positions:

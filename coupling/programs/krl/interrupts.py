@@ -13,7 +13,7 @@ from coupling.programs.krl.expressions import Call, Reference
 from coupling.programs.krl.harmless import harmless_word, is_harmless_call
 from coupling.programs.krl.parser import leading
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement, called_names
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 _DECLARATION = re.compile(
@@ -65,11 +65,11 @@ class Interrupts:
             if way.upper() in ("ON", "ENABLE") and moving:
                 raise ProgramError(
                     f"{line.where}: expected interrupts that do not move the robot, got"
-                    f" {shortened(moving[0])!r}: take it out if it does not"
+                    f" {shorten(moving[0])!r}: take it out if it does not"
                 )
         else:
             raise ProgramError(
-                f"{line.where}: expected INTERRUPT DECL, ON or OFF, got {shortened(line.text)!r}"
+                f"{line.where}: expected INTERRUPT DECL, ON or OFF, got {shorten(line.text)!r}"
             )
         self.controller.notes.leave_out("INTERRUPT")
 
@@ -83,7 +83,7 @@ class Interrupts:
         if action is None or not self._is_still(action[1], line):
             raise ProgramError(
                 f"{line.where}: expected a TRIGGER that does not move the robot, got"
-                f" {shortened(line.text)!r}: take it out if it does not"
+                f" {shorten(line.text)!r}: take it out if it does not"
             )
         target, remaining = leading(action[1], line.where)
         if isinstance(target, Reference) and remaining.startswith("=") and target.name[0] != "$":

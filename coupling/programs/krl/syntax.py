@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _WORD = re.compile(r"[$A-Za-z_][\w$]*")
 _HEADING = re.compile(
@@ -91,7 +91,7 @@ class KrlBlock:
         if loop is None:
             raise ProgramError(
                 f"{self.line.where}: expected FOR variable = begin TO end, got"
-                f" {shortened(self.line.text)!r}"
+                f" {shorten(self.line.text)!r}"
             )
         return loop
 
@@ -173,7 +173,7 @@ def routines_of(file: ProgramFile) -> list[Routine]:
             if current is None and line.word not in ("DECL", "EXT", "EXTFCT", "IMPORT"):
                 if routines:
                     raise ProgramError(
-                        f"{line.where}: expected DEF behind END, got {shortened(line.text)!r}"
+                        f"{line.where}: expected DEF behind END, got {shorten(line.text)!r}"
                     )
                 current = Routine("", module, (), [], True)
                 routines.append(current)
@@ -195,7 +195,7 @@ def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | 
         if line.word == "GLOBAL":
             return None
         raise ProgramError(
-            f"{line.where}: expected a name behind {line.word}, got {shortened(line.remaining)!r}"
+            f"{line.where}: expected a name behind {line.word}, got {shorten(line.remaining)!r}"
         )
     parameters = []
     for part in (heading[3] or "").split(","):
@@ -220,7 +220,7 @@ def _statements(
     for line in lines:
         if line.word in _LONE_KEYWORDS and line.remaining.strip(" :") and not _is_variable(line):
             raise ProgramError(
-                f"{line.where}: expected {line.word} alone in its line, got {shortened(line.text)!r}"
+                f"{line.where}: expected {line.word} alone in its line, got {shorten(line.text)!r}"
             )
         if line.word in ends:
             return statements, line

@@ -20,7 +20,7 @@ from coupling.programs.rapid.syntax import (
     OperatorExpression,
 )
 from coupling.programs.rapid.values import NO_AXIS, Value, single, text_of
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 # What stands between words, comments with it, and a word.
 _WORD = re.compile(
@@ -112,7 +112,7 @@ class Words:
 
     def refuse(self, expected: str) -> None:
         """Raise what tells that something else was expected here."""
-        got = "the end of the file" if self.kind == "end" else repr(shortened(self.written))
+        got = "the end of the file" if self.kind == "end" else repr(shorten(self.written))
         raise ProgramError(f"{self.where}: expected {expected}, got {got}")
 
     def expression(self, binding: int = 0) -> Expression:

@@ -49,7 +49,7 @@ class Targets:
         return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows])
 
 
-def reached(
+def solve_poses(
     robot: RigidRobot,
     targets: Targets,
     start: np.ndarray,
@@ -108,8 +108,8 @@ def angles_from_home(
         position = (1.0 - share) * begin.tip + share * targets.position
         tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
         on_the_way = Targets(position, tool, share * targets.tcp_shift)
-        q, _ = reached(robot, on_the_way, q, _LEAD_ITERATIONS)
-    return reached(robot, targets, q)
+        q, _ = solve_poses(robot, on_the_way, q, _LEAD_ITERATIONS)
+    return solve_poses(robot, targets, q)
 
 
 def self_motion(robot: RigidRobot, q: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ def nearest_angles(
     starts = np.clip(homes + around, near.limits.lower, near.limits.upper).reshape(-1, size)
     each = NearHome(np.tile(homes, (_START_COUNT, 1)), near.limits)
     every = targets.chosen(np.tile(np.arange(count), _START_COUNT))
-    q, came = reached(robot, every, starts.T, near=each)
+    q, came = solve_poses(robot, every, starts.T, near=each)
     cost = np.where(came, each.cost(q.T), np.inf).reshape(_START_COUNT, count)
     best = np.argmin(cost, axis=0) * count + np.arange(count)
     return q[:, best], came[best]

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.robot.batch.following import FollowingRobot, Targets, following, reached
+from coupling.robot.batch.following import FollowingRobot, Targets, following, solve_poses
 from coupling.robot.batch.redundancy import few_joints
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from elastic_robot.description import Robot
@@ -68,7 +68,7 @@ def part_placements(
     position[0] = serial.reach * rng.uniform(*_OUTWARD, _START_COUNT)
     position[2] = serial.reach * rng.uniform(*_UP, _START_COUNT)
     position = np.round(position, 2)
-    q, came = reached(serial, _targets(position, base_from_tool), start, _ITERATIONS)
+    q, came = solve_poses(serial, _targets(position, base_from_tool), start, _ITERATIONS)
     q = (q + np.pi) % (2.0 * np.pi) - np.pi
     worth = np.where(came, _worth(serial, q, lower, upper), -np.inf)
     # The most bent ones of all that come there look alike at the corners: a few hundred suffice.
@@ -77,7 +77,7 @@ def part_placements(
     corners = half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1, 1)
     around = (corners + position[:, None, best]).reshape(3, -1)
     near = np.tile(q[:, best], corners.shape[1])
-    there, is_reached = reached(serial, _targets(around, base_from_tool), near, _ITERATIONS)
+    there, is_reached = solve_poses(serial, _targets(around, base_from_tool), near, _ITERATIONS)
     at_corners = np.where(is_reached, _worth(serial, there, lower, upper), -np.inf)
     least = np.minimum(worth[best], at_corners.reshape(corners.shape[1], len(best)).min(axis=0))
     order = np.argsort(-least)[:count]
