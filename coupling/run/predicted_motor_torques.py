@@ -16,8 +16,9 @@ import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.errors import PlanningError, SimulationError
-from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.inverse.links import rigid_motion
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
@@ -177,7 +178,7 @@ def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning
     for placed, motion in _limited_robots(case, wrench):
         moving = MovingRobot(placed.description, placed.torque_curve)
         task = moving.task(motion)
-        links = stiff_links(moving, task)
+        links = rigid_motion(moving.model, task)
         for demand in predict_motor_torques(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
