@@ -27,9 +27,9 @@ def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
 
 
 def input_rows(wrench: WrenchHistory, part: slice) -> np.ndarray:
-    """Return the inputs for some steps, in the order of their names; a spring's where there is one.
+    """Return the inputs for some steps in SI units, (n, names), a spring's where there is one.
 
-    The first row is for initialisation.
+    In the order of their names; the first row is for initialisation [N, N m, N/s, N m/s, m, m/s, N/m].
     """
     (before,), (behind,) = wrench.before[:, part], wrench.behind[:, part]
     steps = np.diff(wrench.instants[part])[:, None]
@@ -45,7 +45,7 @@ def input_rows(wrench: WrenchHistory, part: slice) -> np.ndarray:
 
 
 def rows_with_spring(wrench: WrenchHistory) -> np.ndarray:
-    """Return the inputs for all steps, with those of a spring that does nothing where there is none."""
+    """Return the inputs for all steps, (n, 24); a spring that is not there has 0 [m, m/s, N/m]."""
     rows = input_rows(wrench, slice(None))
     count = 0 if wrench.spring is not None else len(SPRING_INPUTS)
     return np.hstack([rows, np.zeros((len(rows), count))])

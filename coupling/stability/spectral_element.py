@@ -21,15 +21,15 @@ class ElementRule:
     """Points of an element, within 0 and 1, and its integrals.
 
     Attributes:
-        points: Gauss points x, (p,).
-        weights: Their weights, (p,).
+        points: Gauss points x [1], (p,).
+        weights: Their weights [1], (p,).
     """
 
     points: np.ndarray
     weights: np.ndarray
 
     def lagrange(self, x: np.ndarray) -> np.ndarray:
-        """Return the polynomials that are 1 at one point and 0 at the others, (.., p)."""
+        """Return the polynomials that are 1 at one point and 0 at the others [1], (.., p)."""
         return _legendre(2.0 * x - 1.0, len(self.points)) @ self._coefficients
 
     @cached_property
@@ -40,10 +40,10 @@ class ElementRule:
         return (2.0 * np.arange(count)[:, None] + 1.0) * values.T * self.weights
 
     def within(self, c: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to each point x.
+        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to each point x [1].
 
         Args:
-            c: Exponents over the element, complex, (k,).
+            c: Exponents over the element [1], complex, (k,).
 
         Returns:
             Complex, (p, p, k).
@@ -51,15 +51,15 @@ class ElementRule:
         return self._integrals(c, self.points, _base)
 
     def whole(self, c: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (1 - xi)) times each polynomial, complex, (p, k)."""
+        """Return the integrals of exp(c (1 - xi)) times each polynomial [1], complex, (p, k)."""
         return self._integrals(c, np.ones(1), _whole_base)[0]
 
     def partial(self, c: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x, (n, p, k).
+        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x [1], (n, p, k).
 
         Args:
-            c: Exponents over the element, complex, (k,).
-            x: Ends, within 0 and 1, (n,).
+            c: Exponents over the element [1], complex, (k,).
+            x: Ends [1], within 0 and 1, (n,).
         """
 
         def base_of(points: int, count: int, graded: bool) -> np.ndarray:
