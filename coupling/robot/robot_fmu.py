@@ -56,7 +56,7 @@ class RobotFmu:
     of the FMU that run side by side.
 
     Args:
-        file: The FMU.
+        file: The FMU; one built with --arrays is for other masters.
         torque_curve: "linear", "backlash" or "spline".
         watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
