@@ -249,7 +249,6 @@ def _advance(
     verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
-    from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
@@ -273,6 +272,7 @@ def _advance(
     from coupling.run.models import Models
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
+    from coupling.run_to_folder import run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -314,7 +314,9 @@ def _advance(
         def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
             return expected(case_of_run, command_plan, watch, store)
 
-        finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
+        finished = run_to_folder(
+            case, output, overwrite, evaluations, "compensate", work, view.watch
+        )
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
         _write_report(place, title, result, learned, answer)
