@@ -76,21 +76,12 @@ Repeatability = Annotated[
         help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm unless given.",
     ),
 ]
-Draws = Annotated[
-    int,
-    typer.Option(
-        min=0,
-        max=1000,
-        help="Number of simulated robots for the intervals of parameters; 0: those of the fit.",
-    ),
-]
 InputsOnly = Annotated[
     bool,
     typer.Option(
         "--inputs-only", help="Write robot file, case and report, and compute no command."
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the sampled robots.")]
 
 
 def next_command(
@@ -108,16 +99,14 @@ def next_command(
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
     repeatability: Repeatability = None,
-    draws: Draws = 0,
     inputs_only: InputsOnly = False,
-    seed: Seed = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
     frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
-    options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed, draws)
+    options = _options(move, frame_accuracy, cutoff_hz, repeatability)
     _advance(runs, output, options, inputs_only, overwrite, store, no_store)
 
 
@@ -149,8 +138,6 @@ def _options(
     frame_accuracy: FrameAccuracy,
     cutoff: float | None,
     repeatability: str | None,
-    seed: int,
-    draws: int,
 ) -> NextOptions:
     from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
@@ -161,9 +148,7 @@ def _options(
     repeatability_m = REPEATABILITY
     if repeatability is not None:
         repeatability_m = _length("--repeatability", repeatability, "0.05mm")
-    if draws == 1:
-        raise LearnError("--draws: expected 0, or 2 or more, got 1")
-    return NextOptions(frame_accuracy, move, cutoff, seed, repeatability_m, draws)
+    return NextOptions(frame_accuracy, move, cutoff, repeatability_m)
 
 
 def _frame_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:

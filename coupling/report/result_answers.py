@@ -72,8 +72,9 @@ def next_answer(result: NextResult, folder: str) -> Answer:
         sentence = f"Measured: {in_words(last.maximum)}. A next command has not been computed yet."
     else:
         sentence = (
-            f"Expect the tool within about {in_words(forecast.maximum)} of its path in the next run;"
-            f" measured in the last one: {in_words(last.maximum)}."
+            f"Expect {in_words(forecast.rms)} on average in the next run, and at most about"
+            f" {in_words(forecast.maximum)}; measured in the last one: {in_words(last.rms)} and"
+            f" {in_words(last.maximum)}."
         )
     name = shlex.quote(folder)
     return Answer(
@@ -85,7 +86,7 @@ def next_answer(result: NextResult, folder: str) -> Answer:
             KeyFigure(
                 "Expected next",
                 _length(None if forecast is None else forecast.maximum),
-                "largest, on your robot",
+                "at most about, on your robot",
             ),
             KeyFigure(
                 "On average",

@@ -128,9 +128,7 @@ class Shop:
         """Return what one run under the file's command tells."""
         measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
-            return learn(
-                [read_source(self._first, measured)], LearnOptions(draws=trial.draws), models
-            )
+            return learn([read_source(self._first, measured)], LearnOptions(), models)
 
     def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
         """Return how far the tool of the file's and of the learned robot is from the real one's [m].
@@ -160,7 +158,7 @@ class Shop:
             sources.append(read_source(run, measured))
             begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
-                learned = learn(sources, LearnOptions(draws=trial.draws), models)
+                learned = learn(sources, LearnOptions(), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
             found.append(learned)
             if not learned.refusal:

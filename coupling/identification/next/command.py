@@ -25,7 +25,7 @@ from coupling.identification.next.path_learning import (
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
-from coupling.results.next_result import Contraction, LearningStep
+from coupling.results.next_result import LearningStep
 from coupling.run.models import Models
 
 # Parameters are fitted to the first runs, up to this number: the second command crosses the backlash of
@@ -56,11 +56,6 @@ class CommandPlan:
     learned: Learned | None
     options: NextOptions
     repeated: bool
-
-    @property
-    def contraction(self) -> Contraction:
-        """Gain and filter of learning along the path."""
-        return self.model.contraction
 
     @property
     def is_refused(self) -> bool:
@@ -97,7 +92,8 @@ def plan(
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
     repeats = [is_repeated(history, number, model.x) for number in range(len(sizes))]
-    step = learning_step(sizes, repeats, model.has_parameters, options)
+    is_cautious = not model.has_parameters and history.reverses_gears(model.x)
+    step = learning_step(sizes, repeats, is_cautious, options)
     if step.worse and learned is None:
         model = model_of_run(history, step.base, options)
         history = history.aligned_with(model.x)
@@ -130,5 +126,4 @@ def _learn(history: History, options: NextOptions, models: Models, watch: Watch)
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    learn_options = LearnOptions(bool(np.isinf(turn)), options.draws, options.seed, frame)
-    return learn(sources, learn_options, models, watch)
+    return learn(sources, LearnOptions(bool(np.isinf(turn)), frame), models, watch)

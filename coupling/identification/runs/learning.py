@@ -27,7 +27,7 @@ from coupling.identification.runs.problem import FitProblem, FramePrior
 from coupling.identification.runs.residual import weigh_motors
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
-from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
+from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.length_text import format_um
@@ -54,14 +54,10 @@ class LearnOptions:
 
     Attributes:
         own_frame: Whether the measuring frame lies anywhere.
-        draws: Simulated robots for the intervals; 0 for those of the fit.
-        seed: Seed of their parameters and noise.
         frame_prior: Prior of the measuring frame in the robot's base frame, without `own_frame`.
     """
 
     own_frame: bool = False
-    draws: int = 0
-    seed: int = 1
     frame_prior: FramePrior = field(default_factory=FramePrior)
 
     @property
@@ -215,14 +211,7 @@ def learn(
     fit = Fitter(problem).fit(
         start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
-
-    def drawn(count: int, total: int) -> None:
-        watch(Progress("learning: simulated robots, for the intervals", count, total))
-
-    if options.draws:
-        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
-    else:
-        spread = spread_of_fit(problem, fit)
+    spread = spread_of(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(problem.robot_at(x), first.torque_curve)
