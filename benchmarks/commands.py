@@ -165,8 +165,9 @@ def main() -> None:
                 print("  ".join(f"{cell:>20}" for cell in line), flush=True)
             rows += lines
     if options.page:
-        head = ("command", "part", "before [s]", "now [s]", "now / before")
-        replace("performance", "commands", table(head, rows))
+        head = ("command", "before [s]", "now [s]", "now / before")
+        sums = [(command, *figures) for command, part, *figures in rows if part == "all"]
+        replace("performance", "commands", table(head, sums))
 
 
 if __name__ == "__main__":

@@ -221,15 +221,14 @@ def main() -> None:
             rows.append(found.row)
             print(*found.row, f"({time.perf_counter() - begin:.0f} s)", sep="; ", flush=True)
             if found.softer is not None:
-                says = "" if options.coupled else f" Its run says: *{found.stated.sentence}*"
                 lines.append(
                     "\nThe KR 210 with joint 2 at 60 % and joint 3 at 80 % of the file's stiffness under"
-                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um.{says}"
+                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um."
+                    f" Its run says: *{found.stated.sentence}*"
                 )
                 print(*lines)
     if options.page:
-        part = "coupled plants" if options.coupled else "plants"
-        replace_part("study", part, "\n".join([table(_HEAD, rows), *lines]))
+        replace_part("study", "plants", "\n".join([table(_HEAD, rows), *lines]))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from coupling.events import unwatched
 from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.study.conduct import changed_table, opened, simulated
+from coupling.study.conduct import changed_table, open_study, simulate_samples
 from coupling.study.workers import Workers
 
 CASE = Path(__file__).parents[1] / "examples" / "cases" / "cone.toml"
@@ -52,9 +52,9 @@ def studied(case_file: Path, run: Path, workers: int, samples: int) -> Timed:
     case = load_case(case_file)
     table = changed_table(case.study, samples=samples)
     with tempfile.TemporaryDirectory() as folder:
-        study = opened(Path(folder), case, table, run, couple=False)
+        study = open_study(Path(folder), case, table, run, couple=False)
         start = time.perf_counter()
-        found = simulated(study, Workers(workers), unwatched)
+        found = simulate_samples(study, Workers(workers), unwatched)
         return Timed(workers, time.perf_counter() - start, found)
 
 

@@ -28,6 +28,12 @@ class FinishedRun:
     run: Run
     stored: StoredRun
 
+    @property
+    def is_good(self) -> bool:
+        """Whether the command was found, and no cut of it chatters."""
+        figures = self.stored.figures
+        return figures.converged and (figures.stability is None or figures.stability.stable)
+
 
 def conduct(
     file: Path,

@@ -38,7 +38,7 @@ settings.register_profile("project", deadline=None, derandomize=True, max_exampl
 settings.load_profile("project")
 
 # Scripts that tests run in processes of their own; not to be imported for doctests.
-collect_ignore = ["fmu/hosts", "fmu/stock"]
+collect_ignore = ["fmu/hosts"]
 
 
 def pytest_collection_finish() -> None:

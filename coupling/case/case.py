@@ -122,6 +122,12 @@ class Case:
         return self.task.desired
 
     @property
+    def tolerance(self) -> float | None:
+        """Deviation of the tool's path that the part allows [m]; None where it is not stated."""
+        tolerance_mm = self.resolved["part"].get("tolerance_mm")
+        return None if tolerance_mm is None else 1e-3 * tolerance_mm
+
+    @property
     def untilted(self) -> UntiltedPath:
         """Path of the forming tool where the process is evaluated, before its tool is turned."""
         return self.tool_path.untilted(self.task.part, self.corners).sampled

@@ -36,7 +36,7 @@ from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -81,9 +81,9 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     process_table = _process_table(path, file.process)
     with _errors_of(str(path)):
         task, corners = _task(tool_path, file.part.part(), process_table)
-    robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
+    robots = [_read_placed_robot("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
-        robots.append(_placed("support", file.support, np.zeros(3), path))
+        robots.append(_read_placed_robot("support", file.support, np.zeros(3), path))
     if len(file.part.touched):
         with _errors_of(f"{path}: part: touch_off"):
             part, robots = _touched_off(file, task, process_table, robots)
@@ -108,7 +108,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     coupling = file.coupling.resolved(process)
     if file.discrepancy is not None:
         with _errors_of(f"{path}: discrepancy"):
-            robots = [_measured(robots, file.discrepancy, motion.path)]
+            robots = [_add_discrepancy(robots, file.discrepancy, motion.path)]
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": coupling, "compensation": method}
     tables |= {"controller": file.controller}
@@ -196,7 +196,7 @@ def _task(
             return tool_task
         return untilted.on_sphere(tool_task, tool_path.tilt, 0.5 * diameter)
 
-    task_of_part = task(NONE)
+    task_of_part = task(NO_CORNERS)
     corners = process_table.corners(task_of_part)
     return (task(corners) if len(corners) else task_of_part), corners
 
@@ -207,7 +207,7 @@ def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:
     return 0.5 * diameter * (task.contact - APPROACH)
 
 
-def _placed(
+def _read_placed_robot(
     name: str, table: RobotTable | SupportTable, tcp_shift: np.ndarray, path: Path
 ) -> PlacedRobot:
     """Read the robot that a table of a case describes."""
@@ -264,7 +264,9 @@ def _touched_off(
     return part, placed_robots
 
 
-def _measured(robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolPath) -> PlacedRobot:
+def _add_discrepancy(
+    robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolPath
+) -> PlacedRobot:
     """Return the only robot of a case with what it was measured to do beyond its model."""
     if len(robots) > 1:
         raise CaseError(

@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field, create_model, model_validator
 from coupling.case.robots import (
     OneOfCurves,
     OneOfDrives,
-    described,
     drive_of,
+    read_described_robot,
     resolved_description,
 )
 from coupling.errors import CaseError
@@ -87,7 +87,7 @@ class _PlantRobotTable(_DifferingParameters):
         robot = model
         requested = self.drive or (drive if self.description is None else None)
         if self.description is not None:
-            robot = mounting.of(described(self.description, folder))
+            robot = mounting.of(read_described_robot(self.description, folder))
         if len(robot.joints) != len(model.joints):
             raise CaseError(
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"

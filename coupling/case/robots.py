@@ -51,7 +51,7 @@ OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
 OneOfDrives = Literal["ideal", "servo"]
 
 
-def described(description: str, folder: Path) -> Robot:
+def read_described_robot(description: str, folder: Path) -> Robot:
     """Return the robot of a shipped name or a file, which is relative to a folder.
 
     Raises:
@@ -106,7 +106,7 @@ class _MemberTable(Schema):
         Raises:
             CaseError: If it cannot be read or has another number of joints than home_deg.
         """
-        robot = described(self.description, folder)
+        robot = read_described_robot(self.description, folder)
         if len(self.home_deg) != len(robot.joints):
             raise CaseError(
                 f"home_deg: expected {len(robot.joints)} angles, one for each joint, got"

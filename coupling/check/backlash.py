@@ -31,7 +31,7 @@ from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.robustness import VARIATIONS
 
 # Longest distance of the times at which the tool is looked at [s], that of a controller's rows.
-_WATCHED = 0.004
+_MAX_SAMPLE_DISTANCE = 0.004
 # Differences of gears that are looked at.
 _GEARS = ("backlash", "hysteresis")
 
@@ -61,7 +61,7 @@ def gear_replays(
     if not robots:
         return ()
     command = exact_command(moving, motion, watch)
-    desired = SampledPath.of(motion.path).refined(_WATCHED).path
+    desired = SampledPath.of(motion.path).refined(_MAX_SAMPLE_DISTANCE).path
     loads = motion.wrench.refined(desired.time)
     return tuple(
         Replay.of(robot.what, robot.simulate(command, loads, "dynamic"), desired)

@@ -29,7 +29,7 @@ _TIPS = (
     "tool_link",
 )
 # A chain to one of them counts from so many joints on: the wrist of a gripper is none.
-_ENOUGH = 3
+_MIN_JOINTS = 3
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
         names = [
             link
             for link, joints in chains.items()
-            if len(joints) >= min(_ENOUGH, longest) and _is_called(link, name)
+            if len(joints) >= min(_MIN_JOINTS, longest) and _is_called(link, name)
         ]
         if names:
             return _ends(tree, root, _the_one(names, chains), base is None, "by its name")

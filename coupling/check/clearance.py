@@ -9,15 +9,15 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
-from coupling.robot.batch.following import Targets, following, reached
+from coupling.robot.batch.following import Targets, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.links import link_points
 from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.
-_PLACES, _RAYS = 30, 72
+_MAX_PLACES, _RAY_COUNT = 30, 72
 # Steps outwards [m] and how many at most: wide ones, then narrow ones from the last that was reached.
-_STEPS = ((0.1, 30), (0.01, 9))
+_OUTWARD_STEPS = ((0.1, 30), (0.01, 9))
 # Iterations of inverse kinematics in each.
 _ITERATIONS = 15
 # What is nearer to the base's axis has no direction outward [m].
@@ -67,7 +67,7 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     """
     walk = _Walk(RigidRobot(robot), JointLimits.of(robot))
     position, rotations = path.position[0], path.rotations[0]
-    rows = np.unique(np.linspace(0, len(q) - 1, _PLACES).astype(int))
+    rows = np.unique(np.linspace(0, len(q) - 1, _MAX_PLACES).astype(int))
     rows = np.union1d(rows, [*position.argmin(axis=0), *position.argmax(axis=0)])
     middle = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     outward = position[middle] * [1.0, 1.0, 0.0]
@@ -76,16 +76,16 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     rays = np.hstack([_rays(outward, up), _rays(outward, across)])
     # All at once: the steps of a small batch take as long as those of a large one.
-    start = np.append(np.tile(rows, len(DIRECTIONS)), np.full(2 * _RAYS, middle))
+    start = np.append(np.tile(rows, len(DIRECTIONS)), np.full(2 * _RAY_COUNT, middle))
     axes = np.array(list(DIRECTIONS.values())).T
     along = np.hstack([np.repeat(axes, len(rows), axis=1), rays])
-    single = len(DIRECTIONS) + np.arange(2 * _RAYS)
+    single = len(DIRECTIONS) + np.arange(2 * _RAY_COUNT)
     group = np.append(np.repeat(np.arange(len(DIRECTIONS)), len(rows)), single)
     ways = walk.ways(q[start].T, position[start].T, rotations[start], along, group)
     free = dict(zip(DIRECTIONS, ways[: len(DIRECTIONS)].tolist(), strict=True))
     ends = (position[middle][:, None] + ways[single] * rays).T
     vertical, horizontal = (
-        np.vstack([ray_ends, ray_ends[:1]]) for ray_ends in (ends[:_RAYS], ends[_RAYS:])
+        np.vstack([ray_ends, ray_ends[:1]]) for ray_ends in (ends[:_RAY_COUNT], ends[_RAY_COUNT:])
     )
     conditioning, _ = walk.posture(q[rows].T)
     return Clearance(
@@ -95,7 +95,7 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
 
 def _rays(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the directions all around in the plane of two axes, (3, rays)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, _RAYS, endpoint=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, _RAY_COUNT, endpoint=False)
     return np.outer(first, np.cos(angle)) + np.outer(second, np.sin(angle))
 
 
@@ -125,12 +125,12 @@ class _Walk:
         columns = [np.ascontiguousarray(rotation_columns[:, k]) for k in range(3)]
         way, q, (_, side) = np.zeros(group.max() + 1), q.copy(), self.posture(q)
         live = np.arange(len(group))
-        for step, most in _STEPS:
+        for step, most in _OUTWARD_STEPS:
             ended = []
             for _ in range(most):
                 target = position[:, live] + (way[group[live]] + step) * direction[:, live]
                 targets = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-                there, came = reached(self.serial, targets, q[:, live], _ITERATIONS)
+                there, came = solve_poses(self.serial, targets, q[:, live], _ITERATIONS)
                 conditioning, on_side = self.posture(there)
                 is_reached = came & (conditioning > _SINGULAR) & self._within(there)
                 is_reached &= on_side == side[live]  # no step leads across a singular posture

@@ -24,9 +24,9 @@ _DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 1e-3, 7e-6, 1.6
 # (10 000 rows 4 ms apart), 0.50 GB with 160 s, 0.91 GB with 480 s.
 _MEMORY, _MEMORY_PER_ROW = 0.3, 5e-6
 # What is said before the work begins, not behind it [GB].
-_MUCH = 2.0
+_REMARKED_MEMORY = 2.0
 # Gears that reverse often, limits and the machine change it by so much.
-_WITHIN = 2.0
+_TIME_FACTOR = 2.0
 # Rows that follow the inverse nearly everywhere: on longer ones every inverse is improved by as many
 # simulations as it may take, each with its share of steps and servos' commands, by second of path.
 _CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
@@ -34,7 +34,7 @@ _CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
 _ASKED_TWICE = 60.0
 
 
-def estimated(
+def estimate_run(
     desired: ToolPath,
     controller: Controller,
     rounds: int,
@@ -57,7 +57,7 @@ def estimated(
     work = _PER_SECOND * duration + _PER_SAMPLE * rows
     work += draws * (_DRAW_PER_SECOND * duration + _DRAW_PER_SAMPLE * rows)
     work *= len(desired.pose) * (_SERVOS if has_servos else 1.0)
-    low, high, improved = _START + work / _WITHIN, _START + work * _WITHIN, ""
+    low, high, improved = _START + work / _TIME_FACTOR, _START + work * _TIME_FACTOR, ""
     if controller.cycle > _CLOSE_ROWS:
         simulations = rounds * Inverter.simulations
         high += len(desired.pose) * simulations * _PER_SIMULATION * duration
@@ -82,10 +82,10 @@ def _memory(desired: ToolPath) -> float:
     return _MEMORY + _MEMORY_PER_ROW * len(desired.pose) * len(desired.time)
 
 
-def forewarned(desired: ToolPath) -> str:
+def warn_of_memory(desired: ToolPath) -> str:
     """Return a sentence on a path that takes much memory; nothing on others."""
     memory = _memory(desired)
-    if memory < _MUCH:
+    if memory < _REMARKED_MEMORY:
         return ""
     duration = desired.time[-1] - desired.time[0]
     return (
@@ -94,14 +94,14 @@ def forewarned(desired: ToolPath) -> str:
     )
 
 
-def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
+def time_evaluation(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
     """Return what a process answers to the desired path, and how long it took [s]."""
     begin = time.perf_counter()
     response = process.evaluate(desired)
     return response, time.perf_counter() - begin
 
 
-def repeated(process: EvaluatedProcess, first: ProcessRequest) -> str:
+def check_repeatability(process: EvaluatedProcess, first: ProcessRequest) -> str:
     """Return whether a process is repeatable, in words.
 
     Args:

@@ -8,7 +8,6 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomlkit
@@ -18,6 +17,7 @@ from coupling import files
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.new_robot import RobotChoice, new_robot
+from coupling.check.spindle import HEAVY_SPINDLE, Spindle
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.foreign_description import is_foreign
@@ -32,7 +32,7 @@ from elastic_robot.errors import RobotFileError
 
 CASE = "case.toml"
 # Places that are tried with the whole path.
-_TRIED = 20
+_MAX_CANDIDATES = 20
 # Samples of it that are looked at: beside the corners a path is smooth.
 _SAMPLES = 200
 
@@ -151,7 +151,7 @@ def new_case(
             name_in_case = file.name
             texts[name_in_case] = file.read_text(encoding="utf-8")
     else:
-        described, name_in_case = _loaded(robot, choice), new_description.file
+        described, name_in_case = _load_robot(robot, choice), new_description.file
         texts |= new_description.texts
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
@@ -161,12 +161,16 @@ def new_case(
     remarks: list[str] = []
     if process == "milling-force":
         case["part"]["touch_off"] = True
-        if name_in_case in texts and not any(described.tcp_position):
-            texts[name_in_case] = with_spindle(texts[name_in_case])
-            described = _of_text(name_in_case, texts[name_in_case])
+        if name_in_case in texts and choice.tip is None and _is_bare(texts[name_in_case]):
+            spindle = HEAVY_SPINDLE if new_description is None else new_description.spindle
+            texts[name_in_case] = spindle.on_flange(texts[name_in_case])
+            if new_description is None:
+                described = _of_text(name_in_case, texts[name_in_case])
+            else:
+                described = _load_robot(robot, choice, spindle)
             remarks.append(
-                f"{name_in_case}: TCP and payload are those of a spindle of {SPINDLE_MASS:g} kg whose"
-                f" tool ends {1e3 * SPINDLE_REACH:g} mm before the flange: give yours"
+                f"{name_in_case}: TCP and payload are those of a spindle of {spindle.mass:g} kg whose"
+                f" tool ends {1e3 * spindle.reach:g} mm before the flange: give yours"
             )
     title = "by the elastic robot of the paper"
     if described != load_robot(find_robot(_NAME_IN_EXAMPLES)):
@@ -196,33 +200,9 @@ def new_case(
     )
 
 
-# A milling spindle with holder and tool, in the flange's frame, x away from it: tip [m] and mass [kg].
-SPINDLE_REACH, SPINDLE_MASS = 0.35, 30.0
-# Its size across and along, for its moments of inertia [m].
-_ACROSS, _ALONG = 0.12, 0.3
-
-
-def with_spindle(text: str) -> str:
-    """Return the text of a robot file whose TCP is the flange, with a milling spindle on it.
-
-    Args:
-        text: Text of the file.
-    """
-    file: Any = tomlkit.parse(text)
-    file["tcp"]["position"] = [SPINDLE_REACH, 0.0, 0.0]
-    long = SPINDLE_MASS / 12.0 * (_ACROSS**2 + _ALONG**2)
-    wide = SPINDLE_MASS / 6.0 * _ACROSS**2
-    if "payload" not in file:
-        file["payload"] = tomlkit.table()
-    file["payload"]["mass"] = SPINDLE_MASS
-    file["payload"]["com"] = [0.5 * _ALONG, 0.0, 0.0]
-    file["payload"]["inertia"] = [round(value, 6) for value in (wide, long, long)]
-    file["payload"]["mass"].comment("an assumption: a milling spindle with holder and tool")
-    file["tcp"]["position"].comment("an assumption: the tip of a milling tool")
-    sources = file.get("sources", {})
-    for key in [key for key in sources if key.startswith("payload.") or key == "tcp"]:
-        sources[key] = "an assumption of elastic-robot init: a milling spindle"
-    return tomlkit.dumps(file)
+def _is_bare(text: str) -> bool:
+    """Return whether a robot file's TCP is at its flange, so that it has no tool."""
+    return not any(tomlkit.parse(text).get("tcp", {}).get("position", [0.0]))
 
 
 def _of_text(name: str, text: str) -> Robot:
@@ -238,11 +218,14 @@ def _has_confirmed_servos(texts: Mapping[str, str]) -> bool:
     return all(tomlkit.parse(text).get("servos_confirmed", True) for text in texts.values())
 
 
-def _loaded(robot: str, choice: RobotChoice) -> Robot:
-    """Return the robot of a file that is still to be written."""
+def _load_robot(robot: str, choice: RobotChoice, spindle: Spindle | None = None) -> Robot:
+    """Return the robot that others describe, with a spindle or none on its flange."""
     with tempfile.TemporaryDirectory() as scratch:
         new_description = new_robot(robot, choice, Path(scratch))
-        for name, text in new_description.texts.items():
+        texts = dict(new_description.texts)
+        if spindle is not None:
+            texts[new_description.file] = spindle.on_flange(texts[new_description.file])
+        for name, text in texts.items():
             Path(scratch, name).write_text(text, encoding="utf-8")
         try:
             return load_robot(Path(scratch, new_description.file))
@@ -286,7 +269,7 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     points = part.coordinates(shown.task.forming.position[0])
     base_from_tool = shown.task.forming.rotations[0][0]
     half_size = float(np.abs(points).max())
-    for seat in part_placements(robot, base_from_tool, half_size, _TRIED):
+    for seat in part_placements(robot, base_from_tool, half_size, _MAX_CANDIDATES):
         home = np.round(np.rad2deg(seat.home), 1) + 0.0
         if not all(_follows(robot, np.deg2rad(home), path) for path in _shifted_paths(shown, seat)):
             continue

@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.check.chain_ends import ChainEnds, chain_ends
+from coupling.check.spindle import Spindle
 from coupling.check.typical_gears import CLASSES, GearClass, class_of
 from coupling.errors import one_of
 from coupling.files.foreign_description import ForeignRobot, foreign_robot
@@ -27,9 +28,9 @@ from elastic_robot.errors import RobotFileError
 # Modes of robots that others measured have damping ratios of 0.02 to 0.08.
 _DAMPING_RATIO = 0.04
 # Lengths [m], and quarters of a turn, that are the same but for rounding in a URDF.
-_SAME = 1e-5
+_URDF_ROUNDING = 1e-5
 # Each link weighs so much of the one before, and is as thick as a part of the longest one.
-_LIGHTER, _THICK = 0.7, 0.15
+_MASS_RATIO, _THICKNESS_RATIO = 0.7, 0.15
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,13 @@ class NewRobot:
         file: Its name.
         texts: Its text and that of a URDF that had to be made, by their names.
         remarks: Sentences on what was chosen, and what is missing.
+        spindle: Spindle that a robot of its class mills with.
     """
 
     file: str
     texts: dict[str, str]
     remarks: tuple[str, ...]
+    spindle: Spindle
 
 
 def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
@@ -92,7 +95,12 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
         urdf_name = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
     skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, urdf_name)
     file = f"{foreign.name}.toml"
-    return NewRobot(file, {file: skeleton.text(), **texts}, tuple(skeleton.remarks()))
+    return NewRobot(
+        file,
+        {file: skeleton.text(), **texts},
+        tuple(skeleton.remarks()),
+        skeleton.gear_class.spindle,
+    )
 
 
 @dataclass(frozen=True)
@@ -114,15 +122,15 @@ class _Skeleton:
             "#",
             *(f"# {_printable(text)}" for text in self.remarks()),
             "",
-            f"name = {_quoted(self.foreign.name)}",
+            f"name = {_quote(self.foreign.name)}",
             *self._gravity(),
             "",
             "[urdf]",
-            f"file = {_quoted(self.urdf)}",
-            f"base = {_quoted(self.ends.base)}",
+            f"file = {_quote(self.urdf)}",
+            f"base = {_quote(self.ends.base)}",
             "",
             "[tcp]                       # its x axis points along the tool, away from the flange",
-            f"link = {_quoted(self.ends.tip)}",
+            f"link = {_quote(self.ends.tip)}",
             "position = [0.0, 0.0, 0.0]           # tip of the tool in that link's frame [m]",
             f"rpy = {_numbers(self._tool_rpy())}",
             "",
@@ -134,7 +142,7 @@ class _Skeleton:
             lines += [
                 "",
                 "[[joint]]",
-                f"name = {_quoted(joint.name)}",
+                f"name = {_quote(joint.name)}",
                 f"stiffness = {typical:g}                # of the class: {low:g} to {high:g}",
                 f"stiffness_range = [{low:g}, {high:g}]",
                 *self._body(number),
@@ -150,14 +158,14 @@ class _Skeleton:
         )
         chosen = "as asked for" if self.gears else f"by {self._length:.2f} m of links"
         yield (
-            f"Gears: typical of {self._class.about} ({chosen}; --payload-class: {', '.join(CLASSES)}),"
-            " not measured on this robot."
+            f"Gears: typical of {self.gear_class.about} ({chosen}; --payload-class:"
+            f" {', '.join(CLASSES)}), not measured on this robot."
         )
         if self._estimated:
             yield (
                 f"Masses: the URDF has none behind {_names(self._estimated_names)}; they are ESTIMATES"
-                f" after a moving mass of {self._class.moving_mass:g} kg: gravity sag and motion are no"
-                " better than these."
+                f" after a moving mass of {self.gear_class.moving_mass:g} kg: gravity sag and motion are"
+                " no better than these."
             )
         if self._impossible:
             names = [self.chain.joints[number].name for number in self._impossible]
@@ -174,12 +182,13 @@ class _Skeleton:
         return float(np.linalg.norm(steps, axis=1).sum())
 
     @property
-    def _class(self) -> GearClass:
+    def gear_class(self) -> GearClass:
+        """Class of its gears, as chosen or by its size."""
         return CLASSES[self.gears or class_of(self._length)]
 
     def _stiffness(self, number: int) -> tuple[float, float, float]:
         wrist = number >= max(len(self.chain.joints) - 3, 3)
-        return self._class.wrist if wrist else self._class.arm
+        return self.gear_class.wrist if wrist else self.gear_class.arm
 
     def _gravity(self) -> list[str]:
         """Return the line of a gravity that is not the default: of a base that is turned."""
@@ -200,9 +209,9 @@ class _Skeleton:
         axis = np.array(self.chain.joints[-1].axis)
         ends = [placement.translation for placement in self.chain.base_from_joint]
         out = self.chain.base_from_tip.translation - ends[-1]
-        if abs(out @ axis) < _SAME and len(ends) > 1:
+        if abs(out @ axis) < _URDF_ROUNDING and len(ends) > 1:
             out = ends[-1] - ends[-2]
-        x = axis if out @ axis >= -_SAME else -axis
+        x = axis if out @ axis >= -_URDF_ROUNDING else -axis
         leftward = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
         y = leftward - (leftward @ x) * x
         y /= np.linalg.norm(y)
@@ -210,7 +219,7 @@ class _Skeleton:
         quarters = pin.rpy.matrixToRpy(self.chain.base_from_tip.rotation.T @ base_from_tool)
         quarters /= 0.5 * np.pi
         whole = np.round(quarters)
-        near: np.ndarray = np.where(np.abs(quarters - whole) < _SAME, whole, quarters)
+        near: np.ndarray = np.where(np.abs(quarters - whole) < _URDF_ROUNDING, whole, quarters)
         return 0.5 * np.pi * near
 
     @property
@@ -246,14 +255,14 @@ class _Skeleton:
         mass = self.chain.inertias[number].mass
         count = len(self.chain.joints)
         if number in self._estimated:
-            shares = _LIGHTER ** np.arange(count)
-            mass = self._class.moving_mass * shares[number] / shares.sum()
+            shares = _MASS_RATIO ** np.arange(count)
+            mass = self.gear_class.moving_mass * shares[number] / shares.sum()
         elif number not in self._impossible:
             return []
         here = self.chain.base_from_joint[number]
         ends = [*self.chain.base_from_joint, self.chain.base_from_tip]
         way = here.rotation.T @ (ends[number + 1].translation - here.translation)
-        thickness = _THICK * self._length / count
+        thickness = _THICKNESS_RATIO * self._length / count
         moment = mass * (way @ way / 12.0 + thickness**2 / 2.0)
         inertia = f"inertia = [{moment:.3g}, {moment:.3g}, {moment:.3g}]    # an ESTIMATE"
         if number not in self._estimated:
@@ -261,20 +270,20 @@ class _Skeleton:
         return [f"mass = {mass:.3g}    # an ESTIMATE", f"com = {_numbers(0.5 * way)}", inertia]
 
     def _sources(self) -> Iterator[str]:
-        yield f'"urdf" = {_quoted(self.foreign.source)}'
+        yield f'"urdf" = {_quote(self.foreign.source)}'
         yield '"tcp" = "an assumption of elastic-robot init: the flange, x along the last axis"'
-        source = f"typical of {self._class.about}, not of this robot: {self._class.source}"
-        yield f'"joint.stiffness" = {_quoted(source)}'
+        source = f"typical of {self.gear_class.about}, not of this robot: {self.gear_class.source}"
+        yield f'"joint.stiffness" = {_quote(source)}'
         yield '"joint.stiffness_range" = "the same: the whole class"'
         yield '"modal_damping" = "an assumption: robots measured by others have 0.02 to 0.08"'
         estimate = "an ESTIMATE of elastic-robot init: {} spread as rods"
-        moving = estimate.format(f"{self._class.moving_mass:g} kg")
+        moving = estimate.format(f"{self.gear_class.moving_mass:g} kg")
         if self._estimated:
-            yield f'"joint.mass" = {_quoted(moving)}'
-            yield f'"joint.com" = {_quoted(moving)}'
+            yield f'"joint.mass" = {_quote(moving)}'
+            yield f'"joint.com" = {_quote(moving)}'
         if self._estimated or self._impossible:
             spread = moving if self._estimated else estimate.format("the URDF's masses")
-            yield f'"joint.inertia" = {_quoted(spread)}'
+            yield f'"joint.inertia" = {_quote(spread)}'
 
 
 def _printable(text: str) -> str:
@@ -289,7 +298,7 @@ def _numbers(values: np.ndarray) -> str:
     return f"[{', '.join(repr(round(float(value), 12) + 0.0) for value in values)}]"
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as a basic string of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     plain = "".join(

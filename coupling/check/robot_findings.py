@@ -17,7 +17,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import arc_length, interpolated
+from coupling.path.linear import arc_length, interpolate_rows
 from coupling.results.drive_result import DriveMotion
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
@@ -33,7 +33,7 @@ from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
 # of the time.
-_KIND = "native"
+_FMU_KIND = "native"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def examine_robots(
         PlanningError: If a robot cannot follow its path.
     """
     robots = []
-    with Models(_KIND, watch) as models:
+    with Models(_FMU_KIND, watch) as models:
         for placed, motion in zip(
             case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
         ):
@@ -134,7 +134,7 @@ def examine_robots(
 def _torques(moving: MovingRobot, loads: GearLoads, joints: JointPath) -> np.ndarray:
     """Return the torques of the gears at rest by joint, at the times of the joints' motion."""
     torque = np.zeros_like(joints.q[0])
-    torque[:, moving.model.gear_joint] = interpolated(joints.time, loads.time, loads.static)
+    torque[:, moving.model.gear_joint] = interpolate_rows(joints.time, loads.time, loads.static)
     return torque
 
 

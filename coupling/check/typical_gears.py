@@ -7,6 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from coupling.check.spindle import (
+    HEAVY_SPINDLE,
+    LIGHT_SPINDLE,
+    MEDIUM_SPINDLE,
+    SMALL_SPINDLE,
+    Spindle,
+)
+
 
 @dataclass(frozen=True)
 class GearClass:
@@ -20,6 +28,7 @@ class GearClass:
         longest: Length of links from the first joint to the flange up to which a robot is taken for one
             of the class, if none is stated [m].
         moving_mass: Mass of the links that such a robot moves [kg], for an estimate.
+        spindle: Spindle that such a robot mills with.
     """
 
     about: str
@@ -28,6 +37,7 @@ class GearClass:
     source: str
     longest: float
     moving_mass: float
+    spindle: Spindle
 
 
 CLASSES = {
@@ -39,6 +49,7 @@ CLASSES = {
         " gears of other sizes are from it is an assumption",
         1.35,
         20.0,
+        LIGHT_SPINDLE,
     ),
     "small": GearClass(
         "industrial robots of 5 to 20 kg",
@@ -48,6 +59,7 @@ CLASSES = {
         " assumption, a ninth of the arm as in heavy robots",
         2.0,
         120.0,
+        SMALL_SPINDLE,
     ),
     "medium": GearClass(
         "industrial robots of 20 to 100 kg",
@@ -56,6 +68,7 @@ CLASSES = {
         "an assumption: between the classes small and heavy; no published values were found",
         2.5,
         350.0,
+        MEDIUM_SPINDLE,
     ),
     "heavy": GearClass(
         "industrial robots of 100 to 500 kg",
@@ -67,6 +80,7 @@ CLASSES = {
         " 1.5e6 to 3.4e6 of modal fits of wrists [GBTMilling] are left out",
         5.0,
         1000.0,
+        HEAVY_SPINDLE,
     ),
 }
 

@@ -36,7 +36,7 @@ def check(
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
-    from coupling.check.estimate import forewarned, repeated
+    from coupling.check.estimate import check_repeatability, warn_of_memory
     from coupling.check.robot_findings import examine_robots
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
@@ -49,7 +49,7 @@ def check(
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.terminal import print_answer, print_sections, print_warnings
+    from coupling.report.terminal import print_result
     from coupling.results.section import Section, warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
@@ -66,7 +66,7 @@ def check(
         view.watch(Progress("reading the case and its path", 0, 1))
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
-        if much := forewarned(desired):
+        if much := warn_of_memory(desired):
             console.print(much)
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
         said, alike = remarks(loaded), []
@@ -82,7 +82,7 @@ def check(
             if removal is not None and removal.repeatability is not None:
                 alike = [removal.repeatability.sentence()]
             elif isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, process.last)]
+                alike = [check_repeatability(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = examine_robots(loaded, wrench, view.watch)
@@ -104,27 +104,26 @@ def check(
     ]
     answer = check_answer(robots, loaded.resolved, case, chatter)
     write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
-    print_answer(console, answer)
-    if verbose:
-        print_sections(console, sections)
-    else:
-        print_warnings(console, [str(part) for section in warnings for part in section.parts])
+    print_result(console, answer, sections, warnings, verbose)
+    if not verbose:
         console.print(others[-1])
     console.print(f"Page: {file}")
 
 
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
-    from coupling.check.estimate import estimated, timed
+    from coupling.check.estimate import estimate_run, time_evaluation
     from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
-        _, each = timed(case.process, case.desired)
+        _, each = time_evaluation(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
         draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
         servos = any(placed.drive == "servo" for placed in case.robots)
-        return estimated(case.desired, case.controller, case.method.max_rounds, each, draws, servos)
+        return estimate_run(
+            case.desired, case.controller, case.method.max_rounds, each, draws, servos
+        )
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"
     )

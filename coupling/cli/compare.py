@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from coupling.cli.arguments import OwnFrame, Verbose
 from coupling.cli.console import console
 from coupling.errors import ResultError
 from coupling.files.output_file import require_output
@@ -15,17 +16,30 @@ _FILE = Path("comparison.html")
 
 
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="A", help="A run folder.")],
-    second: Annotated[Path, typer.Argument(metavar="B", help="Another one, of the same robots.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN [MEASURED]",
+            help="Run folders of the same robots, each followed by the file of the path that was"
+            " measured under it, if any.",
+        ),
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
+    own_frame: OwnFrame = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Compare two run folders: results, commands and inputs that differ."""
-    from coupling.report.compare_report import comparison_summary, write_comparison
+    """Compare runs, and what was measured under them: results, commands and inputs that differ."""
+    from coupling.report.compare_report import (
+        comparison_answer,
+        comparison_summary,
+        write_comparison,
+    )
     from coupling.report.comparison import Comparison
-    from coupling.report.terminal import print_sections
+    from coupling.report.terminal import print_result
 
     require_output(output, ".html", ResultError)
-    comparison = Comparison.of(first, second)
+    comparison = Comparison.of(runs, own_frame)
     page = write_comparison(comparison, output)
-    print_sections(console, comparison_summary(comparison))
+    answer, sections = comparison_answer(comparison), comparison_summary(comparison)
+    print_result(console, answer, sections, (), verbose)
     console.print(f"Page: {page}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,7 @@ from typing import Annotated
 import typer
 
 from coupling.cli.console import console
+from coupling.errors import CaseError
 
 
 def _robots() -> list[str]:
@@ -73,6 +75,8 @@ def init(
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to create, or --list, got neither")
+    if tolerance_mm is None and sys.stdin is not None and sys.stdin.isatty():
+        tolerance_mm = asked_tolerance(typer.prompt(_ASKED, default="", show_default=False))
     links = RobotChoice(base, tip, payload_class)
     case = new_case(robot, process, two_robots, folder, links, tolerance_mm)
     file = write_case(case, folder)
@@ -90,10 +94,28 @@ def init(
         raise typer.Exit(1)
 
 
+_ASKED = "How far may the tool be off its path [mm]? Reports judge by it (Enter: not known yet)"
 _QUESTION = (
     "How far may the tool be off its path? State it as tolerance_mm in [part] (or by --tolerance-mm):"
     " reports judge by it."
 )
+
+
+def asked_tolerance(text: str) -> float | None:
+    """Return the tolerance [mm] that was typed; None for an empty line.
+
+    Raises:
+        CaseError: If it is no number.
+
+    Example:
+        >>> asked_tolerance(" 0,2 mm"), asked_tolerance("")
+        (0.2, None)
+    """
+    number = text.strip().removesuffix("mm").strip().replace(",", ".")
+    try:
+        return float(number) if number else None
+    except ValueError as cause:
+        raise CaseError(f"tolerance: expected a length [mm] such as 0.2, got {text!r}") from cause
 
 
 def _list() -> Iterator[str]:

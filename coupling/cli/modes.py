@@ -47,7 +47,7 @@ def modes(
     from coupling.files.result_folder import begin_result
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
-    from coupling.files.written_files import claimed
+    from coupling.files.written_files import begin_folder, claim_file, claimed_folder
     from coupling.modes.analysis import modes_in_posture, modes_of_case
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
@@ -66,7 +66,10 @@ def modes(
         raise StabilityError("--force-n: expected it beside --posture-deg")
     if posture_deg is None:
         assert case is not None
-        analysis = modes_of_case(case, responses)
+        analyses = [
+            modes_of_case(case, () if number else responses, number)
+            for number in range(len(case.robots))
+        ]
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
         robot, curve = (
@@ -76,11 +79,17 @@ def modes(
         )
         posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
         wrench = np.append(force, np.zeros(3))
-        analysis = modes_in_posture(robot, curve, posture, wrench, responses)
+        analyses = [modes_in_posture(robot, curve, posture, wrench, responses)]
     folder = output or Path("results", f"{file.stem}_modes")
     begin_result(folder, "modes", overwrite)
-    claimed(folder / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
-    NamedStateSpace.of(analysis.softest.linear).write(folder)
-    claimed(folder / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
-    print_sections(console, modes_summary(analysis.result))
-    console.print(f"Modes: {folder}  (report: {folder / 'report.html'})")
+    for number, analysis in enumerate(analyses):
+        place = folder
+        if number:
+            assert case is not None
+            place = claimed_folder(folder / case.robots[number].name)
+            begin_folder(place, "modes")
+        claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
+        NamedStateSpace.of(analysis.softest.linear).write(place)
+        claim_file(place / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
+        print_sections(console, modes_summary(analysis.result))
+        console.print(f"Modes: {place}  (report: {place / 'report.html'})")

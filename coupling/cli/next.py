@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import math
 import re
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from coupling.cli.arguments import (
     Overwrite,
     OwnFrame,
     StoreFolder,
+    Verbose,
     pairs_of,
     store_folder,
 )
@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
-    from coupling.results.forecast import RunForecast
+    from coupling.results.learned_result import LearnedResult
+    from coupling.results.next_result import NextResult
+    from coupling.results.section import Answer
     from coupling.run.execute import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
@@ -103,11 +105,15 @@ def next_command(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
     frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
     options = _options(move, frame_accuracy, cutoff_hz, repeatability)
-    _advance(runs, output, options, inputs_only, overwrite, store, no_store)
+    known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
+    words = [word for option, value in known if value for word in (option, value)]
+    words += ["--own-frame"] * own_frame
+    _advance(runs, output, options, words, inputs_only, overwrite, store, no_store, verbose)
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -211,10 +217,12 @@ def _advance(
     runs: Sequence[Path],
     output: Path,
     options: NextOptions,
+    known: Sequence[str],
     inputs_only: bool,
     overwrite: bool,
     store: Path | None,
     no_store: bool,
+    verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
@@ -232,7 +240,11 @@ def _advance(
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
     from coupling.report.next_report import next_summary
-    from coupling.report.terminal import print_sections
+    from coupling.report.report_file import name_path
+    from coupling.report.result_answers import next_answer, refused_answer
+    from coupling.report.run_report import run_summary, run_warnings
+    from coupling.report.terminal import print_result
+    from coupling.results.section import warned
     from coupling.run.console import RunView
     from coupling.run.models import Models
     from coupling.run.new_folder import RUN_FOLDER
@@ -250,21 +262,25 @@ def _advance(
     title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
     with (
         exclusively(place, LearnError),
-        RunView(console) as view,
+        RunView(console, verbose) as view,
         Models("native", view.watch) as models,
     ):
         command_plan = plan(sources, options, models, view.watch)
-        plan_figures = figures(command_plan)
-        print_sections(console, next_summary(plan_figures, learned_figures(command_plan)))
         begin_inputs(place)
-        report = _write_report(place, title, command_plan)
+        result, learned = figures(command_plan), learned_figures(command_plan)
+        words = ["elastic-robot", "next", *map(str, runs)]
         if command_plan.is_refused:
+            answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
+        else:
+            case = write_inputs(place, command_plan)
+            words += [str(output), "measured.csv", *known, "-o", f"{output}_next"]
+            answer = next_answer(result, name_path(case), words)
+        report = _write_report(place, title, result, learned, answer)
+        if command_plan.is_refused or inputs_only:
+            sections = next_summary(result, learned)
+            print_result(console, answer, sections, warned(result.warnings), verbose)
             console.print(f"Report: {report}")
-            raise typer.Exit(REFUSED)
-        case = write_inputs(place, command_plan)
-        if inputs_only:
-            console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
-            return
+            raise typer.Exit(REFUSED if command_plan.is_refused else 0)
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
 
@@ -272,28 +288,33 @@ def _advance(
             return expected(case_of_run, command_plan, watch, store)
 
         finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
-        _write_report(place, title, command_plan, finished.run.forecast)
-    print_run(finished, output)
+        result = figures(command_plan, finished.run.forecast)
+        answer = next_answer(result, name_path(output), words)
+        _write_report(place, title, result, learned, answer)
+    if finished.is_good:
+        sections = [*next_summary(result, learned), *run_summary(finished.stored)]
+        warnings = [*warned(result.warnings), *run_warnings(finished.stored.figures)]
+        print_result(console, answer, sections, warnings, verbose)
+        console.print(f"Result: {output}  (report: {output / 'report.html'})")
+    else:
+        print_run(finished, output, verbose)
     console.print(f"Report on the learning: {report}")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def _write_report(
-    place: Path, title: str, command_plan: CommandPlan, forecast: RunForecast | None = None
+    place: Path, title: str, result: NextResult, learned: LearnedResult | None, answer: Answer
 ) -> Path:
     """Write how a command was computed, page and figures; return the page."""
-    from coupling.identification.next.figures import figures
-    from coupling.identification.next.inputs import LEARNED, PLAN, REPORT, learned_figures
+    from coupling.identification.next.inputs import LEARNED, PLAN, REPORT
     from coupling.report.next_report import next_page
-    from coupling.report.report_file import name_path
 
-    result, learned = figures(command_plan, forecast), learned_figures(command_plan)
     write_atomically(place / PLAN, result.text() + "\n", LearnError)
     if learned is not None:
         write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
     page = place / REPORT
-    write_atomically(page, next_page(title, result, learned, name_path(place)), LearnError)
+    write_atomically(page, next_page(title, result, learned, answer), LearnError)
     return page
 
 

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
-from coupling.cli.arguments import CaseFile, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.arguments import (
+    CaseFile,
+    NoStore,
+    Overwrite,
+    StoreFolder,
+    Verbose,
+    store_folder,
+)
 from coupling.cli.console import console
 from coupling.errors import CaseError, one_of
 from coupling.events import Progress
@@ -30,14 +37,23 @@ def place(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    verbose: Verbose = False,
 ) -> None:
     """Find the place of part and tool where the robot is stiff and its gears do not reverse."""
     from coupling.case.file import load_case
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_report import REPORT, place_summary, write_place_report
-    from coupling.report.terminal import print_sections
+    from coupling.report.place_report import (
+        REPORT,
+        place_summary,
+        place_warnings,
+        write_place_report,
+    )
+    from coupling.report.report_file import name_path
+    from coupling.report.result_answers import place_answer
+    from coupling.report.terminal import print_result
+    from coupling.results.section import warned
     from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
     from coupling.run.new_folder import logged_folder
@@ -46,7 +62,7 @@ def place(
     objective = _objective(optimise)
     evaluations = store_folder(folder, store, no_store)
     with (
-        RunView(console) as view,
+        RunView(console, verbose) as view,
         logged_folder("place", case, folder, overwrite, evaluations, view.watch) as (
             work,
             log,
@@ -65,7 +81,9 @@ def place(
         write_place_report(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(placement.durations)
-    print_sections(console, place_summary(read_placement(folder).figures))
+    figures = read_placement(folder).figures
+    answer, sections = place_answer(figures, name_path(folder)), place_summary(figures)
+    print_result(console, answer, sections, warned(place_warnings(figures)), verbose)
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
 
 

@@ -90,7 +90,7 @@ def _run(
 
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
-    with RunView(console) as view:
+    with RunView(console, verbose) as view:
         finished = conduct(file, folder, overwrite, evaluations, kind, work, view.watch)
     print_run(finished, folder, verbose)
     if finished.run.not_stored:
@@ -107,13 +107,10 @@ def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> Non
         verbose: Whether all that its report says is printed.
     """
     from coupling.report.run_report import answer_of, run_summary, run_warnings
-    from coupling.report.terminal import print_answer, print_sections, print_warnings
+    from coupling.report.terminal import print_result
 
-    print_answer(console, answer_of(finished.stored))
-    if verbose:
-        print_sections(console, run_summary(finished.stored))
-    else:
-        print_warnings(console, run_warnings(finished.stored))
+    stored, warnings = finished.stored, run_warnings(finished.stored.figures)
+    print_result(console, answer_of(stored), run_summary(stored), warnings, verbose)
     seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import CaseFile, Overwrite, numbers_of
+from coupling.cli.arguments import CaseFile, Overwrite, Verbose, numbers_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
 
@@ -43,15 +43,19 @@ def stability(
         ),
     ] = 0.0,
     overwrite: Overwrite = False,
+    verbose: Verbose = False,
 ) -> None:
     """Does a milling robot chatter: limiting depth, frequency and growth along its path."""
     import numpy as np
 
     from coupling.case.file import load_case
     from coupling.files.result_folder import begin_result
-    from coupling.files.written_files import claimed
+    from coupling.files.written_files import claim_file
+    from coupling.report.report_file import name_path
+    from coupling.report.result_answers import stability_answer
     from coupling.report.stability_report import stability_page, stability_summary
-    from coupling.report.terminal import print_sections
+    from coupling.report.terminal import print_result
+    from coupling.results.section import warned
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
@@ -84,7 +88,9 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     begin_result(folder, "stability", overwrite)
-    claimed(folder / "stability.json").write_text(result.text(), encoding="utf-8")
-    claimed(folder / "report.html").write_text(stability_page(result), encoding="utf-8")
-    print_sections(console, stability_summary(result))
+    claim_file(folder / "stability.json").write_text(result.text(), encoding="utf-8")
+    answer = stability_answer(result, name_path(case))
+    claim_file(folder / "report.html").write_text(stability_page(result, answer), encoding="utf-8")
+    remarks = warned((), result.remarks)
+    print_result(console, answer, stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import NoStore, StoreFolder, store_folder
+from coupling.cli.arguments import NoStore, StoreFolder, Verbose, store_folder
 from coupling.cli.console import console
 from coupling.events import Progress, Watch
 
@@ -36,15 +36,17 @@ def study(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Start a study anew.")] = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    verbose: Verbose = False,
 ) -> None:
     """Sample uncertain robots and simulate the command on each; an interrupted study is resumed."""
     from coupling.case.file import load_case
+    from coupling.report.result_answers import study_answer
     from coupling.report.study_report import study_summary, write_study_report
-    from coupling.report.terminal import print_sections
+    from coupling.report.terminal import print_result
     from coupling.run.console import RunView
-    from coupling.study.conduct import changed_table, opened, simulated
+    from coupling.study.conduct import changed_table, open_study, simulate_samples
     from coupling.study.evaluate import write_findings
-    from coupling.study.folder import REPORT, RUN, locked
+    from coupling.study.folder import REPORT, RUN, lock_folder
     from coupling.study.stored_study import read_study
     from coupling.study.workers import Workers
 
@@ -53,15 +55,16 @@ def study(
     evaluations = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
-    with locked(folder, overwrite), RunView(console) as view:
+    with lock_folder(folder, overwrite), RunView(console, verbose) as view:
         place = run or _own_run(case, folder / RUN, evaluations, view.watch)
-        study_folder = opened(folder, loaded, table, place, couple, evaluations)
-        result = simulated(study_folder, crew, view.watch)
+        study_folder = open_study(folder, loaded, table, place, couple, evaluations)
+        result = simulate_samples(study_folder, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(study_folder, result)
         write_study_report(folder)
     stored = read_study(folder)
-    print_sections(console, study_summary(stored.figures))
+    sections = study_summary(stored.figures)
+    print_result(console, study_answer(stored), sections, (), verbose)
     console.print(f"Study: {folder}  (report: {folder / REPORT})")
     if not stored.figures.command.converged:
         raise typer.Exit(_NOT_CONVERGED)

@@ -35,7 +35,7 @@ from coupling.run.stored_run import read_run
 # The torque curve of a case that does not say another one.
 _TORQUE_CURVE = "backlash"
 # Longest command [s]; a mistaken unit would fill the memory with rows.
-_LONGEST = 20_000.0
+_MAX_DURATION = 20_000.0
 # No controller's cycle is longer [s].
 _LONGEST_CYCLE = 0.1
 # Times closer to each other than this are one [s].
@@ -154,10 +154,10 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     count = len(description.joints)
     table = read_command(file, count, ProgramError)
     start, length = table.joints.time[0], float(np.ptp(table.joints.time))
-    if length > _LONGEST:
+    if length > _MAX_DURATION:
         raise ProgramError(
-            f"{file}: time: expected a command of at most {_LONGEST:g} s, got one of {length:g} s: give"
-            " seconds"
+            f"{file}: time: expected a command of at most {_MAX_DURATION:g} s, got one of {length:g} s:"
+            " give seconds"
         )
     joints = replace(table.joints, time=table.joints.time - start)
     placed = PlacedRobot(
@@ -179,7 +179,9 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         name=file.stem,
         placed=placed,
         joints=joints,
-        wrench=none if wrench is None else _met(wrench, start, instants, _last_cycle(joints)),
+        wrench=none
+        if wrench is None
+        else _find_wrench(wrench, start, instants, _last_cycle(joints)),
         desired=None,
         part=controller_from_base(axes).inverse(),
         axes=axes,
@@ -190,7 +192,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     return (command,)
 
 
-def _met(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
+def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
     """Return the wrench of a table at instants of a command, and at its own ones between them.
 
     Args:

@@ -64,7 +64,7 @@ class PoseCurve:
         cosine = np.clip(np.sum(start[:, 3:] * end[:, 3:], axis=1), -1.0, 1.0)
         far = np.where(cosine[:, None] < 0.0, -end[:, 3:], end[:, 3:])
         angle = np.arccos(np.abs(cosine))
-        small = angle < _SMALL
+        small = angle < _SMALL_ANGLE
         sine = np.where(small, 1.0, np.sin(angle))
         first = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
         second = np.where(small, share, np.sin(share * angle) / sine)
@@ -84,7 +84,7 @@ class PoseCurve:
 
 
 # Angle between quaternions below which sines are taken for their arguments.
-_SMALL = 1e-7
+_SMALL_ANGLE = 1e-7
 
 
 @dataclass(frozen=True)

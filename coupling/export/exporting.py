@@ -24,16 +24,16 @@ from coupling.path.length_text import format_um
 from coupling.run.models import Models, cell_of
 
 # Programs that are tried, with closer points where the last one loses too much.
-_TRIES = 14
+_MAX_PROGRAMS = 14
 # How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
 # oscillation, and how that grows: a gear may stay in its backlash for seconds before it shows.
-_BEFORE, _GROWTH = 0.3, 1.5
+_FIRST_LOOKBACK, _LOOKBACK_GROWTH = 0.3, 1.5
 # What the inverse aims at, as parts of the tolerance, one after the other.
-_AIMS = (0.5, 0.1)
+_INVERSE_TOLERANCES = (0.5, 0.1)
 # Largest distance of targets that is tried where another one loses too much, in cycles; rounding of it.
-_MOST_CYCLES, _ROUNDING = 3, 1e-6
+_MOST_CYCLES, _CYCLE_ROUNDING = 3, 1e-6
 # Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
-_FEWEST = 8
+_MIN_CYCLES = 8
 
 
 def export_run(
@@ -135,14 +135,14 @@ def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) 
 
 def _cycles(spacing: float, cycle: float) -> int:
     """Return the fewest whole cycles that are no shorter than a time [s]."""
-    return max(int(np.ceil(spacing / cycle - _ROUNDING)), 1)
+    return max(int(np.ceil(spacing / cycle - _CYCLE_ROUNDING)), 1)
 
 
-def _spaced(points: np.ndarray, cycles: int) -> np.ndarray:
+def _space_points(points: np.ndarray, cycles: int) -> np.ndarray:
     """Return every so many-th point, the first and the last among them, none closer than that.
 
     Example:
-        >>> _spaced(np.arange(8), 3)
+        >>> _space_points(np.arange(8), 3)
         array([0, 3, 7])
     """
     chosen = points[: max(len(points) - cycles, 1) : cycles]
@@ -157,26 +157,30 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
     halved there, until they do not.
     """
     options, programs = job.options, list[ExportedProgram]()
-    candidates = _spaced(sampled.points, cycles)
+    candidates = _space_points(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)
-    for number in range(_TRIES):
-        job.watch(Progress("choosing points, reading them back", number, _TRIES))
+    for number in range(_MAX_PROGRAMS):
+        job.watch(Progress("choosing points, reading them back", number, _MAX_PROGRAMS))
         rows = choose(curve, sampled.time, candidates, tolerance)
         checked = job.check_rows(sampled, rows, float(tolerance.min()))
         programs.append(checked.exported)
         if programs[-1].loss <= options.tolerance or len(rows) == len(candidates):
             break
-        tolerance = _halved(tolerance, sampled.time, checked.lost, _BEFORE * _GROWTH**number)
+        tolerance = _halve_tolerance(
+            tolerance, sampled.time, checked.lost, _FIRST_LOOKBACK * _LOOKBACK_GROWTH**number
+        )
     return min(programs, key=lambda one: one.loss)
 
 
-def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
+def _halve_tolerance(
+    tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float
+) -> np.ndarray:
     """Return tolerances at times, half of what they are up to so long before something was lost.
 
     Example:
-        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
+        >>> _halve_tolerance(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
         array([1. , 0.5, 0.5, 1. ])
     """
     first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + before, side="right")
@@ -256,7 +260,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
     tolerance = job.options.tolerance
     job.watch(Progress("sampling the command, reading it back", 0, 1))
     best = _check_rows(job, job.command.joints)
-    for aim in _AIMS:
+    for aim in _INVERSE_TOLERANCES:
         if best.loss <= tolerance:
             break
         try:
@@ -282,8 +286,10 @@ def _inverse(job: ExportJob, goal: float) -> JointPath:
     """Return rows of angles under which the moving robot's tool takes the path of the command."""
     member, path = job.member, job.reference
     cycles = float(np.ptp(path.time)) / job.cycle
-    if cycles < _FEWEST:
-        raise PlanningError(f"expected a command of {_FEWEST} cycles at least, got {cycles:.3g}")
+    if cycles < _MIN_CYCLES:
+        raise PlanningError(
+            f"expected a command of {_MIN_CYCLES} cycles at least, got {cycles:.3g}"
+        )
     assert member.inverter is not None
     desired_motion = DesiredMotion(path, member.planner.plan(path), job.loads.on(path))
     controller = replace(job.command.controller, cycle=job.cycle, interpolation="cubic")

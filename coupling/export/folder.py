@@ -13,15 +13,15 @@ from coupling.results.export_result import ExportedFileResult, ExportedProgramRe
 
 SUMMARY = "export.json"
 # Kind of the folder.
-_KIND = "export"
+_FOLDER_KIND = "export"
 
 
 def is_export(folder: Path) -> bool:
     """Return whether a folder holds exported programs."""
-    return is_of_kind(folder, _KIND) or (folder / SUMMARY).is_file()
+    return is_of_kind(folder, _FOLDER_KIND) or (folder / SUMMARY).is_file()
 
 
-EXPORT_FOLDER = FolderKind(_KIND, "an export", ProgramError, is_export)
+EXPORT_FOLDER = FolderKind(_FOLDER_KIND, "an export", ProgramError, is_export)
 
 
 def write_export(

@@ -64,7 +64,7 @@ def drive_motion(
     time = start + np.cumsum([0.0, *(move.duration or 0.0 for move in timed[1:])])
     at = Controller(cycle).rows(time[0], time[-1])
     at[-1] = time[-1]
-    if at[-1] - at[-2] < _SHORTEST * cycle:
+    if at[-1] - at[-2] < _SHORTEST_CYCLE * cycle:
         at = np.delete(at, -2)
     spline = motions == {"spline"}
     if any(move.pose is None for move in timed):
@@ -80,7 +80,7 @@ def drive_motion(
     in_base = ToolPath(at, values).transformed(base_from_path)
     carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
-    planner = InverseKinematics(_unlimited(carrying), home)
+    planner = InverseKinematics(_remove_limits(carrying), home)
     joints = None if near is None else _found_near(planner, carrying, axes, in_base, near)
     return planner.plan(in_base) if joints is None else joints
 
@@ -102,7 +102,7 @@ def joint_lines(motion: JointPath) -> JointPath:
     time, (q,) = motion.time, motion.q
     steps = np.diff(time)
     rates = np.diff(q, axis=0) / steps[:, None]
-    joins = _JOIN * np.minimum(steps, steps.min())
+    joins = _JOINED_PART * np.minimum(steps, steps.min())
     after, before = time[:-1] + joins, time[1:] - joins
     rows = np.column_stack([after, before]).ravel()
     values = np.stack([q[:-1] + joins[:, None] * rates, q[1:] - joins[:, None] * rates], axis=1)
@@ -117,7 +117,7 @@ def joint_lines(motion: JointPath) -> JointPath:
 
 
 # Part of a cycle within which straight ways are joined.
-_JOIN = 0.05
+_JOINED_PART = 0.05
 
 
 def _found_near(
@@ -134,12 +134,12 @@ def _found_near(
     if near.shape != (len(path.time), 6):
         return None
     jacobians = Postures(robot, axes).jacobians(near)
-    if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _REGULAR:
+    if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _MIN_SINGULAR_VALUE:
         return None
     q = near.copy()
-    for _ in range(_STEPS):
+    for _ in range(_MAX_ITERATIONS):
         off = path.deviation_from(ToolPath(path.time, planner.poses(q)))[0]
-        if np.abs(off).max() < _REACHED:
+        if np.abs(off).max() < _POSE_TOLERANCE:
             return JointPath(path.time, (q,))
         q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]
     return None
@@ -147,11 +147,11 @@ def _found_near(
 
 # Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; smallest singular
 # value of a Jacobian that is solved.
-_REACHED, _STEPS, _REGULAR = 1e-10, 6, 1e-4
+_POSE_TOLERANCE, _MAX_ITERATIONS, _MIN_SINGULAR_VALUE = 1e-10, 6, 1e-4
 
 
 # A last cycle shorter than this part of one is joined to the one before it.
-_SHORTEST = 0.5
+_SHORTEST_CYCLE = 0.5
 
 
 def _straight(curve: SampledCurve, time: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -178,6 +178,6 @@ def _home(program: RobotProgram) -> tuple[float, ...]:
     return angles[-1]
 
 
-def _unlimited(robot: Robot) -> Robot:
+def _remove_limits(robot: Robot) -> Robot:
     """Return a robot whose joints have no limits, which are checked for themselves."""
     return replace(robot, joints=tuple(replace(joint, limits=None) for joint in robot.joints))

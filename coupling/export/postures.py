@@ -15,7 +15,7 @@ from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # How far the axes of a wrist may pass each other and still meet in its centre [m].
-_MEETS = 1e-6
+_WRIST_CENTRE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def wrist_centre(arm: Posture) -> np.ndarray:
         float(np.linalg.norm(plane @ (centre - foot)))
         for plane, foot in zip(across, arm.origins[3:], strict=True)
     )
-    if apart > _MEETS:
+    if apart > _WRIST_CENTRE_TOLERANCE:
         raise ProgramError(
             "configuration: expected a wrist whose three axes meet, got axes that pass each other by"
             f" {1e3 * apart:.3g} mm: write joint angles with --targets joints"

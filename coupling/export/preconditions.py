@@ -20,11 +20,11 @@ from coupling.run.drive_motion import drive_motions
 from coupling.run.stored_run import StoredRobot, StoredRun
 
 # By how much a limit may be passed for rounding.
-_ROUNDING = 1e-6
+_LIMIT_ROUNDING = 1e-6
 # Rounding of poses in command.csv [m], and of those in a table of anybody's [m], [rad].
-_SAME, _ROUNDED = 1e-9, 1e-5
+_COMMAND_ROUNDING, _TABLE_ROUNDING = 1e-9, 1e-5
 # Rate of a joint that rests [rad/s]: a run's last row may lie a little behind its end.
-_RESTS = 1e-2
+_REST_RATE = 1e-2
 
 
 def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[DriveMotion, ...]:
@@ -49,7 +49,7 @@ def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
     for i, drive in enumerate(motions):
         low, high = limits.lower[i], limits.upper[i]
         lowest, highest = drive.range_rad
-        if lowest < low - _ROUNDING or highest > high + _ROUNDING:
+        if lowest < low - _LIMIT_ROUNDING or highest > high + _LIMIT_ROUNDING:
             angles = np.rad2deg([low, high, lowest, highest])
             problems.append(
                 f"joint {drive.joint}: expected angles of {angles[0]:.2f} to {angles[1]:.2f} deg, got"
@@ -62,7 +62,7 @@ def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
                 *(drive.acceleration_limit_rad_s2, "rad/s^2"),
             ),
         ):
-            if most is not None and reached > most * (1.0 + _ROUNDING):
+            if most is not None and reached > most * (1.0 + _LIMIT_ROUNDING):
                 problems.append(
                     f"joint {drive.joint}: expected at most {most:.4g} {unit}, got {reached:.4g} {unit}"
                     f" at {at:.3f} s"
@@ -83,7 +83,7 @@ def remark_on_ends(joints: JointPath) -> str:
     """Return where a command moves at its ends, where a program rests; empty where it does not."""
     for what, row in (("begins", 0), ("ends", -1)):
         rates = np.abs(joints.qd[0][row]) if joints.qd else np.zeros(1)
-        if rates.max() > _RESTS:
+        if rates.max() > _REST_RATE:
             return (
                 f"the command {what} with joint {rates.argmax() + 1} at {rates.max():.3g} rad/s, its"
                 " program at rest"
@@ -106,8 +106,8 @@ def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
 
 def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -> None:
     """Refuse a run whose robot file has been changed since."""
-    apart = float(_undeflected(placed, stored.joints).distance_to(stored.command).max())
-    if apart > _SAME:
+    apart = float(_follow_undeflected(placed, stored.joints).distance_to(stored.command).max())
+    if apart > _COMMAND_ROUNDING:
         raise ProgramError(
             f"{folder / 'command.csv'}: expected the poses of the robot file, got a difference of up to"
             f" {format_um(apart)} um: the file has changed since the run, repeat it"
@@ -122,10 +122,10 @@ def require_poses(
         return
     # Times of the table may have been moved by their rounding.
     path = ToolPath(joints.time, poses.pose)
-    off = _undeflected(placed, joints).deviation_from(path)[0]
+    off = _follow_undeflected(placed, joints).deviation_from(path)[0]
     apart = np.linalg.norm(off[:, :3], axis=1).max()
     rotation = np.linalg.norm(off[:, 3:], axis=1).max()
-    if apart > _ROUNDED or rotation > _ROUNDED:
+    if apart > _TABLE_ROUNDING or rotation > _TABLE_ROUNDING:
         raise ProgramError(
             f"{file}: expected the poses of the robot at q1.., got a difference of up to"
             f" {format_um(apart)} um and {1e3 * rotation:.3g} mrad: it is the command of another robot,"
@@ -133,7 +133,7 @@ def require_poses(
         )
 
 
-def _undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
+def _follow_undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
     """Return the path of a robot's undeflected tool at the rows of a command, in the world."""
     planner = InverseKinematics(placed.description, placed.home)
     return planner.forward(joints, joints.time).transformed(placed.world_from_base)

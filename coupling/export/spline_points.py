@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 from coupling.export.curves import SampledCurve
 
 # First distance of points, in candidates.
-_COARSE = 64
+_FIRST_DISTANCE = 64
 # Points apart from each other that are left out at the same time: what one of them changes falls to a
 # quarter from point to point.
-_APART = 6
+_REMOVAL_DISTANCE = 6
 # Rounds of adding at most; each halves the distances that are too long.
 _MOST_ROUNDS = 40
 
@@ -59,13 +59,13 @@ def spline_points(
         return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
 
     last = len(candidates) - 1
-    chosen = _added(outside, np.unique(np.append(np.arange(0, last, _COARSE), last)))
-    for first in range(_APART):
-        chosen = _thinned(outside, chosen, first)
-    return candidates[_added(outside, chosen)]
+    chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
+    for first in range(_REMOVAL_DISTANCE):
+        chosen = _remove_points(outside, chosen, first)
+    return candidates[_add_points(outside, chosen)]
 
 
-def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
+def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     """Return the points with others between them until every interval is within the tolerance."""
     for _ in range(_MOST_ROUNDS):
         bad = outside(chosen)
@@ -82,9 +82,9 @@ def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     return chosen
 
 
-def _thinned(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
-    """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
-    left_out = np.arange(1 + first, len(chosen) - 1, _APART)
+def _remove_points(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
+    """Return the points from `first` on without every `_REMOVAL_DISTANCE`-th that is not needed."""
+    left_out = np.arange(1 + first, len(chosen) - 1, _REMOVAL_DISTANCE)
     while len(left_out):
         remaining = np.delete(chosen, left_out)
         bad = np.flatnonzero(outside(remaining))

@@ -22,7 +22,7 @@ _ACCURACY = 1e-6
 # Angles at which that, length and volume are looked at.
 _LOOKED_AT = 4001
 # A spring shorter than this part of its longest length turns about one of its ends.
-_FOLDED = 1e-3
+_FOLDED_RATIO = 1e-3
 
 
 class GasSpringTable(Schema):
@@ -121,7 +121,7 @@ def gas_spring_points(
     def torque(angle: np.ndarray) -> np.ndarray:
         length, by_angle = geometry.length(angle)
         volume = spring.gas_volume_m3 + sign * spring.area_m2 * (length - spring.length_m)
-        _require(length > _FOLDED * length.max(), "a length > 0 [m]", angle, length)
+        _require(length > _FOLDED_RATIO * length.max(), "a length > 0 [m]", angle, length)
         _require(volume > 0.0, "a volume of its gas > 0 [m^3]", angle, volume)
         pressure = spring.pressure_Pa * (spring.gas_volume_m3 / volume) ** spring.exponent
         torque_points: np.ndarray = sign * spring.area_m2 * pressure * by_angle
@@ -132,7 +132,7 @@ def gas_spring_points(
     exact = torque(between)
     allowed = _ACCURACY * np.abs(exact).max()
     arm = np.abs(geometry.length(between)[1]).max()
-    if arm <= _FOLDED * np.linalg.norm(geometry.link_point):
+    if arm <= _FOLDED_RATIO * np.linalg.norm(geometry.link_point):
         raise ValueError(
             "gas_spring: expected points beside the joint's axis, got ones about which the spring turns"
             " nothing"

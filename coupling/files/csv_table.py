@@ -14,7 +14,7 @@ from coupling.errors import reason_of
 from coupling.files.bounded_file import require_bounded
 
 # No table is larger [bytes], and no line of names longer.
-_MOST, _LONGEST_HEADER = 2_000_000_000, 1_000_000
+_MAX_BYTES, _MAX_HEADER_BYTES = 2_000_000_000, 1_000_000
 # So many are turned into text at once.
 _ROWS = 10_000
 
@@ -73,11 +73,11 @@ class WrittenTables:
 
 def read_header(file: Path, error: type[Exception]) -> list[str]:
     """Return the column names of a CSV file; `error` is raised if it cannot be read."""
-    require_bounded(file, _MOST, error)
+    require_bounded(file, _MAX_BYTES, error)
     try:
         # Spreadsheets begin a table with a mark of its encoding.
         with file.open(encoding="utf-8-sig") as stream:
-            return [name.strip() for name in stream.readline(_LONGEST_HEADER).split(",")]
+            return [name.strip() for name in stream.readline(_MAX_HEADER_BYTES).split(",")]
     except (OSError, UnicodeDecodeError) as cause:
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
 

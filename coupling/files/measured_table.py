@@ -14,9 +14,9 @@ from coupling.files.bounded_file import read_bounded
 # A column of this name before it has the standard deviation of another one.
 DEVIATION = "sd."
 # Larger numbers are no measurement, and their squares overflow.
-_LARGEST = 1e100
+_MAX_VALUE = 1e100
 # No file that is measured is larger [bytes]; a mistaken name must not fill the memory.
-_MOST = 500_000_000
+_MAX_BYTES = 500_000_000
 
 
 class MeasuredTable:
@@ -61,7 +61,7 @@ class MeasuredTable:
             error: Exception class for every problem: with file, line, column, what was expected and got.
         """
         try:
-            text = read_bounded(path, _MOST, error).decode("utf-8-sig")
+            text = read_bounded(path, _MAX_BYTES, error).decode("utf-8-sig")
         except UnicodeDecodeError as cause:
             raise error(f"{path}: cannot be read: {reason_of(cause)}") from cause
         numbered = [
@@ -140,7 +140,7 @@ class MeasuredTable:
                 values[k] = float(row[at])
             except ValueError:
                 raise self.row_error(name, k, "a finite number") from None
-            if not abs(values[k]) < _LARGEST:
+            if not abs(values[k]) < _MAX_VALUE:
                 raise self.row_error(name, k, "a finite number")
         return values
 

@@ -23,10 +23,10 @@ from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
 # Postures in which the dampers are fitted, between the joints' limits, at most this far from zero [rad].
-_POSTURES, _REACH, _SEED = 12, 1.5, 1
+_POSTURE_COUNT, _MAX_ANGLE, _SEED = 12, 1.5, 1
 # A damper of a coordinate that moves alone, with the mean of its inertia, has that mode's ratio.  Each
 # is at least and at most so many times as large, so that no gear swings undamped.
-_LEAST, _MOST = 0.2, 5.0
+_MIN_FACTOR, _MAX_FACTOR = 0.2, 5.0
 
 
 def with_damping_ratio(robot: Robot, ratio: float) -> Robot:
@@ -65,12 +65,12 @@ def _inertias(robot: Robot) -> np.ndarray:
     """Return mass matrices of the elastic coordinates in several postures [kg m^2], (p, m, m)."""
     chain = build_chain(robot)
     data, theta = chain.model.createData(), np.zeros(chain.model.nv)
-    low, high = np.array([joint.limits or (-_REACH, _REACH) for joint in robot.joints]).T
+    low, high = np.array([joint.limits or (-_MAX_ANGLE, _MAX_ANGLE) for joint in robot.joints]).T
     low, high = (
-        np.maximum(low, np.minimum(high, -_REACH)),
-        np.minimum(high, np.maximum(low, _REACH)),
+        np.maximum(low, np.minimum(high, -_MAX_ANGLE)),
+        np.minimum(high, np.maximum(low, _MAX_ANGLE)),
     )
-    postures = np.random.default_rng(_SEED).uniform(low, high, (_POSTURES, len(low)))
+    postures = np.random.default_rng(_SEED).uniform(low, high, (_POSTURE_COUNT, len(low)))
     rows, masses = np.ix_(chain.elastic, chain.elastic), []
     for posture in postures:
         theta[chain.drive] = posture
@@ -97,6 +97,6 @@ def _fit_dampers(mass: np.ndarray, stiffness: np.ndarray, ratio: float) -> np.nd
         rows.append(weight[:, None] * (modes**2).T / (2.0 * omega[:, None] * ratio) * alone)
         targets.append(weight)
     dampers: np.ndarray = (
-        alone * lsq_linear(np.vstack(rows), np.concatenate(targets), (_LEAST, _MOST)).x
+        alone * lsq_linear(np.vstack(rows), np.concatenate(targets), (_MIN_FACTOR, _MAX_FACTOR)).x
     )
     return dampers

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from coupling.files.robot_file import rigid_joints, urdf_of, validated
+from coupling.files.robot_file import read_validated, rigid_joints, urdf_of
 from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
 from coupling.files.sources import Number, numbers
 from coupling.files.urdf_elements import plain_name
@@ -15,7 +15,7 @@ from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
 # Links of the same mass from which on it is taken for a placeholder.
-_ALIKE = 3
+_PLACEHOLDER_COUNT = 3
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     Raises:
         RobotFileError: If it or its URDF cannot be read.
     """
-    data, file = validated(path)
+    data, file = read_validated(path)
     in_order = [joint.name for joint in robot.joints]
     ranges: dict[int, tuple[float, float]] = {}
     for row, joint in enumerate(file.joint, start=1):
@@ -79,7 +79,7 @@ def urdf_numbers(path: Path) -> list[Number]:
     Raises:
         RobotFileError: If one of them cannot be read.
     """
-    _, file = validated(path)
+    _, file = read_validated(path)
     if not isinstance(file, UrdfRobotFile):
         return []
     source, chain = urdf_of(path, file)
@@ -147,7 +147,7 @@ def _remarks(path: Path, file: UrdfRobotFile) -> Iterator[str]:
     replaced = {plain_name(joint.name) for joint in file.joint if joint.mass is not None}
     values = set(chain.masses.values())
     if (
-        len(chain.masses) >= _ALIKE
+        len(chain.masses) >= _PLACEHOLDER_COUNT
         and len(values) == 1
         and replaced < {chain_joint.name for chain_joint in chain.joints}
     ):

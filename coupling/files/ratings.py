@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from coupling.files.provenance import urdf_efforts
-from coupling.files.robot_file import validated
+from coupling.files.robot_file import read_validated
 from coupling.files.robot_schema import GearTorque, UrdfRobotFile
 from coupling.files.urdf_elements import plain_name
 from elastic_robot.description import Robot
@@ -38,7 +38,7 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    _, file = validated(path)
+    _, file = read_validated(path)
     efforts: dict[int, float] = {}
     if isinstance(file, UrdfRobotFile):  # its tables name joints in any order
         in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}

@@ -77,7 +77,7 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    data, file = validated(path)
+    data, file = read_validated(path)
     try:
         require_places(data)
     except ValueError as cause:
@@ -92,7 +92,7 @@ def parts_in_words(path: Path) -> list[str]:
         RobotFileError: If the file cannot be read, or a joint cannot be as it says.
     """
     lines = []
-    for number, joint in enumerate(validated(path)[1].joint, start=1):
+    for number, joint in enumerate(read_validated(path)[1].joint, start=1):
         try:
             (backlash, elements), drive = joint.hysteresis(), joint.motor()
             errors = joint.kinematic_errors()
@@ -114,7 +114,7 @@ def parts_in_words(path: Path) -> list[str]:
     return lines
 
 
-def validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
+def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
     """Return the content of a robot file, as it is parsed and as its keys.
 
     Raises:
@@ -142,7 +142,7 @@ def load_robot(path: str | Path) -> Robot:
         'icme2008-example'
     """
     path = Path(path)
-    data, file = validated(path)
+    data, file = read_validated(path)
     try:
         robot = _complete(path, file) if isinstance(file, RobotFile) else _with_urdf(path, file)
         require_places(data)
@@ -178,7 +178,7 @@ def _require_inertia(robot: Robot, has_urdf: bool) -> None:
 
 def axes_of_file(path: Path) -> list[np.ndarray]:
     """Return the rotation base_from_file of the tilts' axes of each joint, (3, 3) each."""
-    _, file = validated(path)
+    _, file = read_validated(path)
     if isinstance(file, RobotFile):
         return [np.eye(3)] * len(file.joint)
     _, chain = urdf_of(path, file)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-_PREFIX, _OWNED = "elastic_robot_", ".owned"
+_PREFIX, _LOCK_SUFFIX = "elastic_robot_", ".owned"
 # A folder younger than this may not be locked yet [s].
-_YOUNG = 60.0
+_UNLOCKED_AGE = 60.0
 
 
 class ScratchFolder:
@@ -31,7 +31,7 @@ class ScratchFolder:
 
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix=_PREFIX))
-        lock = FileLock(self.path / _OWNED)
+        lock = FileLock(self.path / _LOCK_SUFFIX)
         lock.acquire()
         self._close = weakref.finalize(self, _remove, self.path, lock)
 
@@ -53,8 +53,8 @@ def _remove(folder: Path, lock: FileLock) -> None:
 
 def remove_abandoned() -> None:
     """Remove the folders of processes that were killed."""
-    for owned in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*/{_OWNED}"):
+    for owned in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*/{_LOCK_SUFFIX}"):
         with suppress(OSError, Timeout):  # another user's, or in use
-            if time.time() - owned.stat().st_mtime > _YOUNG:
+            if time.time() - owned.stat().st_mtime > _UNLOCKED_AGE:
                 with FileLock(owned).acquire(timeout=0):
                     shutil.rmtree(owned.parent, ignore_errors=True)

@@ -39,7 +39,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 # No case and no robot is larger [bytes].
-_MOST = 64_000_000
+_MAX_BYTES = 64_000_000
 
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
@@ -47,16 +47,16 @@ DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
 
 def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
     """Parse a TOML file; `error` is raised with the file's name if that fails."""
-    return _parsed(path, error, tomllib.loads)
+    return _parse(path, error, tomllib.loads)
 
 
 def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
     """Parse a TOML file to be edited, its comments and its order kept; errors as `load_toml`."""
-    return _parsed(path, error, tomlkit.parse)
+    return _parse(path, error, tomlkit.parse)
 
 
-def _parsed(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
-    content = read_bounded(path, _MOST, error)
+def _parse(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
+    content = read_bounded(path, _MAX_BYTES, error)
     try:
         # Editors of Windows begin a text with a mark of its encoding.
         parsed = parse(content.decode("utf-8-sig").replace("\r\n", "\n"))

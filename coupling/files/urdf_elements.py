@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 # A description of links and joints has no such depth.
-_DEEPEST = 200
+_MAX_DEPTH = 200
 
 
 def plain_name(name: str) -> str:
@@ -37,8 +37,8 @@ def parse_xml(text: bytes) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
-        if depth > _DEEPEST:
-            raise ValueError(f"expected at most {_DEEPEST} elements inside each other, got more")
+        if depth > _MAX_DEPTH:
+            raise ValueError(f"expected at most {_MAX_DEPTH} elements inside each other, got more")
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:

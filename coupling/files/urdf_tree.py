@@ -34,7 +34,7 @@ from elastic_robot.chain import spatial_inertia
 from elastic_robot.errors import RobotFileError
 
 # A description of links and joints has no such size; meshes are files of their own.
-_LARGEST = 64 * 2**20
+_MAX_BYTES = 64 * 2**20
 # Types of joints that turn about an axis, and all others of the format.
 ROTATIONS = ("revolute", "continuous")
 _TYPES = (*ROTATIONS, "prismatic", "fixed", "floating", "planar")
@@ -172,7 +172,7 @@ def read_tree(file: Path) -> UrdfTree:
     Raises:
         RobotFileError: If the file is no URDF, or its joints make no tree of its links.
     """
-    text = read_bounded(file, _LARGEST, RobotFileError)
+    text = read_bounded(file, _MAX_BYTES, RobotFileError)
     try:
         root = parse_xml(text)
         if root.tag != "robot":

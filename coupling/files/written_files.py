@@ -90,7 +90,7 @@ def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> No
         >>> import tempfile
         >>> folder = Path(tempfile.mkdtemp())
         >>> begin_folder(folder, "run")
-        >>> _ = claimed(folder / "wrench.csv").write_text("of the command")
+        >>> _ = claim_file(folder / "wrench.csv").write_text("of the command")
         >>> _ = (folder / "measured.csv").write_text("of the user")
         >>> remove_written(folder)
         >>> [file.name for file in folder.glob("*.csv")]
@@ -135,7 +135,7 @@ def claim(folder: Path, names: Iterable[str]) -> None:
         replace(written, names=written.names | claimed).write(folder)
 
 
-def claimed(file: Path) -> Path:
+def claim_file(file: Path) -> Path:
     """Return a file that a command may write: listed, and no other's."""
     claim(file.parent, [file.name])
     return file

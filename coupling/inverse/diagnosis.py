@@ -24,7 +24,7 @@ from coupling.inverse.reversals import (
     negligible_torque,
 )
 from coupling.inverse.spline import UniformSpline
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.results.gear_result import GearDiagnosis
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import tcp_jacobian
@@ -152,8 +152,8 @@ def loads_along(
         robot.torque(theta, time, wrench),
         carried,
         static,
-        interpolated(time, seldom, by_gravity),
-        interpolated(time, seldom, lever),
+        interpolate_rows(time, seldom, by_gravity),
+        interpolate_rows(time, seldom, lever),
     )
 
 

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from elastic_robot.torque_curves import TorqueCurve
 
 # Longest step over which the linear robot is taken as constant [s]: a gear that crosses its backlash
@@ -149,7 +149,7 @@ class AlongMotion:
         """Return the mean stiffness of the elastic coordinates over each step, (k, m)."""
         offsets = step * ((np.arange(_SUBSTEPS) + 0.5) / _SUBSTEPS - 0.5)
         fine = (times[:, None] + offsets).ravel()
-        x = interpolated(fine, outputs, deflection)
+        x = interpolate_rows(fine, outputs, deflection)
         slope = np.array(self.curve.slope(x))
         for gear, elements in zip(self.model.chain.torsions, self.elements, strict=True):
             if elements.count:

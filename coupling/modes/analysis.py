@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import elastic_robot
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import StabilityError
 from coupling.modes.case_places import CasePlaces, places_of
 from coupling.modes.locked_robot import LockedRobot
@@ -86,18 +86,25 @@ def places_in_brief(case: Case) -> list[PlaceModesResult]:
         PlanningError: If the robot cannot follow its path.
         StabilityError: If it has no equilibrium at a place.
     """
-    return _softest_first(*_along(case, places_of(case)))
+    return _softest_first(*_along(case.robots[0], places_of(case)))
 
 
-def modes_of_case(case: Case, measured: Sequence[MeasuredResponse] = ()) -> ModesAnalysis:
+def modes_of_case(
+    case: Case, measured: Sequence[MeasuredResponse] = (), number: int = 0
+) -> ModesAnalysis:
     """Return the modes of a case's robot along its path, where it is softest first, and over the part.
+
+    Args:
+        case: The case.
+        measured: Responses to draw beside its own.
+        number: Number of the robot, from 0; the other one of a cell is as if it were rigid.
 
     Raises:
         PlanningError: If the robot cannot follow its path.
         StabilityError: If it has no equilibrium at a place.
     """
-    placed, places = case.robots[0], places_of(case)
-    time, modes = _along(case, places)
+    placed, places = case.robots[number], places_of(case, number)
+    time, modes = _along(placed, places)
     softest = _softest(modes)
     entries = _softest_first(time, modes)
     result = _result(
@@ -117,9 +124,8 @@ def modes_of_case(case: Case, measured: Sequence[MeasuredResponse] = ()) -> Mode
     return ModesAnalysis(modes[softest], result.model_copy(update={"part": over_part}))
 
 
-def _along(case: Case, places: CasePlaces) -> tuple[np.ndarray, list[PostureModes]]:
+def _along(placed: PlacedRobot, places: CasePlaces) -> tuple[np.ndarray, list[PostureModes]]:
     """Return times along a path [s], (n,), and the modes there."""
-    placed = case.robots[0]
     rows = places.spread(_PLACES)
     locked = LockedRobot(placed.description, placed.torque_curve)
     return places.time[rows], list(places.modes(locked, rows))

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath
 from coupling.process.base import own_blocks
 from coupling.process.milling_force import MeanForce, ToothPassing
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -21,7 +21,7 @@ MOST_ROWS = 4000
 
 @dataclass(frozen=True)
 class CasePlaces:
-    """Places along the path of the forming tool.
+    """Places along the path of a tool.
 
     Attributes:
         time: Times [s], (n,).
@@ -56,17 +56,21 @@ class CasePlaces:
             yield PostureModes.of(locked, self.q[row], self.wrench[row], self.contact[row])
 
 
-def places_of(case: Case) -> CasePlaces:
-    """Return the places along a case's path, a few thousand at most.
+def places_of(case: Case, number: int = 0) -> CasePlaces:
+    """Return the places along a robot's path, a few thousand at most.
 
     The process is evaluated where it is a formula; else the robot carries its own weight.
+
+    Args:
+        case: The case.
+        number: Number of the robot, from 0.
 
     Raises:
         PlanningError: If the robot cannot follow the path.
     """
-    placed, desired = case.robots[0], case.desired
+    placed, desired = case.robots[number], case.desired
     rows = np.unique(np.linspace(0, len(desired.time) - 1, MOST_ROWS).astype(int))
-    path = desired.tools[0].at_rows(rows).transformed(placed.world_from_base.inverse())
+    path = desired.tools[number].at_rows(rows).transformed(placed.world_from_base.inverse())
     q = InverseKinematics(placed.description, placed.home).plan(path).q[0]
     wrench, contact = np.zeros((len(rows), 6)), np.zeros((len(rows), 3, 3))
     loads = "its own weight"
@@ -76,18 +80,10 @@ def places_of(case: Case) -> CasePlaces:
             process = MeanForce(process.milling)
         response = process.evaluate(desired)
         in_base = placed.world_from_base.inverse()
-        wrench = _at(response.wrench, desired, rows, placed.world_from_base.rotation.as_matrix())
+        in_world = response.wrench.at(desired.time[rows])[number]
+        turn = in_base.rotation.as_matrix()
+        wrench = (in_world.reshape(-1, 2, 3) @ turn.T).reshape(-1, 6)
         loads = "its own weight and the process's mean force"
         if response.stiffness is not None:
-            turn = in_base.rotation.as_matrix()
-            contact = turn @ own_blocks(response.stiffness)[0][rows] @ turn.T
+            contact = turn @ own_blocks(response.stiffness)[number][rows] @ turn.T
     return CasePlaces(path.time, path, q, wrench, contact, loads)
-
-
-def _at(
-    history: WrenchHistory, desired: ToolPath, rows: np.ndarray, world_from_base: np.ndarray
-) -> np.ndarray:
-    """Return the wrench on the first tool in axes of its base [N, N m], (k, 6)."""
-    wrench = history.at(desired.time[rows])[0]
-    in_base = wrench.reshape(-1, 2, 3) @ world_from_base
-    return in_base.reshape(-1, 6)

@@ -9,7 +9,7 @@ import numpy as np
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.robot.batch.following import Targets, reached
+from coupling.robot.batch.following import Targets, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.description import Robot
 
@@ -58,7 +58,7 @@ class PartGrid:
         rotation = path.rotations[0][near].as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(rotation[:, k]) for k in range(3)]
         targets = Targets(part.points(places).T, columns, np.zeros((3, len(places))))
-        angles, is_reached = reached(RigidRobot(robot), targets, q[near].T)
+        angles, is_reached = solve_poses(RigidRobot(robot), targets, q[near].T)
         limits = JointLimits.of(robot)
         is_reached &= np.all(
             (angles >= limits.lower[:, None]) & (angles <= limits.upper[:, None]), axis=0

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.errors import StabilityError, reason_of
 from coupling.files.extras import extra
-from coupling.files.written_files import claimed
+from coupling.files.written_files import claim_file
 from elastic_robot.linearisation import Linearisation
 
 NPZ, MAT = "state_space.npz", "state_space.mat"
@@ -84,10 +84,10 @@ class NamedStateSpace:
         }
         try:
             arrays = matrices | {name: np.array(values) for name, values in names.items()}
-            with claimed(folder / NPZ).open("wb") as stream:
+            with claim_file(folder / NPZ).open("wb") as stream:
                 np.savez(stream, allow_pickle=False, **arrays)
             cells = {name: np.array(values, dtype=object) for name, values in names.items()}
-            savemat(claimed(folder / MAT), {**matrices, **cells}, oned_as="column")
+            savemat(claim_file(folder / MAT), {**matrices, **cells}, oned_as="column")
         except OSError as cause:
             raise StabilityError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 

@@ -16,9 +16,9 @@ from elastic_robot.errors import TrajectoryError
 from elastic_robot.trajectory import Trajectory
 
 # Larger angles are degrees, or no angles of a joint [rad]: four turns.
-_LARGEST = 8.0 * np.pi
+_MAX_JOINT_ANGLE = 8.0 * np.pi
 # By how much the norm of a quaternion may differ from 1.
-_UNIT = 1e-3
+_NORM_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ def read_command(file: Path, joints: int, error: type[Exception]) -> CommandTabl
         before = f"{time[falls[0]]:.9g} s"
         raise table.row_error("time", int(falls[0]) + 1, f"more than the {before} before it")
     q = table.of(angles)
-    for row, joint in np.argwhere(np.abs(q) > _LARGEST):
+    for row, joint in np.argwhere(np.abs(q) > _MAX_JOINT_ANGLE):
         raise table.row_error(
-            angles[joint], int(row), f"an angle in radians, of {_LARGEST:.1f} at most"
+            angles[joint], int(row), f"an angle in radians, of {_MAX_JOINT_ANGLE:.1f} at most"
         )
     moving = [block for block in (rates, accelerations) if any(n in table.header for n in block)]
     for block in moving:
@@ -101,6 +101,6 @@ def _poses(table: MeasuredTable, time: np.ndarray) -> ToolPath | None:
     if not all(name in table.header for name in POSE_COLUMNS):
         return None
     rows = table.of(POSE_COLUMNS)
-    for row in np.flatnonzero(np.abs(np.linalg.norm(rows[:, 3:], axis=1) - 1.0) > _UNIT):
+    for row in np.flatnonzero(np.abs(np.linalg.norm(rows[:, 3:], axis=1) - 1.0) > _NORM_TOLERANCE):
         raise table.row_error("qw", int(row), "the last part of a unit quaternion")
     return ToolPath(time, rows)

@@ -14,7 +14,7 @@ Interpolation = Literal["cubic", "quintic"]
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
 
 # Rounding of a duration over a cycle that counts as none.
-_ROUNDING = 1e-9
+_CYCLE_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Controller:
 
     def rows(self, start: float, end: float) -> np.ndarray:
         """Return times start, start + cycle, ... up to the first that is not before `end` [s], (n,)."""
-        cycles = int(np.ceil((end - start) / self.cycle * (1.0 - _ROUNDING)))
+        cycles = int(np.ceil((end - start) / self.cycle * (1.0 - _CYCLE_ROUNDING)))
         times = start + self.cycle * np.arange(max(cycles, 1) + 1)
         times[-1] = max(times[-1], end)  # rounding must not leave the end uncovered
         return times
@@ -69,7 +69,7 @@ def on_cycle(joints: JointPath, controller: Controller) -> JointPath:
     """
     rows = controller.rows(joints.time[0], joints.time[-1])
     splines = [CubicSpline(joints.time, q, bc_type="clamped") for q in joints.q]
-    if np.diff(joints.time).min() < controller.cycle * (1.0 - _ROUNDING):
+    if np.diff(joints.time).min() < controller.cycle * (1.0 - _CYCLE_ROUNDING):
         splines = [CubicSpline(rows, spline(rows), bc_type="clamped") for spline in splines]
     angles, rates, accelerations = (
         tuple(spline(rows, order) for spline in splines) for order in range(3)

@@ -23,7 +23,7 @@ from coupling.path.time_axis import require_history
 _POSITION = ("x", "y", "z")
 # A path is the one that was measured if its points are as near as this [m]: a part that is touched off
 # anew moves by its robot's sag, and the discrepancy changes over centimetres.
-_SAME = 2e-3
+_SAME_PATH_DISTANCE = 2e-3
 # Ends that are as near as this are the same [s].
 _SAME_END = 1e-3
 
@@ -115,7 +115,7 @@ class Discrepancy:
             )
         there = CubicSpline(path.time, path.position[0])(np.clip(self.time, *ends))
         off = np.linalg.norm(there - self.position, axis=1)
-        if off.max() > _SAME:
+        if off.max() > _SAME_PATH_DISTANCE:
             row = int(off.argmax())
             raise CaseError(
                 f"expected the path that was measured, got one that is {1e3 * off[row]:.3g} mm beside it"

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.path.time_axis import common_time, of_tools
 
 _POSE, _WRENCH = 7, 6  # columns
@@ -244,7 +244,7 @@ class WrenchHistory:
         if spring is not None:
             instants = self.instants
             last_rows = np.searchsorted(instants, time).clip(max=len(instants) - 1)
-            anchor = interpolated(time, instants, spring.anchor, axis=1)
+            anchor = interpolate_rows(time, instants, spring.anchor, axis=1)
             spring = ContactSpring(anchor, spring.stiffness[:, last_rows])
         return WrenchHistory(rows, wrench, spring)
 

@@ -15,7 +15,7 @@ from coupling.path.histories import ToolPath, poses
 # spline that knows nothing of the end makes of a standstill.
 _AT_REST = 0.05
 # Fewest samples of a quintic spline, and the largest ratio of its steps: uneven ones make it ring.
-_FEWEST, _UNEVEN = 12, 3.0
+_MIN_QUINTIC_SAMPLES, _MAX_STEP_RATIO = 12, 3.0
 
 Rest = tuple[bool, bool]
 
@@ -32,7 +32,7 @@ def spline_through(time: np.ndarray, values: np.ndarray, at_rest: Rest) -> BSpli
         at_rest: Whether the motion begins and ends at rest.
     """
     steps = np.diff(time)
-    even = len(time) >= _FEWEST and steps.max() <= _UNEVEN * steps.min()
+    even = len(time) >= _MIN_QUINTIC_SAMPLES and steps.max() <= _MAX_STEP_RATIO * steps.min()
     degree, orders = (5, (1, 2)) if even else (3, (1,))
     free = make_interp_spline(time, values, degree) if len(time) > degree else None
     zero = np.zeros(values.shape[1])
@@ -90,7 +90,7 @@ class InterpolatedPath:
         return RotationSpline(self._path.time, self._path.rotations[0])
 
 
-def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+def divide_steps(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times with each step divided evenly into ones not longer, and the rows of the given times.
 
     Args:
@@ -98,7 +98,7 @@ def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
         longest: Longest step [s].
 
     Example:
-        >>> divided(np.array([0.0, 0.5, 2.5]), 1.0)
+        >>> divide_steps(np.array([0.0, 0.5, 2.5]), 1.0)
         (array([0. , 0.5, 1.5, 2.5]), array([0, 1, 3]))
     """
     parts = np.maximum(np.ceil(np.diff(time) / longest - 1e-9).astype(int), 1)
@@ -136,7 +136,7 @@ class SampledPath:
         Args:
             longest: Each step between rows is divided evenly into ones not longer than this [s].
         """
-        time, rows = divided(self.path.time, longest)
+        time, rows = divide_steps(self.path.time, longest)
         if len(time) == len(rows):
             return self
         tools = []

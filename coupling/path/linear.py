@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int = 0) -> np.ndarray:
+def interpolate_rows(
+    at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int = 0
+) -> np.ndarray:
     """Return rows at other times; beyond the ends the end values hold.
 
     Args:
@@ -15,7 +17,8 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
         axis: Number of that axis, which is k long in what is returned.
 
     Example:
-        >>> interpolated(np.array([0.5, 3.0]), np.array([0.0, 1.0]), np.array([[0.0, 2.0], [1.0, 4.0]]))
+        >>> values = np.array([[0.0, 2.0], [1.0, 4.0]])
+        >>> interpolate_rows(np.array([0.5, 3.0]), np.array([0.0, 1.0]), values)
         array([[0.5, 3. ],
                [1. , 4. ]])
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 
 # Even times for each step of uneven ones at most.
 _MOST_EVEN = 4
@@ -33,9 +33,9 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
         return values
     sections = butter(2, cutoff, fs=rate, output="sos")
     padding = min(count, int(3.0 * rate / cutoff))
-    resampled = interpolated(even, time, values)
+    resampled = interpolate_rows(even, time, values)
     filtered = sosfiltfilt(sections, resampled, axis=0, padtype="even", padlen=padding)
-    return interpolated(time, even, filtered)
+    return interpolate_rows(time, even, filtered)
 
 
 def noise_share(cutoff: float, fastest: float) -> float:

@@ -8,7 +8,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 
 # For so long after a start in motion, and before such an end, it is what a tool deviates by [s].
-_SETTLES = 1.0
+_SETTLING_TIME = 1.0
 
 
 def ends_in_motion(desired: ToolPath, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -42,7 +42,7 @@ def ends_in_motion(desired: ToolPath, names: tuple[str, ...]) -> tuple[str, ...]
 
 def is_near_moving_end(desired: ToolPath, time: float) -> bool:
     """Return whether a path begins or ends in motion about a time [s]."""
-    near = (time - desired.time[0] < _SETTLES, desired.time[-1] - time < _SETTLES)
+    near = (time - desired.time[0] < _SETTLING_TIME, desired.time[-1] - time < _SETTLING_TIME)
     return any(
         is_near and not rests
         for path in desired.tools

@@ -9,11 +9,11 @@ import numpy as np
 from coupling.place.objective import PlaceDemands
 from coupling.place.screen import Screen, ScreenFigures
 from coupling.place.settings import Ranges
-from coupling.place.station_choice import extremes_of, selected
+from coupling.place.station_choice import extremes_of, select_places
 from coupling.place.stations import Stations
 
 # What the few places may miss of a largest value, as a part of its range along the path.
-_MISSED = 0.03
+_MISSED_PART = 0.03
 
 
 class CoarseScreen:
@@ -42,7 +42,7 @@ class CoarseScreen:
     ) -> None:
         self._screen_of, self._demands = screen_of, demands
         self._every = stations.strongest()
-        self._few = selected(screen_of, self._every, ranges, seed)
+        self._few = select_places(screen_of, self._every, ranges, seed)
         self._whole, self._screen = screen_of(self._every), screen_of(self._every.chosen(self._few))
 
     @property
@@ -70,7 +70,7 @@ class CoarseScreen:
         batch = self._whole.batch(settings)
         figures = self._whole.worst(batch)
         # A demand that is broken at all is seen at the place that breaks it.
-        missed = np.where(self._demands.admits(figures), _MISSED, 0.0)
+        missed = np.where(self._demands.admits(figures), _MISSED_PART, 0.0)
         stations = np.union1d(self._few, extremes_of(batch, self._few, missed))
         if len(stations) > len(self._few):
             self._few, self._screen = stations, self._screen_of(self._every.chosen(stations))

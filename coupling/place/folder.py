@@ -10,7 +10,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import ResultError, reason_of
 from coupling.files.csv_table import read_table, write_table
-from coupling.files.written_files import claimed
+from coupling.files.written_files import claim_file
 from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
@@ -43,13 +43,13 @@ def write_placement(folder: Path, placement: CasePlacement) -> None:
             head = (
                 f"# {case}, placed by elastic-robot place: number {number} of the best settings\n\n"
             )
-            claimed(folder / placed_file(number)).write_text(
+            claim_file(folder / placed_file(number)).write_text(
                 head + setting.content, encoding="utf-8"
             )
-        claimed(folder / FIGURES).write_text(figures_of(placement).text(), encoding="utf-8")
+        claim_file(folder / FIGURES).write_text(figures_of(placement).text(), encoding="utf-8")
         if placement.maps:
             rows = [_rows(number, setting) for number, setting in enumerate(placement.maps)]
-            write_table(claimed(folder / MAP), _MAP_COLUMNS, np.vstack(rows))
+            write_table(claim_file(folder / MAP), _MAP_COLUMNS, np.vstack(rows))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
@@ -73,6 +73,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     return PlacementResult(
         case=placing.case.name,
         robot=placing.robot.name,
+        tolerance_m=placing.case.tolerance,
         optimise=goal.objective,
         forced=goal.forced,
         demands=goal.demands,

@@ -15,7 +15,7 @@ from coupling.results.placement_result import DemandValues
 REFERENCE_FORCE = 100.0
 # How much the other one of displacement and backlash counts in an objective that is of one alone: it
 # decides between settings that are alike.
-_BESIDE = 1e-3
+_TIE_WEIGHT = 1e-3
 
 
 class PlaceDemands(DemandValues):
@@ -66,11 +66,11 @@ Cost = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 # Cost [m] of displacement by the process and of exposure to backlash and hysteresis [m], (n,) each.
 OBJECTIVES: dict[Objective, Cost] = {
-    "stiffness": lambda deviation, exposed: deviation + _BESIDE * exposed,
-    "backlash": lambda deviation, exposed: exposed + _BESIDE * deviation,
+    "stiffness": lambda deviation, exposed: deviation + _TIE_WEIGHT * exposed,
+    "backlash": lambda deviation, exposed: exposed + _TIE_WEIGHT * deviation,
     "both": lambda deviation, exposed: deviation + exposed,
     # The search knows no modes: it offers stiff settings, of which the limits decide.
-    "stability": lambda deviation, exposed: deviation + _BESIDE * exposed,
+    "stability": lambda deviation, exposed: deviation + _TIE_WEIGHT * exposed,
 }
 
 

@@ -11,7 +11,7 @@ from coupling.place.objective import PlaceObjective
 from coupling.place.settings import LENGTHS, NAMES, Ranges
 
 # Points along the longer side of a map, at least and at most.
-_FEWEST, _MOST = 9, 41
+_MIN_POINTS, _MAX_POINTS = 9, 41
 # Planes that are drawn where both of their axes are free.
 _PLANES = (("x", "z"), ("x", "y"), ("y", "z"))
 
@@ -57,7 +57,7 @@ def part_maps(
         setting: The setting by `NAMES` [m], [rad], (9,).
         points: About the number of points of a map.
     """
-    longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))
+    longer = int(np.clip(np.sqrt(points), _MIN_POINTS, _MAX_POINTS))
     free = {NAMES[k] for k in ranges.free} & set(LENGTHS)
     planes = [plane for plane in _PLANES if set(plane) <= free][:2]
     return [_map(screen, ranges, goal, name, setting, plane, longer) for plane in planes]

@@ -13,12 +13,12 @@ from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, evaluate_setting
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
-from coupling.place.search import filled, refined
+from coupling.place.search import fill_box, refine_settings
 from coupling.place.stations import Stations
 from coupling.run.check import timed
 
 # Settings this close are one, over the box.
-_ALIKE = 0.02
+_SAME_SETTING = 0.02
 # Settings whose cuts are judged for each that is asked for.
 _CANDIDATES = 5
 
@@ -71,10 +71,10 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with timed("search", durations):
         report = reported("evaluating settings")
-        settings = filled(screen, ranges, goal, table.settings, table.seed, report)
+        settings = fill_box(screen, ranges, goal, table.settings, table.seed, report)
     with timed("last steps", durations):
         report = reported("refining the best settings")
-        settings = refined(screen, goal, ranges, settings, table.seed, report)
+        settings = refine_settings(screen, goal, ranges, settings, table.seed, report)
     if len(settings.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in settings.refused.items() if count)
         raise PlanningError(
@@ -149,7 +149,7 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
     """Return settings as they can be written, without those that came to the same."""
     chosen: list[np.ndarray] = []
     for setting in placing.ranges.rounded(settings):
-        if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _ALIKE:
+        if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _SAME_SETTING:
             chosen.append(setting)
     return chosen
 

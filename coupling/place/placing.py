@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.case import Case
 from coupling.case.place import Objective
-from coupling.case.robots import described
+from coupling.case.robots import read_described_robot
 from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
@@ -28,11 +28,11 @@ from coupling.stability.case_cut import is_milling
 from elastic_robot.description import Robot
 
 # How far the part may be moved to each side where the case does not say [m], and the tool tilted [deg].
-_ASIDE, _TILTED = 0.5, 30.0
+_DEFAULT_SHIFT, _DEFAULT_TILT = 0.5, 30.0
 # How far the elbow of a redundant robot is moved to both sides where the case does not say [deg].
 _ELBOW = 90.0
 # How far a tool may be tilted at most [deg].
-_MOST = 89.0
+_MAX_TILT = 89.0
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     """
     require_one_robot(case)
     placed, table, resolved = case.robots[0], case.place, case.resolved
-    robot = described(resolved["robot"]["description"], Path())
+    robot = read_described_robot(resolved["robot"]["description"], Path())
     present = _present(resolved)
     diameter = case.process_table.forming_tool_diameter
     ranges = _ranges(case, present, diameter is not None)
@@ -205,8 +205,8 @@ def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
     low, high = present.copy(), present.copy()
     untilted = case.tool_path.untilted_lean_deg
     tilts = {  # where the process knows the tool's sphere
-        "lead": [-_TILTED, _TILTED],
-        "lean": [untilted - _TILTED, min(untilted + _TILTED, _MOST)],
+        "lead": [-_DEFAULT_TILT, _DEFAULT_TILT],
+        "lean": [untilted - _DEFAULT_TILT, min(untilted + _DEFAULT_TILT, _MAX_TILT)],
     }
     redundant = len(case.robots[0].home) > POSE
     defaults = (tilts if has_sphere else {}) | ({"elbow": [-_ELBOW, _ELBOW]} if redundant else {})
@@ -214,12 +214,12 @@ def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
         length = name in LENGTHS
         stated = getattr(case.place, f"{name}_m" if length else f"{name}_deg")
         if stated is None and length:
-            stated = [present[k] - _ASIDE, present[k] + _ASIDE]
+            stated = [present[k] - _DEFAULT_SHIFT, present[k] + _DEFAULT_SHIFT]
         elif stated is None:
             stated = defaults.get(name)
         if stated is not None:
             low[k], high[k] = stated if length else np.deg2rad(stated)
-    least = np.deg2rad(untilted - _MOST)
+    least = np.deg2rad(untilted - _MAX_TILT)
     if low[NAMES.index("lean")] < least:
         raise CaseError(
             f"{case.name}: place: lean_deg: expected at least {np.rad2deg(least):g} from the wall's"

@@ -18,11 +18,11 @@ from coupling.robot.batch.following import (
     angles_from_home,
     following,
     nearest_angles,
-    reached,
+    solve_poses,
 )
 from coupling.robot.batch.redundancy import NearHome
 from coupling.robot.batch.rigid_robot import RigidRobot
-from coupling.robot.batch.vectors import combined, cross, dot
+from coupling.robot.batch.vectors import combine_columns, cross, dot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
@@ -30,7 +30,7 @@ from elastic_robot.parameters import Parameters
 # Settings computed at once: their arrays stay in the processor's cache.
 _AT_ONCE = 2048
 # Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
-_NEAR = 0.1
+_MAX_PLACE_DISTANCE = 0.1
 # Iterations from one place of a path to the next.
 _ITERATIONS = 12
 
@@ -74,7 +74,7 @@ class ScreenFigures:
         return ScreenFigures(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
-def joined(parts: Sequence[ScreenFigures]) -> ScreenFigures:
+def join_figures(parts: Sequence[ScreenFigures]) -> ScreenFigures:
     """Return the figures of settings one behind the other."""
     names = [field.name for field in fields(ScreenFigures)]
     return ScreenFigures(
@@ -166,8 +166,10 @@ class Screen:
         ]
         self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
         poses = stations.poses
-        self._waves = waves_of(poses, _NEAR)
-        self._gapless = np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _NEAR
+        self._waves = waves_of(poses, _MAX_PLACE_DISTANCE)
+        self._gapless = (
+            np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _MAX_PLACE_DISTANCE
+        )
 
     def figures(
         self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None
@@ -183,7 +185,7 @@ class Screen:
             chunk = settings[start : start + _AT_ONCE]
             parts.append(self.worst(self.batch(chunk)))
             report(start + len(chunk))
-        return joined(parts)
+        return join_figures(parts)
 
     def batch(self, settings: np.ndarray) -> Batch:
         """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 9)."""
@@ -203,7 +205,7 @@ class Screen:
                 q, came = angles_from_home(self._serial, targets, self._arm.angles)
             else:
                 guess = batch.q[before][:, :, alive].swapaxes(0, 1).reshape(len(start_angles), -1)
-                q, came = reached(self._serial, targets, guess, _ITERATIONS, near=near)
+                q, came = solve_poses(self._serial, targets, guess, _ITERATIONS, near=near)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:
@@ -266,7 +268,7 @@ class Screen:
                 arms.append(now.posture.lever[joint])
             else:
                 tilt_axis = self._robot.joints[joint].tilt[tilt - 1].axis
-                axes.append(combined(now.posture.body[joint], tilt_axis))
+                axes.append(combine_columns(now.posture.body[joint], tilt_axis))
                 arms.append(cross(axes[-1], now.posture.tip - now.posture.origin[joint]))
         return axes, arms
 

@@ -9,18 +9,18 @@ import numpy as np
 
 from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import PlaceObjective
-from coupling.place.screen import ScreenFigures, joined
+from coupling.place.screen import ScreenFigures, join_figures
 from coupling.place.settings import Ranges
 
 # Settings that are refined, and how far they are apart at first, over the box.
-_REFINED, _APART = 8, 0.12
+_REFINED_COUNT, _FIRST_SEPARATION = 8, 0.12
 # Settings this near to one that the whole path refuses are not begun with, over the box, and how many of
 # those that a few places admit are looked at along it.
-_BESIDE, _CONFIRMED = 0.03, 64
+_REFUSED_DISTANCE, _CHECKED_COUNT = 0.03, 64
 # First step of a refinement over the box, its factor from round to round, its last one.
-_STEP, _FINER, _LAST = 0.12, 0.72, 0.001
+_FIRST_STEP, _STEP_FACTOR, _LAST_STEP = 0.12, 0.72, 0.001
 # Settings around each in every round: this part of those that fill the box, within bounds.
-_PART, _FEWEST, _MOST = 1.0 / 256.0, 12, 160
+_SAMPLED_PART, _MIN_SAMPLES, _MAX_SAMPLES = 1.0 / 256.0, 12, 160
 
 Report = Callable[[int, int], None]
 
@@ -44,7 +44,7 @@ class FoundSettings:
     refused: dict[str, int]
 
 
-def filled(
+def fill_box(
     screen: CoarseScreen,
     ranges: Ranges,
     goal: PlaceObjective,
@@ -70,19 +70,21 @@ def filled(
     remaining = np.argsort(cost, kind="stable")
     remaining = remaining[np.isfinite(cost[remaining])]
     chosen, parts, tried = settings[:0], [figures.chosen(remaining[:0])], 0
-    while len(remaining) and len(chosen) < _REFINED and tried < _CONFIRMED:
-        rows = _apart(ranges, settings, remaining, _REFINED - len(chosen))
+    while len(remaining) and len(chosen) < _REFINED_COUNT and tried < _CHECKED_COUNT:
+        rows = _apart(ranges, settings, remaining, _REFINED_COUNT - len(chosen))
         whole = screen.confirmed(settings[rows])
         tried += len(rows)
         admitted = np.isfinite(goal.cost(whole))
         chosen = np.concatenate([chosen, settings[rows[admitted]]])
         parts.append(whole.chosen(np.flatnonzero(admitted)))
-        for row, distance in zip(rows, np.where(admitted, _APART, _BESIDE), strict=True):
+        for row, distance in zip(
+            rows, np.where(admitted, _FIRST_SEPARATION, _REFUSED_DISTANCE), strict=True
+        ):
             remaining = remaining[ranges.apart(settings[row], settings[remaining]) >= distance]
-    return _sorted(goal, chosen, joined(parts), count, refused)
+    return _sort_settings(goal, chosen, join_figures(parts), count, refused)
 
 
-def refined(
+def refine_settings(
     screen: CoarseScreen,
     goal: PlaceObjective,
     ranges: Ranges,
@@ -102,13 +104,13 @@ def refined(
     """
     if len(previous.settings) == 0 or len(ranges.free) == 0:
         return previous
-    around = int(np.clip(_PART * previous.looked_at, _FEWEST, _MOST))
-    rounds = int(np.ceil(np.log(_LAST / _STEP) / np.log(_FINER)))
+    around = int(np.clip(_SAMPLED_PART * previous.looked_at, _MIN_SAMPLES, _MAX_SAMPLES))
+    rounds = int(np.ceil(np.log(_LAST_STEP / _FIRST_STEP) / np.log(_STEP_FACTOR)))
     best, figures, cost = previous.settings, previous.figures, previous.cost
     rng, looked_at = np.random.default_rng(seed), previous.looked_at
     for number in range(rounds):
         report(number, rounds)
-        step = _STEP * _FINER**number
+        step = _FIRST_STEP * _STEP_FACTOR**number
         tried = np.stack([ranges.around(setting, step, around, rng) for setting in best])
         looked_at += len(best) * around
         few = goal.cost(screen.figures(tried.reshape(-1, tried.shape[2]))).reshape(len(best), -1)
@@ -118,15 +120,15 @@ def refined(
             continue
         whole = screen.confirmed(candidates)
         better = goal.cost(whole) < cost[rows]
-        settings, both = np.concatenate([best, candidates]), joined([figures, whole])
+        settings, both = np.concatenate([best, candidates]), join_figures([figures, whole])
         now = np.arange(len(best))
         now[rows[better]] = len(best) + np.flatnonzero(better)
         best, figures = settings[now], both.chosen(now)
         cost = goal.cost(figures)
-    return _sorted(goal, best, figures, looked_at, previous.refused)
+    return _sort_settings(goal, best, figures, looked_at, previous.refused)
 
 
-def _sorted(
+def _sort_settings(
     goal: PlaceObjective,
     settings: np.ndarray,
     figures: ScreenFigures,
@@ -144,5 +146,5 @@ def _apart(ranges: Ranges, settings: np.ndarray, order: np.ndarray, most: int) -
     while len(order) and len(chosen) < most:
         first = int(order[0])
         chosen.append(first)
-        order = order[ranges.apart(settings[first], settings[order]) >= _APART]
+        order = order[ranges.apart(settings[first], settings[order]) >= _FIRST_SEPARATION]
     return np.array(chosen, dtype=int)

@@ -17,7 +17,7 @@ from elastic_robot.description import Robot
 NAMES = ("x", "y", "z", "yaw", "lead", "lean", "rotation", "base_roll", "elbow")
 LENGTHS = NAMES[:3]
 # Where settings are rounded to [m], [rad]: what can be set, and reads well.
-_ROUND = np.array([1e-4] * 3 + [np.deg2rad(0.01)] * 6)
+_RESOLUTION = np.array([1e-4] * 3 + [np.deg2rad(0.01)] * 6)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Ranges:
         """Return settings rounded to what can be set [m], [rad], (..., 9); those not free are kept."""
         rounded = settings.copy()
         free = self.free
-        rounded[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
+        rounded[..., free] = (np.round(settings / _RESOLUTION) * _RESOLUTION)[..., free]
         return np.clip(rounded, self.low, self.high)
 
 

@@ -11,15 +11,15 @@ from coupling.place.settings import Ranges
 from coupling.place.stations import Stations
 
 # Settings in which all places are looked at.
-_TRIED, _USED = 128, 96
+_SETTING_COUNT, _KEPT_SETTINGS = 128, 96
 # Places that are chosen.
 PLACES = 24
 # How much what is missed of the largest displacement counts, and of the largest angle: a setting is
 # worth what its displacement is, but only has to stay clear of limits.
-_MOVED, _ANGLES = 4.0, 0.3
+_DISPLACEMENT_WEIGHT, _ANGLE_WEIGHT = 4.0, 0.3
 
 
-def selected(
+def select_places(
     screen_of: Callable[[Stations], Screen], stations: Stations, ranges: Ranges, seed: int
 ) -> np.ndarray:
     """Return the numbers of places with extreme torques, angles and displacements in samples, (k,).
@@ -36,8 +36,8 @@ def selected(
     if stations.count <= PLACES:
         return np.arange(stations.count)
     few = np.linspace(0, stations.count - 1, PLACES).astype(int)
-    tried = ranges.sampled(_TRIED, seed)
-    good = tried[screen_of(stations.chosen(few)).figures(tried).reached][:_USED]
+    tried = ranges.sampled(_SETTING_COUNT, seed)
+    good = tried[screen_of(stations.chosen(few)).figures(tried).reached][:_KEPT_SETTINGS]
     if len(good) == 0:
         return few
     rows, _ = _rows(screen_of(stations).batch(good))
@@ -68,10 +68,10 @@ def _rows(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
     """
     angles = np.concatenate([batch.q, batch.rate], axis=1)
     quantities = [
-        _MOVED * _parts(batch.deviation[:, None]),
+        _DISPLACEMENT_WEIGHT * _parts(batch.deviation[:, None]),
         *(_parts(sign * batch.torque) for sign in (1.0, -1.0)),
-        *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
-        _ANGLES * _parts(-batch.conditioning[:, None]),
+        *(_ANGLE_WEIGHT * _parts(sign * angles) for sign in (1.0, -1.0)),
+        _ANGLE_WEIGHT * _parts(-batch.conditioning[:, None]),
     ]
     rows = np.concatenate(
         [quantity.transpose(1, 2, 0).reshape(-1, len(quantity)) for quantity in quantities]

@@ -15,7 +15,7 @@ from coupling.toolpaths.untilted import UntiltedPath
 # Distance of nodes that links can follow a wrench on, as in the inverse [s].
 _SPACING = 0.004
 # A path is looked at at the strongest places of so many parts of its duration.
-_PARTS = 400
+_PART_COUNT = 400
 # A radian is as far as so much [m].
 _ARM = 0.2
 
@@ -72,9 +72,9 @@ class Stations:
 
     def strongest(self) -> Stations:
         """Return the places where acceleration, force or speed is largest in each part of the time."""
-        if self.count <= 3 * _PARTS:
+        if self.count <= 3 * _PART_COUNT:
             return self
-        part = np.minimum(_PARTS * np.arange(self.count) // self.count, _PARTS - 1)
+        part = np.minimum(_PART_COUNT * np.arange(self.count) // self.count, _PART_COUNT - 1)
         rows = [np.array([0, self.count - 1])]
         for values in (self.acceleration, self.wrench[:, :3], self.velocity):
             size = np.linalg.norm(values, axis=1)

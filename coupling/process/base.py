@@ -20,7 +20,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter, LowPass, own_frequency
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 
@@ -216,7 +216,7 @@ class ProcessSchema(Schema, ABC):
         Args:
             task: The task, its path in short steps.
         """
-        return NONE
+        return NO_CORNERS
 
     @property
     def forming_tool_diameter(self) -> float | None:

@@ -13,11 +13,11 @@ from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import arc_length, interpolated
+from coupling.path.linear import arc_length, interpolate_rows
 from coupling.path.low_pass import low_pass
 from coupling.process.base import NoisySchema, ProcessResponse, WithIdentity
 from coupling.process.frames import WrenchFrame, wrench_in_base
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
@@ -67,7 +67,7 @@ class MeasuredWrenchTable(NoisySchema):
         """Return the times of a record's rows, where these are no closer than the samples."""
         axis, stations, _ = self._record()
         if axis == "distance" or _is_finer(stations, task.sampled.forming.time):
-            return NONE
+            return NO_CORNERS
         return stations
 
     def process(self, task: Task) -> MeasuredWrench:
@@ -84,7 +84,7 @@ class MeasuredWrenchTable(NoisySchema):
             # What is faster than the samples would come as something slower.
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(along), len(WRENCH_COLUMNS)))
-        wrench[:, : record.shape[1]] = interpolated(along, stations, record)
+        wrench[:, : record.shape[1]] = interpolate_rows(along, stations, record)
         return MeasuredWrench(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:

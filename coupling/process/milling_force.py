@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process.base import ProcessMemory, ProcessResponse, WithIdentity
 from coupling.process.cutting_force import (
     Cutter,
@@ -94,20 +94,20 @@ class Milling:
             Numbers of the instants at which an arc is in the cut, (k,), and its engagement there.
         """
         actual = self.part.coordinates(path.position[0])
-        now = interpolated(time, path.time, actual)
-        before = interpolated(time - self.cutter.tooth_period, path.time, actual)
+        now = interpolate_rows(time, path.time, actual)
+        before = interpolate_rows(time - self.cutter.tooth_period, path.time, actual)
         way = (now - before)[:, :2]
         leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
-        offset = now - interpolated(time, self.desired.time, self.tips)
+        offset = now - interpolate_rows(time, self.desired.time, self.tips)
         arcs = self.engaged.at(time)
 
         def beyond(made: np.ndarray, rows: np.ndarray) -> np.ndarray:
             """Return how much farther the tool is off than what made a surface was [m], (k, 3)."""
             earlier = np.flatnonzero(made >= 0.0)
             more = np.where(np.isnan(made)[:, None], 0.0, offset[rows])
-            at, was = made[earlier], interpolated(made[earlier], path.time, actual)
-            more[earlier] -= was - interpolated(at, self.desired.time, self.tips)
+            at, was = made[earlier], interpolate_rows(made[earlier], path.time, actual)
+            more[earlier] -= was - interpolate_rows(at, self.desired.time, self.tips)
             return more
 
         for arc in range(arcs.start.shape[1]):

@@ -215,8 +215,8 @@ class MillingForceTable(ProcessSchema):
         if programmed is None:
             if stated is None:
                 raise CaseError(
-                    "process: spindle_speed_rpm: expected a speed, got none, and no S in a program: give"
-                    " it"
+                    "process: spindle_speed_rpm: expected a speed, got none, and none in a program:"
+                    " give it"
                 )
             return stated
         if programmed.problems:
@@ -224,15 +224,17 @@ class MillingForceTable(ProcessSchema):
         (place, speed), *others = programmed.speeds
         if others:
             raise CaseError(
-                f"process: expected one speed of the spindle in all cuts, got S{speed:g} in {place} and"
-                f" S{others[0][1]:g} in {others[0][0]}: give each its own program"
+                f"process: expected one speed of the spindle in all cuts, got {speed:g} 1/min in {place}"
+                f" and {others[0][1]:g} in {others[0][0]}: give each its own program"
             )
         if not speed > 0.0:
-            raise CaseError(f"{place}: S: expected a speed above 0 1/min, got {speed:g}")
+            raise CaseError(
+                f"{place}: expected a speed of the spindle above 0 1/min, got {speed:g}"
+            )
         if stated is not None and abs(stated - speed) > _SAME_SPEED * speed:
             raise CaseError(
-                f"process: spindle_speed_rpm: expected S{speed:g} of {place}, got {stated:g}: change one"
-                " of them, or leave the key out"
+                f"process: spindle_speed_rpm: expected {speed:g}, as {place} has it, got {stated:g}:"
+                " change one of them, or leave the key out"
             )
         return speed
 

@@ -32,7 +32,9 @@ LOGIC: dict[str, Callable[[bool, bool], bool]] = {
 LARGEST_REAL = 3.4e38
 
 
-def computed(word: str, a: float, b: float, where: str, largest: float = LARGEST_REAL) -> float:
+def compute_rounded(
+    word: str, a: float, b: float, where: str, largest: float = LARGEST_REAL
+) -> float:
     """Return what one of ARITHMETIC makes of two numbers.
 
     Args:
@@ -45,7 +47,7 @@ def computed(word: str, a: float, b: float, where: str, largest: float = LARGEST
         ProgramError: If the divisor is zero, or the result too large.
 
     Example:
-        >>> computed("DIV", -7.0, 2.0, "line 1")
+        >>> compute_rounded("DIV", -7.0, 2.0, "line 1")
         -3.0
     """
     if word in ("/", "DIV", "MOD") and b == 0:

@@ -9,7 +9,7 @@ from coupling.programs.poses import inverse, product
 from coupling.programs.program import Pose
 
 # Components of two unit quaternions x, y, z, w that are one but for single precision.
-_SAME = 1e-6
+_QUATERNION_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -87,4 +87,4 @@ def _both(
 
 def _turns(a: Pose, b: Pose) -> bool:
     """Return whether two poses have different rotations."""
-    return max(abs(x - y) for x, y in zip(a[3:], b[3:], strict=True)) > _SAME
+    return max(abs(x - y) for x, y in zip(a[3:], b[3:], strict=True)) > _QUATERNION_TOLERANCE

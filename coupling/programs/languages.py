@@ -27,7 +27,7 @@ Posture = Literal["never", "known", "always"]
 _RAPID_ENDINGS = (".mod", ".modx", ".prg")
 _RAPID_MODULES = (*_RAPID_ENDINGS, ".sys", ".sysx")
 # No program that a controller holds is larger [bytes].
-_MOST = 256_000_000
+_MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
@@ -164,9 +164,9 @@ def _data_files(path: Path, text: str) -> list[ProgramFile]:
     if ending in _RAPID_ENDINGS:
         return [_file(file) for file in folder if file.suffix.lower() in _RAPID_MODULES]
     if ending == ".ls":
-        return _called(path, text, folder, fanuc_reader.called)
+        return _find_called(path, text, folder, fanuc_reader.find_called)
     if ending == ".src":
-        programs = _called(path, text, folder, called_names)
+        programs = _find_called(path, text, folder, called_names)
         names = {Path(program.name).stem.upper() for program in programs}
         with_data = {path.stem.upper(), *names, CONFIGURATION}
         data = [
@@ -178,7 +178,7 @@ def _data_files(path: Path, text: str) -> list[ProgramFile]:
     return []
 
 
-def _called(
+def _find_called(
     path: Path, text: str, folder: Sequence[Path], called: Callable[[str], Iterable[str]]
 ) -> list[ProgramFile]:
     """Return the files of a folder with the programs that a text calls, and those that these call.
@@ -202,7 +202,7 @@ def _called(
 
 
 def _file(path: Path) -> ProgramFile:
-    content = read_bounded(path, _MOST, ProgramError)
+    content = read_bounded(path, _MAX_BYTES, ProgramError)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:

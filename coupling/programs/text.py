@@ -17,11 +17,11 @@ _NUMBER = re.compile(NUMBER)
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-def fixed(value: float, decimals: int) -> str:
+def format_fixed(value: float, decimals: int) -> str:
     """Return a number with so many decimals, and no minus before a zero.
 
     Example:
-        >>> fixed(-0.00004, 3), fixed(12.34567, 3)
+        >>> format_fixed(-0.00004, 3), format_fixed(12.34567, 3)
         ('0.000', '12.346')
     """
     text = f"{value:.{decimals}f}"
@@ -30,7 +30,7 @@ def fixed(value: float, decimals: int) -> str:
 
 def numbers(values: Sequence[float] | np.ndarray, decimals: int) -> str:
     """Return numbers (n,) with commas between them."""
-    return ",".join(fixed(float(value), decimals) for value in values)
+    return ",".join(format_fixed(float(value), decimals) for value in values)
 
 
 def real(text: str, where: str) -> float:
@@ -44,14 +44,14 @@ def real(text: str, where: str) -> float:
         ProgramError: If it is none.
     """
     if not _NUMBER.fullmatch(text.strip()):
-        raise ProgramError(f"{where}: expected a number, got {shortened(text.strip())!r}")
+        raise ProgramError(f"{where}: expected a number, got {shorten(text.strip())!r}")
     value = float(text)
     if not abs(value) <= LARGEST:
         raise ProgramError(f"{where}: expected a number of at most {LARGEST:g}, got {value:g}")
     return float(np.float32(value))
 
 
-def shortened(text: str, most: int = 40) -> str:
+def shorten(text: str, most: int = 40) -> str:
     """Return a text that fits into a message."""
     return text if len(text) <= most else f"{text[:most]}..."
 
@@ -65,7 +65,7 @@ def require_name(name: str, longest: int, reserved: Collection[str], maker: str)
     if not _WORD.fullmatch(name) or len(name) > longest:
         raise ProgramError(
             f"name: expected a letter, then letters, digits and _, at most {longest} for {maker}, got"
-            f" {shortened(name)!r}: give another one with --name"
+            f" {shorten(name)!r}: give another one with --name"
         )
     if name.upper() in reserved:
         raise ProgramError(

@@ -1,9 +1,10 @@
-"""Two runs side by side: what they come to, and in what they differ."""
+"""Runs beside each other: what each comes to, and in what they differ."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import partial
 from math import degrees, isnan
 from pathlib import Path
@@ -13,19 +14,26 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.report.background import case_of, real_part
-from coupling.report.colours import AFTER, BEFORE, JOINTS
+from coupling.path.histories import ToolPath
+from coupling.report.background import case_content, case_of, real_part
+from coupling.report.colours import JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
-from coupling.report.report_file import write_page
-from coupling.report.style import DrawnLine, log_axis, over_time, shown_distance
+from coupling.report.lengths import in_words, judged
+from coupling.report.report_file import name_path, write_page
+from coupling.report.run_answer import ExpectedDeviation
+from coupling.report.run_figures import tolerance_rule
+from coupling.report.run_report import answer_of
+from coupling.report.run_scene import part_frame, run_scene, track
+from coupling.report.style import DrawnLine, length_unit, over_time
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
-from coupling.results.section import UM, Note, Section, Table
-from coupling.run.stored_run import StoredRobot
+from coupling.results.scene import Scene
+from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
+from coupling.run.stored_run import StoredRobot, StoredRun
 
-_COLOURS = (BEFORE, AFTER)
+_MEASURED_KIND = "measured"
 _STAGES = ("before", "after")
 _DEVIATIONS = (
     ("maximum", "max"),
@@ -37,13 +45,12 @@ _DEVIATIONS = (
 
 
 def write_comparison(comparison: Comparison, file: Path) -> Path:
-    """Write the page of two runs side by side; return the file.
+    """Write the page of runs beside each other; return the file.
 
     Raises:
         ResultError: If the case of a run is damaged, or the page cannot be written.
     """
-    text = comparison_page(comparison)
-    write_page(file, text, ResultError)
+    write_page(file, comparison_page(comparison), ResultError)
     return file
 
 
@@ -51,36 +58,208 @@ def comparison_page(comparison: Comparison) -> str:
     """Return the page as one self-contained HTML text."""
     drawn = [part for robot in comparison.robots() for part in _sections(comparison, *robot)]
     sections = [*_head(comparison), *drawn, _inputs(comparison)]
-    return document(f"{comparison.names[0]} and {comparison.names[1]}", sections)
+    answer = replace(comparison_answer(comparison), scene=comparison_scene(comparison))
+    return document(" and ".join(comparison.names), sections, answer)
 
 
 def comparison_summary(comparison: Comparison) -> list[Section]:
-    """Return what two runs come to and in what they differ."""
-    commands = [_commands(comparison, *robot) for robot in comparison.robots()]
+    """Return what runs come to and in what they differ."""
+    commands = [
+        section
+        for name, robots in comparison.robots()
+        for section in _commands(comparison, name, robots)
+    ]
     return [*_head(comparison), *commands, _inputs(comparison)]
 
 
+def comparison_answer(comparison: Comparison) -> Answer:
+    """Return the first screen: which run leaves least, and what to do with it."""
+    standings = [_Standing.of(comparison, number) for number in range(len(comparison.runs))]
+    best = min(standings, key=lambda standing: standing.order)
+    own_answer, tolerance_mm = answer_of(best.run), case_of(best.run).part.tolerance_mm
+    tolerance = None if tolerance_mm is None else 1e-3 * tolerance_mm
+    good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
+    if best.kind == _MEASURED_KIND:
+        good = None if tolerance is None else best.deviation <= tolerance
+        words = ["elastic-robot", "export", name_path(best.run.folder), "--to", "krl"]
+        steps = [NextStep("Write the robot program of the best one:", shlex.join(words))]
+    many = f"of {len(standings)} runs " if len(standings) > 1 else ""
+    return Answer(
+        sentence=judged(
+            f"{many}{best.name} leaves least, up to {in_words(best.deviation)}, {best.kind}",
+            good,
+            tolerance,
+        ),
+        reason="" if best.kind == _MEASURED_KIND else own_answer.sentence,
+        good=good,
+        figures=[
+            KeyFigure(
+                standing.name,
+                in_words(standing.deviation),
+                f"{standing.kind}; uncorrected {in_words(standing.before)}",
+            )
+            for standing in standings
+        ],
+        steps=[*_next_command(comparison), *steps],
+    )
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """What one run comes to among others.
+
+    Attributes:
+        name, run: The run.
+        deviation: Largest deviation to go by [m].
+        before: Deviation without a correction [m].
+        kind: Source of the deviation, in words.
+    """
+
+    name: str
+    run: StoredRun
+    deviation: float
+    before: float
+    kind: str
+
+    @classmethod
+    def of(cls, comparison: Comparison, number: int) -> _Standing:
+        run, measured = comparison.runs[number], comparison.measured.get(number)
+        figures, expected = run.figures, ExpectedDeviation.of(run.figures)
+        deviation, kind = figures.deviations[-1].maximum, "if the file is right"
+        if measured is not None:
+            deviation, kind = measured.run.size.maximum, _MEASURED_KIND
+        elif expected is not None and figures.kind != "couple":
+            deviation, kind = expected.maximum, "expected on the real robot"
+        return cls(
+            comparison.names[number], run, deviation, figures.deviation_before_m.maximum, kind
+        )
+
+    @property
+    def order(self) -> tuple[bool, bool, float]:
+        """What is converged first, what is measured before what is not."""
+        return not self.run.figures.converged, self.kind != _MEASURED_KIND, self.deviation
+
+
+def _next_command(comparison: Comparison) -> Iterator[NextStep]:
+    """Yield the step from what was measured to the next command."""
+    if not comparison.measured:
+        return
+    words = ["elastic-robot", "next"]
+    for number, measured in sorted(comparison.measured.items()):
+        words += [name_path(comparison.runs[number].folder), str(measured.file)]
+    words += ["-o", f"{name_path(comparison.runs[-1].folder)}_next"]
+    yield NextStep("Compute the next command from what was measured:", shlex.join(words))
+
+
+def comparison_scene(comparison: Comparison) -> Scene:
+    """Return all paths in one scene, with the robots of the first run."""
+    first = comparison.runs[0]
+    frame = part_frame(real_part(first.figures, case_of(first)))
+    scene = run_scene(first, frame, case_content(first))
+    several = len(first.robots) > 1
+    tracks = [
+        replace(track(path.name, path.desired, path.actual), robot=name if several else "")
+        for name, robots in comparison.robots()
+        for path in _paths(comparison, robots)
+        if path.is_shown
+    ]
+    return replace(scene, tracks=tracks)
+
+
+@dataclass(frozen=True)
+class _ComparedPath:
+    """A path among others.
+
+    Attributes:
+        name, color, dash: Its entry in the legend.
+        desired, actual: Desired and actual path of its tool.
+        part: Placement of its part, by the keys of [part].
+        is_shown: Whether it is shown at first.
+    """
+
+    name: str
+    color: str
+    desired: ToolPath
+    actual: ToolPath
+    part: Any
+    dash: str = "solid"
+    is_shown: bool = True
+
+
+def _paths(comparison: Comparison, robots: list[StoredRobot]) -> Iterator[_ComparedPath]:
+    """Yield a robot's paths: before and after of every run, and what was measured under it."""
+    for number, (name, run, stored) in enumerate(
+        zip(comparison.names, comparison.runs, robots, strict=True)
+    ):
+        color, part = JOINTS[number % len(JOINTS)], real_part(run.figures, case_of(run))
+        *_, last = stored.actual
+        for stage, path in stored.actual.items():
+            is_last = stage == last
+            yield _ComparedPath(
+                f"{name}: {stage}",
+                color,
+                stored.desired,
+                path,
+                part,
+                "solid" if is_last else "dot",
+                is_last or number == 0,
+            )
+        if number in comparison.measured and stored is run.first:
+            measured = comparison.measured[number]
+            yield _ComparedPath(
+                f"{name}: measured", color, measured.desired, measured.actual, part, "dash"
+            )
+
+
 def _head(comparison: Comparison) -> list[Section]:
-    """Return verdicts, and the figures of both runs beside each other."""
+    """Return the figures of all runs beside each other, what was taken off measurements, verdicts."""
     verdicts = [
-        replace(verdict(run.figures, case_of(run).process.model), title=name)
+        replace(
+            verdict(run.figures, case_of(run).process.model),
+            title=f"How {name} was computed",
+            good=None,
+        )
         for name, run in zip(comparison.names, comparison.runs, strict=True)
     ]
-    return [*verdicts, Section("Figures", [_figures(comparison)])]
+    rows = []
+    for number, measured in sorted(comparison.measured.items()):
+        run = measured.run
+        rows.append(
+            (
+                comparison.names[number],
+                run.measured.name,
+                in_words(run.size.maximum),
+                in_words(run.size.rms),
+                f"{1e3 * run.clock:+.1f}",
+                ", ".join(f"{UM * value:.0f}" for value in run.shift),
+                in_words(run.noise),
+                str(run.left_out),
+            )
+        )
+    columns = (
+        *("run", "file", "largest", "rms", "clock [ms]"),
+        *("frame [um]", "noise", "samples left out"),
+    )
+    taken_off = [Section("Measured", [_MEASURED, Table(columns, rows)])] if rows else []
+    return [*taken_off, Section("Figures", [_figures(comparison)]), *verdicts]
 
 
 def _figures(comparison: Comparison) -> Table:
-    """Return the figures of both runs beside each other."""
-    first, second = (run.figures for run in comparison.runs)
+    """Return the figures of all runs beside each other."""
+    results = [run.figures for run in comparison.runs]
 
     def row(
         name: str, figure: Callable[[RunResult], float | None], digits: int = 2
     ) -> tuple[str, ...]:
-        return (name, *(_cell(figure(figures), digits) for figures in (first, second)))
+        return (name, *(_cell(figure(figures), digits) for figures in results))
 
     def deviation(figures: RunResult, stage: int, key: str) -> float | None:
         whole = figures.deviations
         return UM * getattr(whole[stage], key) if stage < len(whole) else None
+
+    def replay(figures: RunResult, name: str) -> float | None:
+        sizes = (r.deviation.maximum for r in figures.robustness if r.name == name)
+        return next((UM * size for size in sizes), None)
 
     rows = [
         row(
@@ -97,14 +276,8 @@ def _figures(comparison: Comparison) -> Table:
         row("evaluations of the process", lambda figures: figures.process_evaluations, 0),
         row("rows of the command", lambda figures: figures.command.rows, 0),
     ]
-    names = dict.fromkeys(entry.name for figures in (first, second) for entry in figures.robustness)
-    for name in names:
-        values = [
-            next((r.deviation.maximum for r in f.robustness if r.name == name), None)
-            for f in (first, second)
-        ]
-        cells = (_cell(value and UM * value, 2) for value in values)
-        rows.append((f"left on a robot with {name} [um]", *cells))
+    names = dict.fromkeys(entry.name for figures in results for entry in figures.robustness)
+    rows += [row(f"left on a robot with {name} [um]", partial(replay, name=name)) for name in names]
     return Table(("", *comparison.names), rows)
 
 
@@ -112,28 +285,24 @@ def _cell(value: float | None, digits: int) -> str:
     return "-" if value is None or isnan(value) else f"{value:.{digits}f}"
 
 
-def _sections(
-    comparison: Comparison, robot: str, first: StoredRobot, second: StoredRobot
-) -> list[Section]:
-    """Return the sections of one robot in both runs."""
+def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:
+    """Return the sections of one robot in all runs."""
     whose, mark = _whose(comparison, robot)
-    pairs = list(zip(comparison.names, comparison.runs, (first, second), strict=True))
-    views = []
-    for name, run, stored in pairs:
-        *_, (stage, path) = stored.actual.items()
-        part = real_part(run.figures, case_of(run))
-        views.append(PathView(f"{name}: {stage}", stored.desired, path, part))
-    along = f"Deviation along the path{whose}"
-    above = f"The part from above{whose}"
-    difference = command_difference(first, second)
+    paths = list(_paths(comparison, robots))
+    views = [
+        PathView(path.name, path.desired, path.actual, path.part)
+        for path in paths
+        if path.dash != "dot"
+    ]
     return [
-        Section(along, [_ALONG], f"deviation{mark}", [_deviations(pairs)]),
-        Section(above, [_ABOVE], f"above{mark}", from_above(views)),
-        replace(
-            _commands(comparison, robot, first, second),
-            name=f"commands{mark}",
-            figures=[] if difference is None else [_angles(difference)],
+        Section(
+            f"Deviation along the path{whose}",
+            [_ALONG],
+            f"deviation{mark}",
+            [_deviations(paths, comparison)],
         ),
+        Section(f"The part from above{whose}", [_ABOVE], f"above{mark}", from_above(views)),
+        *_commands(comparison, robot, robots, with_figures=True),
     ]
 
 
@@ -144,27 +313,42 @@ def _whose(comparison: Comparison, robot: str) -> tuple[str, str]:
 
 
 def _commands(
-    comparison: Comparison, robot: str, first: StoredRobot, second: StoredRobot
-) -> Section:
-    """Return how far the commands of a robot are apart."""
-    difference = command_difference(first, second)
-    joints = [] if difference is None else [_joints(difference)]
-    title = (
-        f"Commands: {comparison.names[1]} minus {comparison.names[0]}{_whose(comparison, robot)[0]}"
+    comparison: Comparison, robot: str, robots: list[StoredRobot], with_figures: bool = False
+) -> list[Section]:
+    """Return how far the commands of a robot are from that of the first run."""
+    whose, mark = _whose(comparison, robot)
+    sections = []
+    for number, other in enumerate(robots[1:], start=1):
+        difference = command_difference(robots[0], other)
+        parts = [f"{_in_words(robots[0], other)}."]
+        sections.append(
+            Section(
+                f"Commands: {comparison.names[number]} minus {comparison.names[0]}{whose}",
+                parts if difference is None else [*parts, _joints(difference)],
+                f"commands{mark}{number}",
+                [_angles(difference)] if with_figures and difference is not None else [],
+            )
+        )
+    return sections
+
+
+def _deviations(paths: list[_ComparedPath], comparison: Comparison) -> go.Figure:
+    """Draw the deviations of all runs on one scale."""
+    distances = [path.actual.distance_to(path.desired) for path in paths]
+    factor, unit = length_unit(*(float(distance.max()) for distance in distances))
+    lines = [
+        DrawnLine(path.name, path.color, path.actual.time, factor * distance, dash=path.dash)
+        for path, distance in zip(paths, distances, strict=True)
+    ]
+    allowed = case_of(comparison.runs[0]).part.tolerance_mm
+    shapes = [] if allowed is None else [tolerance_rule(1e-3 * factor * allowed)]
+    upright = {"rangemode": "tozero"}
+    figure = over_time(
+        lines, f"distance [{unit}]", 400, yaxis=upright, shapes=shapes, meta={"log": True}
     )
-    return Section(title, [f"{_in_words(first, second)}.", *joints])
-
-
-def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
-    """Draw the deviations of both runs on one scale."""
-    lines = []
-    for (name, _, stored), color in zip(pairs, _COLOURS, strict=True):
-        *_, last = stored.actual
-        for stage, path in stored.actual.items():
-            distance = shown_distance(path.distance_to(stored.desired))
-            dash = "solid" if stage == last else "dot"
-            lines.append(DrawnLine(f"{name}: {stage}", color, path.time, distance, dash=dash))
-    return over_time(lines, "distance [um]", 400, yaxis=log_axis())
+    for path, drawn in zip(paths, figure.data, strict=True):
+        drawn.visible = True if path.is_shown else "legendonly"
+    return figure
 
 
 def _angles(difference: CommandDifference) -> go.Figure:
@@ -212,8 +396,16 @@ def _inputs(comparison: Comparison) -> Section:
     return Section("Inputs that differ", [listed])
 
 
-_ALONG = Note("Distance between actual and desired TCP at equal times; dotted: before.")
+_MEASURED = Note(
+    "Measured paths on the clock and in the frame of their runs: what was taken off the device's clock"
+    " and frame, as next does, is listed. A shift of the whole path is not seen where the frame is"
+    " unknown."
+)
+_ALONG = Note(
+    "Distance between actual and desired TCP at equal times; dotted: before; dashed: measured. Names"
+    " above show and hide curves."
+)
 _ABOVE = Note(
-    "The last paths, along their part's z axis, coloured by the deviation normal to the part, positive"
-    " away from it, all on one scale."
+    "The last paths and what was measured, along their part's z axis, coloured by the deviation normal"
+    " to the part, positive away from it, all on one scale."
 )

@@ -1,8 +1,8 @@
-"""Two runs side by side: what each comes to, and in what they differ."""
+"""Runs beside each other: what each comes to, what was measured under it, and in what they differ."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,11 @@ from typing import Any
 import numpy as np
 
 from coupling.errors import ResultError
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.next.options import ANYWHERE, FrameAccuracy
+from coupling.identification.runs.measurement import SimulatedPath, read_measurement
+from coupling.identification.runs.source import read_source
+from coupling.path.histories import ToolPath
 from coupling.report.background import case_content
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
@@ -37,48 +42,111 @@ class CommandDifference:
 
 
 @dataclass(frozen=True)
+class MeasuredTool:
+    """A tool as it was measured under the command of a run, on its clock and in its frame.
+
+    Attributes:
+        file: File of the measurement.
+        run: The measurement, with what was taken off it.
+        desired, actual: Desired and measured path at the measured times, world frame.
+    """
+
+    file: Path
+    run: MeasuredRun
+    desired: ToolPath
+    actual: ToolPath
+
+    @classmethod
+    def read(cls, folder: Path, file: Path, run: StoredRun, own_frame: bool) -> MeasuredTool:
+        """Read what was measured under a run.
+
+        Raises:
+            LearnError: If it is no measurement of this run.
+        """
+        source = read_source(folder, read_measurement(file))
+        base_from_world = source.world_from_base.inverse()
+        model = SimulatedPath(run.first.achieved.transformed(base_from_world))
+        accuracy = ANYWHERE if own_frame else FrameAccuracy()
+        measured = MeasuredRun.of(source, model, accuracy)
+        time, path = measured.measured.time, SimulatedPath(measured.desired)
+        quaternion = path.rotation(time).as_quat()
+        desired, actual = (
+            ToolPath(time, np.hstack([position, quaternion])).transformed(source.world_from_base)
+            for position in (path.position(time), measured.measured.position)
+        )
+        return cls(file, measured, desired, actual)
+
+
+@dataclass(frozen=True)
 class Comparison:
-    """Two runs of the same robots.
+    """Runs of the same robots.
 
     Attributes:
         names: Their names on the page.
         runs: The runs.
+        measured: Measured tools by the numbers of their runs, from 0.
     """
 
-    names: tuple[str, str]
-    runs: tuple[StoredRun, StoredRun]
+    names: tuple[str, ...]
+    runs: tuple[StoredRun, ...]
+    measured: Mapping[int, MeasuredTool]
 
     @classmethod
-    def of(cls, first: Path, second: Path) -> Comparison:
-        """Read two run folders.
+    def of(cls, places: Sequence[Path], own_frame: bool = False) -> Comparison:
+        """Read run folders, and files that were measured under the run before each of them.
+
+        Args:
+            places: Folders and files in their order.
+            own_frame: Whether the pose of the measuring frame is unknown.
 
         Raises:
-            ResultError: If one cannot be read, both are one, or their robots are others.
+            ResultError: If a folder cannot be read, is named twice, or its robots are others.
+            LearnError: If a file is no measurement of its run.
         """
-        if first.resolve() == second.resolve():
-            raise ResultError(f"{second}: expected another run than the first, got the same folder")
-        runs = read_run(first), read_run(second)
-        first_robots, second_robots = (" and ".join(run.robots) for run in runs)
-        if first_robots != second_robots:
-            raise ResultError(
-                f"{second}: expected a run of the robots {first_robots}, as {first}, got {second_robots}"
-            )
-        names = first.resolve().name, second.resolve().name
-        if names[0] == names[1]:
-            names = str(first), str(second)
-        return cls(names, runs)
+        folders = [place for place in places if not place.is_file()]
+        if places[0].is_file():
+            raise ResultError(f"{places[0]}: expected a run folder first, got a file")
+        if len(places) < 2:
+            raise ResultError(f"{places[0]}: expected another run, or a measured path, beside it")
+        for number, folder in enumerate(folders):
+            if folder.resolve() in [other.resolve() for other in folders[:number]]:
+                raise ResultError(
+                    f"{folder}: expected another run than those before, got the same folder"
+                )
+        runs = tuple(read_run(folder) for folder in folders)
+        first, *_ = robots = [" and ".join(run.robots) for run in runs]
+        for folder, robot_names in zip(folders, robots, strict=True):
+            if robot_names != first:
+                raise ResultError(
+                    f"{folder}: expected a run of the robots {first}, as {folders[0]}, got"
+                    f" {robot_names}"
+                )
+        names = tuple(folder.resolve().name for folder in folders)
+        if len(set(names)) < len(names):
+            names = tuple(map(str, folders))
+        measured, number = {}, -1
+        for place in places:
+            if not place.is_file():
+                number += 1
+            elif number in measured:
+                raise ResultError(f"{place}: expected one measured path behind {folders[number]}")
+            else:
+                measured[number] = MeasuredTool.read(
+                    folders[number], place, runs[number], own_frame
+                )
+        return cls(names, runs, measured)
 
-    def robots(self) -> Iterator[tuple[str, StoredRobot, StoredRobot]]:
-        """Yield name and both runs of every robot."""
-        for name, first in self.runs[0].robots.items():
-            yield name, first, self.runs[1].robots[name]
+    def robots(self) -> Iterator[tuple[str, list[StoredRobot]]]:
+        """Yield the name of every robot with its part of every run."""
+        for name in self.runs[0].robots:
+            yield name, [run.robots[name] for run in self.runs]
 
-    def inputs(self) -> list[tuple[str, str, str]]:
-        """Return key and both values of every input that differs; "-" where there is none."""
-        first, second = (dict(_inputs(run)) for run in self.runs)
-        keys = dict.fromkeys([*first, *second])
-        rows = [(key, first.get(key, "-"), second.get(key, "-")) for key in keys]
-        return [row for row in rows if row[1] != row[2]]
+    def inputs(self) -> list[tuple[str, ...]]:
+        """Return key and values of every input that differs; "-" where there is none."""
+        tables = [dict(_inputs(run)) for run in self.runs]
+        keys = dict.fromkeys(key for table in tables for key in table)
+        rows = [(key, *(table.get(key, "-") for table in tables)) for key in keys]
+        return [row for row in rows if len(set(row[1:])) > 1]
 
 
 def command_difference(first: StoredRobot, second: StoredRobot) -> CommandDifference | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.errors import CouplingError
 from coupling.files.extras import extra
-from coupling.files.robot_file import find_robot, urdf_of, validated
+from coupling.files.robot_file import find_robot, read_validated, urdf_of
 from coupling.files.robot_schema import UrdfRobotFile
 from coupling.files.urdf_visuals import UrdfVisual, read_visuals
 from coupling.results.scene import ScenePart
@@ -31,7 +31,7 @@ def robot_meshes(description: str) -> Sequence[ScenePart]:
     """
     try:
         path = find_robot(description)
-        _, file = validated(path)
+        _, file = read_validated(path)
         if not isinstance(file, UrdfRobotFile):
             return ()
         trimesh = extra("trimesh", "meshes", "a mesh")

@@ -9,23 +9,22 @@ from coupling.path.length_text import format_um
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
 from coupling.report.learn_report import learned_figures, learned_summary
-from coupling.report.result_answers import next_answer
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
-from coupling.results.section import UM, Note, Section, Table
+from coupling.results.section import UM, Answer, Note, Section, Table
 
 _TIME = "time of the run [s]"
 
 
-def next_page(title: str, result: NextResult, learned: LearnedResult | None, folder: str) -> str:
+def next_page(title: str, result: NextResult, learned: LearnedResult | None, answer: Answer) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Its figures, the content of next.json.
         learned: Parameters that were learned for it, the content of learned.json.
-        folder: Run folder of the command, as commands name it.
+        answer: First screen.
     """
     sections = [
         *next_summary(result, learned),
@@ -36,7 +35,7 @@ def next_page(title: str, result: NextResult, learned: LearnedResult | None, fol
         sections.append(Section(heading, [], "correction", [_correction(result.correction)]))
     if learned is not None:
         sections += learned_figures(learned)
-    return document(title, sections, next_answer(result, folder))
+    return document(title, sections, answer)
 
 
 def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from coupling.path.histories import ToolPath
-from coupling.path.linear import arc_length, interpolated
+from coupling.path.linear import arc_length, interpolate_rows
 from coupling.toolpaths.tilt import APPROACH
 
 # Points along the path at which the surface is looked for, and how many of them are neighbours.
@@ -48,11 +48,11 @@ def part_axes(path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
     moves = np.append(True, np.diff(length) > _STANDING * length[-1])
     way = length[moves]
     tangent = np.gradient(position[moves], way, axis=0) if len(way) > 1 else position[moves]
-    along = _unit(interpolated(length, way, tangent))
+    along = _unit(interpolate_rows(length, way, tangent))
     nodes = np.linspace(0.0, length[-1], min(_NODES, max(int(moves.sum()), 2)))
-    points = interpolated(nodes, way, position[moves])
-    towards = interpolated(nodes, way, shaft[moves])
-    normal = interpolated(length, nodes, _normals(points, towards))
+    points = interpolate_rows(nodes, way, position[moves])
+    towards = interpolate_rows(nodes, way, shaft[moves])
+    normal = interpolate_rows(length, nodes, _normals(points, towards))
     return _perpendicular(normal, along), along
 
 

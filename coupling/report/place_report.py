@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from coupling.report.document import document
 from coupling.report.report_file import name_path, write_page
 from coupling.report.result_answers import place_answer
 from coupling.report.style import Keys, drawn
+from coupling.results.cut_stability import CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import UM, Note, Part, Section, Table, warned
 
@@ -71,7 +71,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
             "-"
             if np.isinf(setting.limit_margin_rad)
             else f"{np.rad2deg(setting.limit_margin_rad):.0f}",
-            in_words(setting.setting, figures.free)
+            setting.in_words(figures.free)
             + ("" if setting.admitted else "; violates a limit of [place]"),
         )
         for name, setting in figures.settings_by_name
@@ -83,7 +83,6 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     )
     lost = "With the present setting the robot cannot follow the path."
     refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)
-    limits = "the robot file has no joint limits: check the joint angles yourself."
     parts: list[Part] = [
         *([lost] if figures.present is None else []),
         Table(header, rows),
@@ -92,16 +91,19 @@ def place_summary(figures: PlacementResult) -> list[Section]:
         f" ranges: {refused or 'none'}.",
     ]
     collisions = "Check robot, tool and part for collisions before you move the robot there."
-    cuts = [
-        (name, setting.stability) for name, setting in figures.settings_by_name if setting.stability
-    ]
-    parts += [f"{name}: {cut.sentence}." for name, cut in cuts if cut.stable]
-    chatter = [f"{name}: {cut.sentence}." for name, cut in cuts if not cut.stable]
-    return [
-        Section("", parts),
-        *warned([*chatter, *([] if figures.limited_joints else [limits])]),
-        Section("", [collisions]),
-    ]
+    parts += [f"{name}: {cut.sentence}." for name, cut in _cuts(figures) if cut.stable]
+    return [Section("", parts), *warned(place_warnings(figures)), Section("", [collisions])]
+
+
+def place_warnings(figures: PlacementResult) -> list[str]:
+    """Return the warnings of a placement."""
+    chatter = [f"{name}: {cut.sentence}." for name, cut in _cuts(figures) if not cut.stable]
+    limits = "the robot file has no joint limits: check the joint angles yourself."
+    return [*chatter, *([] if figures.limited_joints else [limits])]
+
+
+def _cuts(figures: PlacementResult) -> list[tuple[str, CutStability]]:
+    return [(name, s.stability) for name, s in figures.settings_by_name if s.stability]
 
 
 def changes(setting: SettingResult) -> str:
@@ -112,15 +114,6 @@ def changes(setting: SettingResult) -> str:
     """
     said = [f"{gear.joint}: {gear.reversals}" for gear in setting.gears if gear.reversals]
     return ", ".join(said) or "none"
-
-
-def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
-    """Return what is free in a setting, in words."""
-    said = []
-    for name in free:
-        key, unit = (f"{name}_m", "m") if f"{name}_m" in setting else (f"{name}_deg", "deg")
-        said.append(f"{name.replace('_', ' ')} {np.round(setting[key], 4):g} {unit}")
-    return ", ".join(said)
 
 
 def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figure, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.atomic_folder import UNFINISHED
 from coupling.files.output_file import require_output
-from coupling.files.written_files import LIST, claimed
+from coupling.files.written_files import LIST, claim_file
 
 
 def name_path(path: Path) -> str:
@@ -29,4 +29,4 @@ def write_page(file: Path, text: str, error: type[Exception]) -> None:
     if file.suffix != ".html" or not is_in_folder:
         require_output(file, ".html", error)
     make_folder_of(file, error)
-    write_atomically(claimed(file) if is_in_folder else file, text, error)
+    write_atomically(claim_file(file) if is_in_folder else file, text, error)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.path.length_text import format_um
-from coupling.report.lengths import in_words
+from coupling.report.lengths import in_words, judged, state_tolerance
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.next_result import NextResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.results.stability_result import StabilityResult
-from coupling.results.study_result import StudyResult
+from coupling.study.stored_study import StoredStudy
 
 
 def identify_answer(result: IdentifiedResult, file: str) -> Answer:
@@ -60,27 +60,44 @@ def _length(length: float | None) -> str:
     return "not known" if length is None else in_words(length)
 
 
-def next_answer(result: NextResult, folder: str) -> Answer:
-    """Return the first screen of a next command, whose run folder is `folder`."""
+def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> Answer:
+    """Return the first screen of a next command.
+
+    Args:
+        result: Its figures.
+        folder: Its run folder, or before it is computed its case file, as commands name it.
+        next_words: Words of the command that goes on from it.
+    """
     forecast, last = result.forecast, result.runs[-1].size_m
-    if result.step.worse:
-        sentence = (
-            f"The last command left more than an earlier one ({in_words(last.maximum)}): this one goes"
-            " on from the better one."
-        )
-    elif forecast is None:
-        sentence = f"Measured: {in_words(last.maximum)}. A next command has not been computed yet."
+    steps = [
+        NextStep(
+            "Write the robot program:",
+            shlex.join(["elastic-robot", "export", folder, "--to", "krl"]),
+        ),
+        NextStep("Run it, measure again, and go on:", shlex.join(next_words)),
+    ]
+    good = None
+    if forecast is None:
+        sentence = f"Measured: {in_words(last.maximum)}. A next command has not been computed."
+        steps = [NextStep("Compute it:", shlex.join(["elastic-robot", "compensate", folder]))]
     else:
-        sentence = (
-            f"Expect {in_words(forecast.rms)} on average in the next run, and at most about"
-            f" {in_words(forecast.maximum)}; measured in the last one: {in_words(last.rms)} and"
-            f" {in_words(last.maximum)}."
+        if result.tolerance_m is not None:
+            good = forecast.maximum <= result.tolerance_m
+        words = (
+            f"expect the tool within at most about {in_words(forecast.maximum)} of its path in the next"
+            " run"
         )
-    name = shlex.quote(folder)
+        sentence = judged(words, good, result.tolerance_m)
+    if result.step.worse:
+        good = False
+        sentence = (
+            f"WORSE THAN BEFORE: the last command left {in_words(last.maximum)}, more than an earlier"
+            " one, from which this one goes on."
+        )
     return Answer(
         sentence=sentence,
-        reason=result.sentences[0],
-        good=not result.step.worse,
+        reason=_against_forecast(result),
+        good=good,
         figures=(
             KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
             KeyFigure(
@@ -94,36 +111,94 @@ def next_answer(result: NextResult, folder: str) -> Answer:
                 f"after {in_words(last.rms)} in the last run",
             ),
         ),
-        steps=[
-            NextStep("Write the robot program:", f"elastic-robot export {name} --to krl"),
-            NextStep(
-                "Run it, measure again, and go on:",
-                f"elastic-robot next {name} measured.csv -o {shlex.quote(f'{folder}_next')}",
-            ),
-        ],
+        steps=steps,
     )
+
+
+def refused_answer(result: NextResult, path_words: Sequence[str]) -> Answer:
+    """Return the first screen where no parameter could be learned.
+
+    Args:
+        result: The figures.
+        path_words: Words of the command that learns along the path alone.
+    """
+    last = result.runs[-1].size_m
+    return Answer(
+        sentence=f"NO NEXT COMMAND: {result.parameters_refused}.",
+        good=False,
+        figures=(
+            KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
+            KeyFigure("On average", in_words(last.rms), "in the last run"),
+            KeyFigure("Noise", in_words(result.runs[-1].noise_m), "of the measurement"),
+        ),
+        steps=[NextStep("Correct the path alone:", shlex.join(path_words))],
+    )
+
+
+def _against_forecast(result: NextResult) -> str:
+    """Return how the last run compares with what was expected of it, and what is not corrected."""
+    last, forecast, sentences = result.runs[-1], result.runs[-1].forecast, []
+    if forecast is not None:
+        average = last.size_m.rms if forecast.absolute else last.size_m.rms_less_constant
+        state = "as much as" if forecast.low <= average <= forecast.high else "more than"
+        sentences.append(
+            f"The last run left {'less than' if average < forecast.low else state} was expected:"
+            f" {in_words(average)} on average, expected {in_words(forecast.low)} to"
+            f" {in_words(forecast.high)}."
+        )
+    if not result.absolute:
+        sentences.append(
+            "A shift of the whole path is not counted: the frame of the measuring device is not known."
+        )
+    return " ".join(sentences)
 
 
 def place_answer(figures: PlacementResult, folder: str) -> Answer:
     """Return the first screen of a placement in a folder."""
     best, present = figures.best[0], figures.present
-    left = in_words(best.exposure_m)
-    if present is None:
+    where = best.in_words(figures.free)
+    remains = in_words(best.exposure_m)
+    chatters = best.stability is not None and not best.stability.stable
+    tolerance, placed_case = figures.tolerance_m, f"{folder}/{best.file}"
+    is_within = tolerance is None or best.exposure_m <= tolerance
+    good = (
+        (tolerance is not None or None) if best.admitted and not chatters and is_within else False
+    )
+    allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
+    if not best.admitted:
+        sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
+    elif chatters:
+        sentence = "NO PLACE FOUND where this cut does not chatter: do not run it."
+    elif not is_within:
         sentence = (
-            f"The robot cannot follow the path as it is. Placed as below it can: {left} are open"
+            f"NOT GOOD ENOUGH: even at the best place gears that are not known well leave"
+            f" {remains}{allowed}."
+        )
+    elif present is None:
+        sentence = (
+            "PLACE FOUND: as it is, the robot cannot follow the path; there it can, and gears that are"
+            f" not known well leave {remains}{allowed}."
+        )
+    elif best.cost_m < present.cost_m:
+        sentence = (
+            f"BETTER PLACE FOUND: gears that are not known well leave {remains} there, as it is"
+            f" {in_words(present.exposure_m)}{allowed}."
         )
     else:
         sentence = (
-            f"Placed as below, unknown gears cost {left} instead of {in_words(present.exposure_m)}"
+            f"LEAVE IT WHERE IT IS: no better place was found, which leaves {remains}{allowed}."
         )
-    chatters = best.stability is not None and not best.stability.stable
     return Answer(
-        sentence=f"{sentence}.",
-        reason=f"{best.stability.sentence}." if chatters and best.stability is not None else "",
-        good=best.admitted and not chatters,
+        sentence=sentence,
+        reason=f"There: {where}.{f' {best.stability.sentence}.' if best.stability is not None else ''}",
+        good=good,
         figures=(
-            KeyFigure("By the process", _by(present, best), "displacement, as it is and there"),
-            KeyFigure("By unknown gears", left, f"there, with {figures.unknown}"),
+            KeyFigure(
+                "Moved by the process" if figures.forced else "Moved by 100 N",
+                in_words(best.moved_m),
+                _as_it_is(present),
+            ),
+            KeyFigure("By unknown gears", remains, "at rest, in motion several times as much"),
             KeyFigure(
                 "To the nearest joint limit",
                 f"{np.rad2deg(best.limit_margin_rad):.3g} deg"
@@ -134,82 +209,128 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
         ),
         steps=[
             NextStep("Check robot, tool and part for collisions there."),
+            *([] if tolerance is not None else [state_tolerance(placed_case)]),
             NextStep(
-                "Correct the command:",
-                f"elastic-robot compensate {shlex.quote(f'{folder}/{best.file}')}",
+                "Correct the command:", shlex.join(["elastic-robot", "compensate", placed_case])
             ),
         ],
     )
 
 
-def _by(present: SettingResult | None, best: SettingResult) -> str:
-    before = "-" if present is None else f"{format_um(present.moved_m)}"
-    return f"{before} / {format_um(best.moved_m)} um"
+def _as_it_is(present: SettingResult | None) -> str:
+    return "there" if present is None else f"there; as it is {in_words(present.moved_m)}"
 
 
-def study_answer(figures: StudyResult, case: str) -> Answer:
-    """Return the first screen of a study of a case, by its file's name."""
+def study_answer(study: StoredStudy) -> Answer:
+    """Return the first screen of a study."""
+    figures, source, tolerance = study.figures, study.figures.source, study.figures.tolerance_m
     most = figures.quantile("maximum", figures.coverage)
     share = f"{100 * figures.coverage:g} %"
-    exact = figures.command.deviation_m.maximum
-    ordered = figures.ordered
-    reason = ""
-    if ordered:
-        worst, shares = ordered[0]
-        reason = (
+    good = None if tolerance is None else most <= tolerance
+    sentence = judged(
+        f"{share} of the robots that are possible stay within {in_words(most)} of the path",
+        good,
+        tolerance,
+    )
+    reasons = []
+    if not figures.command.converged:
+        good = False
+        sentence = (
+            "NOT FINISHED: the command of this study keeps its path on no robot: do not send it."
+        )
+    elif figures.failed:
+        good = False
+        sentence = (
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots that are possible"
+            f" cannot follow the command at all; {share} of the others stay within {in_words(most)}."
+        )
+    if figures.ordered:
+        worst, shares = figures.ordered[0]
+        reasons.append(
             f"{worst.name} decides most: {100 * shares['maximum'].share:.0f} % of the scatter comes from"
             " it alone."
         )
+    third = KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated")
+    if tolerance is not None:
+        within = 100.0 * np.sum(study.measures["maximum"] <= tolerance) / figures.samples
+        third = KeyFigure(
+            "Keep your tolerance",
+            f"{within:.0f} %",
+            f"of {figures.samples} robots that are possible",
+        )
+    steps = [] if tolerance is not None else [state_tolerance(source.case)]
+    if not figures.command.converged:
+        words = ["elastic-robot", "check", source.case]
+        steps = [NextStep("See whether robot and path fit each other:", shlex.join(words))]
+    elif good:
+        words = ["elastic-robot", "export", source.run, "--to", "krl"]
+        steps.append(NextStep("Write the robot program:", shlex.join(words)))
+    else:
+        words = ["elastic-robot", "identify", "--plan", "--robot", source.robot, "-o", "plan.csv"]
+        steps.append(NextStep("Measure what decides most; this plans it:", shlex.join(words)))
+        words = ["elastic-robot", "place", source.case]
+        steps.append(NextStep("Or place the part where it matters less:", shlex.join(words)))
     return Answer(
-        sentence=f"{share} of the robots that are possible stay within {in_words(most)} of the path.",
-        reason=reason,
-        good=None if not figures.failed else False,
+        sentence=sentence,
+        reason=" ".join(reasons),
+        good=good,
         figures=(
-            KeyFigure(f"{share} of robots", in_words(most), "largest deviation"),
+            KeyFigure(f"{share} of robots", in_words(most), "largest deviation, at most"),
             KeyFigure(
-                "If the file is right", in_words(exact), "on a robot exactly as its file says"
+                "If the file is right",
+                in_words(figures.command.deviation_m.maximum),
+                "on a robot exactly as its file says",
             ),
-            KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated"),
+            third,
         ),
-        steps=[
-            NextStep("Measure what decides most:", "elastic-robot identify --plan -o plan.csv"),
-            NextStep(
-                "Or place the part where it matters less:",
-                f"elastic-robot place {shlex.quote(case)}",
-            ),
-        ],
+        steps=steps,
     )
 
 
 def stability_answer(result: StabilityResult, case: str) -> Answer:
-    """Return the first screen of a case's stability, by its file's name."""
-    worst = result.points[result.worst]
+    """Return the first screen of a case's stability, by its file as commands name it."""
+    worst, tolerance = result.points[result.worst], result.tolerance_m
     is_stable = all(point.stable for point in result.points)
     limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"
-    name = shlex.quote(case)
-    steps = [NextStep("Correct the command:", f"elastic-robot compensate {name}")]
+    moved = max(point.moved_m for point in result.points)
+    steps = [] if tolerance is not None else [state_tolerance(case)]
+    steps.append(
+        NextStep("Correct the command:", shlex.join(["elastic-robot", "compensate", case]))
+    )
+    good: bool | None = None
     if not is_stable:
+        good, sentence = False, "This cut will chatter: do not run it."
         rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
-        speeds = f", or a speed of {rpm} 1/min" if rpm else ""
+        speeds = f", or at a speed of {rpm} 1/min" if rpm else ""
+        words = ["elastic-robot", "place", case, "--optimise", "stability"]
         steps = [
             NextStep(f"Cut less than {limit} deep{speeds}."),
-            NextStep(
-                "Or find a place where it is stable:",
-                f"elastic-robot place {name} --optimise stability",
-            ),
+            NextStep("Or find a place where it is stable:", shlex.join(words)),
         ]
+    elif tolerance is None:
+        sentence = (
+            f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}."
+        )
+    else:
+        good = True if moved <= tolerance else None
+        sentence = (
+            f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}, your"
+            f" tolerance is {in_words(tolerance)}{'' if good else ': correct the command'}."
+        )
+    place = f"Nearest to chatter{'' if worst.time is None else f' at t = {worst.time:.2f} s'}"
+    rigid = (
+        "" if result.tool_modes else " The tool is taken as rigid: its own vibration is not seen."
+    )
     return Answer(
-        sentence="This cut will not chatter."
-        if is_stable
-        else "This cut will chatter: do not run it.",
-        reason=f"{result.sentence}.",
-        good=is_stable,
+        sentence=sentence,
+        reason=f"{place}: {1e3 * worst.depth_m:.3g} mm deep at {worst.rpm:.0f} 1/min.{rigid}",
+        good=good,
         figures=(
             KeyFigure(
-                "Programmed depth", f"{1e3 * worst.depth_m:.3g} mm", f"{worst.rpm:.0f} 1/min"
+                "Stable up to", limit, f"programmed {1e3 * worst.depth_m:.3g} mm, where it is worst"
             ),
-            KeyFigure("Limit", limit, "where it is worst"),
             KeyFigure("Vibration", f"{worst.frequency_Hz:.3g} Hz", "the slowest to decay"),
+            KeyFigure("Moved by the force", in_words(moved), "on average over a turn, uncorrected"),
         ),
         steps=steps,
     )

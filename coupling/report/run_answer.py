@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from coupling.report.lengths import in_words
+from coupling.report.lengths import in_words, judged, state_tolerance
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure, NextStep
@@ -175,9 +175,7 @@ def _sentence(
             f"Of {before} {share} {in_words(expected.maximum)} may remain on the real robot until it is"
             " identified. How much the part allows is not stated."
         )
-    verdict = {True: "GOOD ENOUGH", False: "NOT GOOD ENOUGH", None: "NOT CERTAIN"}
-    fits = verdict[_fits(expected, context.tolerance)]
-    return f"{fits}: {reach}; your tolerance is {in_words(context.tolerance)}."
+    return judged(reach, _fits(expected, context.tolerance), context.tolerance)
 
 
 def _worse(figures: RunResult, expected: ExpectedDeviation) -> tuple[str, str]:
@@ -209,7 +207,11 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     if not figures.converged:
         return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
     if figures.forecast is not None:
-        return f"{figures.forecast.sentence}."
+        forecast = figures.forecast
+        return (
+            f"Measured under the last command: {in_words(forecast.before)} on average; expected next:"
+            f" {in_words(forecast.rms)}, {in_words(forecast.low)} to {in_words(forecast.high)}."
+        )
     if outlook is None or expected is None:
         return ""
     left_out = outlook.expected.left_out_m if outlook.expected is not None else {}
@@ -265,10 +267,8 @@ def _steps(
         )
         return
     if context.tolerance is None:
-        yield NextStep(
-            f"State what the part allows: tolerance_mm = 0.2 in [part] of {context.case}."
-        )
-    if good is not True:
+        yield state_tolerance(context.case)
+    if good is not True and figures.forecast is None:
         joints = critical_joints(figures)
         yield NextStep(
             f"Measure the robot{f', the gears of {joints} first' if joints else ''}; this plans it:",

@@ -139,16 +139,12 @@ def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Sect
         ),
         deviations,
         Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
-        *_warned(figures_),
+        *run_warnings(figures_),
     ]
 
 
-def run_warnings(run: StoredRun) -> list[str]:
-    """Return the warnings and remarks of a run, in sentences."""
-    return [str(part) for section in _warned(run.figures) for part in section.parts]
-
-
-def _warned(figures: RunResult) -> list[Section]:
+def run_warnings(figures: RunResult) -> list[Section]:
+    """Return the section of a run's warnings and remarks; none where there are none."""
     # A run of an earlier version has warned of rates alone.
     warnings = tuple(warning.text for warning in figures.warnings) or figures.rate_warnings
     return warned(warnings, figures.remarks)

@@ -14,7 +14,7 @@ from coupling.inverse.inversion import MovingRobot
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.report.meshes import robot_meshes
 from coupling.report.part_deviation import signed_deviation
 from coupling.report.thinning import rows_within
@@ -197,7 +197,7 @@ def _gear_torque(
         return None
     model, chain, q = moving.model, build_chain(robot), joints.q[0]
     instants = np.clip(joints.time, wrench.time[0], wrench.time[-1])
-    load = interpolated(instants, wrench.time, wrench.wrench[0])
+    load = interpolate_rows(instants, wrench.time, wrench.wrench[0])
     to_base = world_from_base.rotation.inv()
     load = np.hstack([to_base.apply(load[:, :3]), to_base.apply(load[:, 3:])])
     theta = chain.theta(q)

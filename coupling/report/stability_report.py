@@ -10,10 +10,9 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
-from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Answer, Note, Section, Table, warned
 from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
 
 _MM = 1e3
@@ -41,8 +40,13 @@ _SENSITIVE = Note(
 )
 
 
-def stability_page(result: StabilityResult) -> str:
-    """Return the page of a case's stability as one self-contained HTML text."""
+def stability_page(result: StabilityResult, answer: Answer) -> str:
+    """Return the page of a case's stability as one self-contained HTML text.
+
+    Args:
+        result: Its figures.
+        answer: First screen.
+    """
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
@@ -63,7 +67,6 @@ def stability_page(result: StabilityResult) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    answer = stability_answer(result, f"{result.case}.toml")
     return document(f"{result.case}: stability", sections, answer)
 
 
@@ -97,6 +100,12 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
     by_tool = f"; the tool's modes have {100.0 * result.tool_share:.0f} % of the motion"
     gives_way = in_joints(result.joints) or "no joint"
     yield f"At the limit gives way: {gives_way}{by_tool if result.tool_modes else ''}."
+    if result.islands_m:
+        islands = " and ".join(f"{_mm(low)} to {_mm(high)}" for low, high in result.islands_m)
+        yield (
+            f"Depth is not monotone there: stable again at {islands} mm, beyond a border that a cut"
+            " passes as it gets deeper."
+        )
     if result.chart is not None:
         ranges = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm)
         yield f"Stable speeds at {_mm(worst.depth_m)} mm: {ranges or 'none in the range'} 1/min."

@@ -64,8 +64,7 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
             Section("Sensitivity", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
-    answer = study_answer(figures, f"{figures.case}.toml")
-    return document(f"{figures.case}: study", sections, answer)
+    return document(f"{figures.case}: study", sections, study_answer(study))
 
 
 def study_summary(figures: StudyResult) -> list[Section]:

@@ -8,14 +8,14 @@ from rich import table
 from rich.console import Console
 from rich.text import Text
 
-from coupling.results.section import Answer, Note, Section, Table
+from coupling.results.section import Answer, Note, Part, Section, Table
 
 # Warnings and remarks that are printed beside a first screen.
 _WARNINGS = 3
 _COLOURS = {True: "green", False: "yellow", None: None}
 
 
-def print_answer(console: Console, answer: Answer) -> None:
+def _print_answer(console: Console, answer: Answer) -> None:
     """Print a first screen: a line each for verdict, reason, figures and what to do next."""
     console.print(Text(answer.sentence), style=_COLOURS[answer.good])
     if answer.reason:
@@ -26,10 +26,33 @@ def print_answer(console: Console, answer: Answer) -> None:
         console.print(Text(f"  {step.words} {step.command}".rstrip()))
 
 
-def print_warnings(console: Console, texts: Sequence[str]) -> None:
+def print_result(
+    console: Console,
+    answer: Answer,
+    sections: Iterable[Section],
+    warnings: Iterable[Section],
+    verbose: bool,
+) -> None:
+    """Print what a result comes to, in the order of its page: at most fifteen lines unless verbose.
+
+    Args:
+        console: Console to print on.
+        answer: First screen.
+        sections: All that the page says, which is printed where `verbose`.
+        warnings: Those of the sections that warn.
+        verbose: Whether all is printed.
+    """
+    _print_answer(console, answer)
+    if verbose:
+        print_sections(console, sections)
+    else:
+        _print_warnings(console, [part for section in warnings for part in section.parts])
+
+
+def _print_warnings(console: Console, texts: Sequence[Part]) -> None:
     """Print the first of warnings and remarks, and how many more there are."""
     for text in texts[:_WARNINGS]:
-        console.print(Text(text), style="yellow")
+        console.print(Text(str(text)), style="yellow")
     if len(texts) > _WARNINGS:
         console.print(f"{len(texts) - _WARNINGS} more warnings and remarks: see the page, or -v")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.forecast import RunForecast
@@ -72,8 +73,11 @@ class NextResult(ResultFile):
     """Figures of a next command; docs/next.md says what they are."""
 
     what = "the figures of a next command"
+    sparse: ClassVar = ("tolerance_m",)
 
     absolute: bool
+    tolerance_m: float | None = None
+    warnings: tuple[str, ...] = ()
     sentences: tuple[str, ...]
     runs: tuple[NextRunResult, ...]
     step: LearningStep

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from pydantic import Field
@@ -44,6 +45,16 @@ class SettingResult(ResultPart):
     gears: tuple[GearDiagnosis, ...]
     stability: CutStability | None = None
 
+    def in_words(self, free: Sequence[str]) -> str:
+        """Return the values of free variables in words."""
+        words = []
+        for name in free:
+            key, unit = (
+                (f"{name}_m", "m") if f"{name}_m" in self.setting else (f"{name}_deg", "deg")
+            )
+            words.append(f"{name.replace('_', ' ')} {round(self.setting[key], 4):g} {unit}")
+        return ", ".join(words)
+
 
 class MapResult(ResultPart):
     """A map in map.csv."""
@@ -58,9 +69,11 @@ class PlacementResult(ResultFile):
     """Figures of a placement; docs/place.md says what they are."""
 
     what = "the figures of a placement"
+    sparse: ClassVar = ("tolerance_m",)
 
     case: str
     robot: str
+    tolerance_m: float | None = None
     optimise: str
     forced: bool
     demands: DemandValues

@@ -14,7 +14,10 @@ Limits = tuple[float | None, ...]
 
 
 class StabilityPoint(ResultPart):
-    """A cut in a posture; a limit of None is none up to the deepest cut that was looked at."""
+    """A cut in a posture; a limit of None is none up to the deepest cut that was looked at.
+
+    `moved_m` is the displacement of the tool by the cut's mean force.
+    """
 
     time: float | None
     posture_deg: Numbers
@@ -28,6 +31,7 @@ class StabilityPoint(ResultPart):
     limit_m: Unbounded
     zero_order_m: Unbounded
     unloaded_joints: tuple[int, ...]
+    moved_m: float
 
 
 class ChartResult(ResultPart):
@@ -77,10 +81,18 @@ class StabilityResult(ResultFile):
     """Stability of a case's cuts; docs/milling.md says what the figures are."""
 
     what = "the stability of cuts"
-    sparse: ClassVar = ("chart", "over_feed", "over_part", "sensitivities", "march")
+    sparse: ClassVar = (
+        "tolerance_m",
+        "chart",
+        "over_feed",
+        "over_part",
+        "sensitivities",
+        "march",
+    )
 
     case: str
     robot: str
+    tolerance_m: float | None = None
     sentence: str
     motors: Literal["locked"] = "locked"
     tool_modes: int
@@ -90,6 +102,7 @@ class StabilityResult(ResultFile):
     joints: Numbers
     tool_share: float
     stable_rpm: tuple[tuple[float, float], ...] = ()
+    islands_m: tuple[tuple[float, float], ...] = ()
     chart: ChartResult | None = None
     over_feed: FeedChartResult | None = None
     over_part: PartChartResult | None = None

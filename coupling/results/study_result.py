@@ -87,12 +87,22 @@ class UncertainResult(ResultPart):
     influence: InfluenceResult
 
 
+class StudySource(ResultPart):
+    """Case file, robot file and run folder of a study, as commands name them."""
+
+    case: str
+    robot: str
+    run: str
+
+
 class StudyResult(ResultFile):
     """Figures of a study; docs/study.md says what they are."""
 
     what = "the figures of a study"
 
     case: str
+    source: StudySource
+    tolerance_m: float | None = None
     kind: Literal["study"]
     samples: int
     design: str

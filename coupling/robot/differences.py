@@ -13,7 +13,7 @@ from coupling.robot.parameters import acting_parts, apply_values, place_of
 from elastic_robot.description import Body, Robot, Vector
 from elastic_robot.fmi.interface import IDEAL
 
-_NOTHING = (0.0, 0.0, 0.0)
+_ZERO = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,8 @@ class RobotDifference:
         if self.payload == 0.0:
             return differing
         place = robot.tcp_position if self.payload_position is None else self.payload_position
-        mass = Body(self.payload, place, _NOTHING)
-        whole = mass if robot.payload is None else _joined((robot.payload, mass))
+        mass = Body(self.payload, place, _ZERO)
+        whole = mass if robot.payload is None else _merge_bodies((robot.payload, mass))
         return replace(differing, payload=whole)
 
     def in_words(self) -> Iterator[str]:
@@ -123,7 +123,7 @@ class RobotDifference:
 AS_THE_MODEL = RobotDifference()
 
 
-def _joined(bodies: Sequence[Body]) -> Body:
+def _merge_bodies(bodies: Sequence[Body]) -> Body:
     """Return the bodies of one frame as a single one, by the parallel axis theorem."""
     mass = sum(body.mass for body in bodies)
     com = sum((body.mass * np.array(body.com) for body in bodies), np.zeros(3)) / mass

@@ -14,7 +14,7 @@ from coupling.native.desk_robot import DeskRobot, ReachRules
 from coupling.path.histories import ToolPath, poses
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
-from coupling.robot.batch.following import Targets, nearest_angles, reached
+from coupling.robot.batch.following import Targets, nearest_angles, solve_poses
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
@@ -22,14 +22,14 @@ from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
-_REACHED = 1e-10
+_POSE_TOLERANCE = 1e-10
 _MAX_ITERATIONS = 100
 # A tool that stays farther away from its place is out of reach [m].
 _AWAY = 1e-5
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
-_LEAST = 1e-12
+_MIN_DENOMINATOR = 1e-12
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Smallest singular value of the Jacobian, lengths in units of the reach: below it a joint moves
@@ -42,11 +42,11 @@ _WORK = "planning by inverse kinematics"
 _REPORT_EVERY = 500
 # Where one sample in so many is planned from pose to pose the others lie close to a spline through them;
 # of so many of these at least, by so many at once.
-_APART, _FEWEST, _AT_ONCE = 16, 8, 10_000
+_PLANNED_STRIDE, _MIN_PLANNED, _BATCH_SIZE = 16, 8, 10_000
 # How C approaches a pose.
-_RULES = ReachRules(_REACHED, _MAX_ITERATIONS, _DAMPING, _LEAST, _LARGEST_STEP)
+_RULES = ReachRules(_POSE_TOLERANCE, _MAX_ITERATIONS, _DAMPING, _MIN_DENOMINATOR, _LARGEST_STEP)
 # What may be left along the self-motion of a robot of more joints than six [rad].
-_NEAREST = 1e-9
+_SELF_MOTION_TOLERANCE = 1e-9
 
 
 class InverseKinematics:
@@ -113,16 +113,16 @@ class InverseKinematics:
         a reason why there is none.
         """
         count, size = len(path.time), self._chain.joint_count
-        if count < _APART * _FEWEST:
+        if count < _PLANNED_STRIDE * _MIN_PLANNED:
             return None
-        some = np.append(np.arange(0, count - 1, _APART), count - 1)
+        some = np.append(np.arange(0, count - 1, _PLANNED_STRIDE), count - 1)
         try:
             rows_of_poses = self._from_pose_to_pose(path.at_rows(some))
         except PlanningError:
             return None
         near = CubicSpline(path.time[some], rows_of_poses)
         robot, angles = RigidRobot(self._robot), np.empty((count, size))
-        for rows in np.array_split(np.arange(count), -(-count // _AT_ONCE)):
+        for rows in np.array_split(np.arange(count), -(-count // _BATCH_SIZE)):
             q, is_reached = self._reached(robot, path.at_rows(rows), near(path.time[rows]))
             if not is_reached.all() or self._least_singular_value(robot, q.T) < _SINGULAR:
                 return None
@@ -138,10 +138,10 @@ class InverseKinematics:
             solution = self._desk.reach(
                 _RULES, path.position[0], path.pose[0, :, 3:], self._chain.theta(start)
             )
-            return solution.theta[:, self._chain.drive], solution.error < _REACHED
+            return solution.theta[:, self._chain.drive], solution.error < _POSE_TOLERANCE
         targets = _targets(path.position[0], path.rotations[0].as_matrix())
-        tolerance = _REACHED / self._reach
-        q, is_reached = reached(robot, targets, start.T, tolerance=tolerance, near=self._near)
+        tolerance = _POSE_TOLERANCE / self._reach
+        q, is_reached = solve_poses(robot, targets, start.T, tolerance=tolerance, near=self._near)
         return q.T, is_reached
 
     def _least_singular_value(self, robot: RigidRobot, q: np.ndarray) -> float:
@@ -209,7 +209,7 @@ class InverseKinematics:
             )
             q, came, away = (
                 solution.theta[0, self._chain.drive],
-                solution.error[0] < _REACHED,
+                solution.error[0] < _POSE_TOLERANCE,
                 solution.away[0],
             )
         else:
@@ -237,9 +237,11 @@ class InverseKinematics:
             size = float(np.linalg.norm(error))
             best = min(best, float(np.linalg.norm(error[:3])))
             scaled = (scale[:, None] * self._jacobian(q))[None]
-            step = task_step(scaled, (scale * error)[None], np.array([_DAMPING * size**2 + _LEAST]))
+            step = task_step(
+                scaled, (scale * error)[None], np.array([_DAMPING * size**2 + _MIN_DENOMINATOR])
+            )
             along = SelfMotion.of(scaled, q[None], near).step(step)
-            if size < _REACHED and np.abs(along).max() < _NEAREST:
+            if size < _POSE_TOLERANCE and np.abs(along).max() < _SELF_MOTION_TOLERANCE:
                 return q, True, best
             whole = (step + along)[0]
             q += whole * min(1.0, _LARGEST_STEP / float(np.abs(whole).max()))

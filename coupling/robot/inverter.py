@@ -18,14 +18,14 @@ from coupling.inverse.servo_command import RobotServos
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.results.gear_result import BacklashReversal
 from coupling.robot.robot import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
 
 # Longest distance of the times at which the simulated tool is watched [s].
-_WATCHED = 0.004
+_MAX_SAMPLE_DISTANCE = 0.004
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,17 @@ class Inverter:
             watch(Progress(f"inverting the moving robot: {what}", finished, total))
 
         solution = self.moving.invert(desired, controller, limits, progress)
-        fine = SampledPath.of(desired.path).refined(_WATCHED).path
+        fine = SampledPath.of(desired.path).refined(_MAX_SAMPLE_DISTANCE).path
         loads = desired.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
-        watched = ObservedTimes(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
+        watched = ObservedTimes(
+            start, _MAX_SAMPLE_DISTANCE, int((end - start) / _MAX_SAMPLE_DISTANCE + 1e-9) + 1
+        )
         times = watched.times(range(watched.count))
 
         def even(rows: np.ndarray) -> np.ndarray:
-            return interpolated(times, fine.time, rows)
+            return interpolate_rows(times, fine.time, rows)
 
         at_rest = InterpolatedPath(desired.path).at_rest
         moving, as_commanded = self.moving, self._as_commanded(solution, limits, at_rest)

@@ -103,7 +103,7 @@ class RobotEdit:
                     self._set_source(f"{head}.stiffness_range", f"95 % interval, {source}")
             self._drop_lost_sources()
         if source:
-            for place in [_shared(kind)] if _shared(kind) else numbers:
+            for place in [_find_shared_place(kind)] if _find_shared_place(kind) else numbers:
                 self._set_source(f"{head}.{place}", source)
 
     def remark(self, name: str, text: str) -> None:
@@ -115,16 +115,16 @@ class RobotEdit:
                 self._tilt_remarks[joint, tilt] = text
             return
         kind, (_, table) = PARAMETER_KINDS[key], self._part(name)
-        if kind.in_file is None and not _shared(kind):
+        if kind.in_file is None and not _find_shared_place(kind):
             return  # the file has it in another form
-        place = kind.scaled_in_file[0].replace("[]", "") if _shared(kind) else key
+        place = kind.scaled_in_file[0].replace("[]", "") if _find_shared_place(kind) else key
         for outer in place.split(".")[:-1]:
             if outer not in table:
                 return
             table = table[outer]
             # One line holds several numbers, of which one is what all of them are told by.
             if isinstance(table, InlineTable | Array):
-                if _shared(kind):
+                if _find_shared_place(kind):
                     table.comment(text)
                 return
             if isinstance(table, AoT):
@@ -241,7 +241,7 @@ class RobotEdit:
         return f"joint[{at}].tilt[{tilt}]", table["tilt"][tilt - 1]
 
 
-def _shared(kind: ParameterKind) -> str:
+def _find_shared_place(kind: ParameterKind) -> str:
     """Return the place of all numbers of a kind together; "" where each is by itself."""
     places = kind.scaled_in_file
     if any("[]" in place for place in places):

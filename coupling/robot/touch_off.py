@@ -21,7 +21,7 @@ from elastic_robot.trajectory import HeldCommand
 # A command that brings the sagging tool to a real point is found to this [m], in so many iterations.
 _TOLERANCE, _ITERATIONS = 1e-12, 30
 # Largest residual of that after all iterations [m]: below the accuracy of any touch.
-_ENOUGH = 1e-7
+_MAX_RESIDUAL = 1e-7
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class RestingRobot:
             if residual < _TOLERANCE:
                 return commanded
             commanded = commanded + missing
-        if residual > _ENOUGH:
+        if residual > _MAX_RESIDUAL:
             raise PlanningError(
                 f"expected commands with the tool at rest at the points, got {format_um(residual)} um"
                 " beside one after the other: a gear is unloaded in its backlash there; give other"

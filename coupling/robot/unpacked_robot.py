@@ -8,7 +8,7 @@ from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 
 # Behind the native robot's own lines follow those of the FMU's variables, which stay.
-_END = "\nend\n"
+_ROBOT_TEXT_END = "\nend\n"
 NATIVE, PYTHON = "resources/robot.txt", "resources/robot.json"
 
 
@@ -46,6 +46,6 @@ class UnpackedRobot:
             return self._original
         if not self._native.is_file():
             return robot.to_json()
-        lines, variables = self._original.split(_END, maxsplit=1)
+        lines, variables = self._original.split(_ROBOT_TEXT_END, maxsplit=1)
         guid = lines.splitlines()[1].split(maxsplit=1)[1]
         return f"{robot_text(robot, guid)}\n{variables}"

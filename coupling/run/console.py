@@ -29,10 +29,11 @@ class RunView:
 
     Args:
         console: Console to write to; text is no markup to it.
+        verbose: Whether every evaluation is a row that stays.
     """
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
+    def __init__(self, console: Console, verbose: bool = False) -> None:
+        self._console, self._verbose = console, verbose
         self._progress = Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -40,6 +41,7 @@ class RunView:
             TimeRemainingColumn(),
             console=console,
             transient=True,
+            disable=not console.is_terminal,  # else it leaves an empty line
         )
         self._task = self._progress.add_task("", visible=False, count="")
         self._desired: ToolPath | None = None
@@ -70,12 +72,13 @@ class RunView:
                 self._print(f"Warning: {text}", "yellow")
             case RunBegins(desired):
                 self._desired = desired
-                self._print(_HEADER, "bold")
+                if self._verbose:
+                    self._print(_HEADER, "bold")
             case RefinedTimes(desired):
                 self._desired = desired
             case Evaluated(evaluation, path):
                 self._evaluated(evaluation, path)
-            case CorrectionIteration():
+            case CorrectionIteration() if self._verbose:
                 self._finished(event)
 
     def _working(self, work: events.Progress) -> None:
@@ -94,6 +97,10 @@ class RunView:
     def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         assert self._desired is not None
         self._count += 1
+        if not self._verbose:
+            size = format_um(measure(path, self._desired).maximum)
+            self._said(f"evaluation {self._count}: the tool is up to {size} um off")
+            return
         first = evaluation.number == 1
         force = "" if first else f"{100.0 * evaluation.force_change:.4f}"
         deviation = measure(path, self._desired).maximum

@@ -35,7 +35,8 @@ def _compute(command: CheckedCommand) -> CutFinding:
     """Return whether it chatters, or why that is not known, which spoils no result."""
     cut, force = cut_result(command.case), mean_force_across(command)
     try:
-        return CutFinding(stability_in_brief(command.case), cut, force)
+        stability = stability_in_brief(command.case, command.correction.achieved)
+        return CutFinding(stability, cut, force)
     except (PlanningError, StabilityError) as error:
         return CutFinding(None, cut, force, (f"whether the cut chatters is not known: {error}",))
 

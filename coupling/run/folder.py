@@ -16,7 +16,7 @@ from coupling.files.csv_table import (
     WRENCH_COLUMNS,
     WrittenTables,
 )
-from coupling.files.written_files import claimed, claimed_folder
+from coupling.files.written_files import claim_file, claimed_folder
 from coupling.results.run_result import RunResult
 from coupling.run.execute import Run
 from coupling.run.figures import figures_of
@@ -51,7 +51,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
     """
     tables = WrittenTables()
     try:
-        claimed(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
+        claim_file(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
         _write_figures(folder, figures_of(run, case.name, robots))
@@ -72,7 +72,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
 
 
 def _write_figures(folder: Path, figures: RunResult) -> None:
-    claimed(folder / RESULT).write_text(figures.text(), encoding="utf-8")
+    claim_file(folder / RESULT).write_text(figures.text(), encoding="utf-8")
 
 
 def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> None:
@@ -112,7 +112,7 @@ def _write_workpieces(folder: Path, run: Run) -> None:
         del pieces["after"]
     for state, response in pieces.items():
         if response is not None and response.workpiece is not None:
-            response.workpiece.write(claimed(workpiece_file(folder, state)))
+            response.workpiece.write(claim_file(workpiece_file(folder, state)))
 
 
 def _write(
@@ -124,4 +124,4 @@ def _write(
     values: np.ndarray,
 ) -> None:
     table = np.column_stack([time, values])
-    tables.write(claimed(folder / f"{name}.csv"), ("time", *columns), table)
+    tables.write(claim_file(folder / f"{name}.csv"), ("time", *columns), table)

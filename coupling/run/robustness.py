@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
 from coupling.results.deviation_table import deviation_table
@@ -122,7 +122,7 @@ def noise_replays(
         drawn = level[:3] * draw.standard_normal((len(samples), 3))
         if noise.filter is not None:
             drawn = low_pass(samples, drawn, noise.filter.cutoff)
-        forces.append(interpolated(time, samples, drawn))
+        forces.append(interpolate_rows(time, samples, drawn))
     path = cell.simulate(correction.joints, loads.plus(np.stack(forces)), "dynamic")
     return (Replay.of("noise", path, correction.desired),)
 

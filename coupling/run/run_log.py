@@ -16,7 +16,7 @@ from pathlib import Path
 from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
-from coupling.files.written_files import claimed, is_of_kind
+from coupling.files.written_files import claim_file, is_of_kind
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
 from coupling.run.stored_run import RESULT, RUN
@@ -49,7 +49,7 @@ class RunLog:
     """
 
     def __init__(self, folder: Path, kind: str, case: Path, store: str | None) -> None:
-        self._file = claimed(folder / RUN)
+        self._file = claim_file(folder / RUN)
         self._content = RunState(
             state="running",
             kind=kind,

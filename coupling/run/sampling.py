@@ -11,7 +11,7 @@ from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process import NoisySchema, Process, ProcessResponse
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
@@ -150,7 +150,7 @@ def _finer(
     time = wrench.instants
     stiffness = correction.response.stiffness
     if stiffness is not None:
-        stiffness = interpolated(time, samples, stiffness[None], axis=1)[0]
+        stiffness = interpolate_rows(time, samples, stiffness[None], axis=1)[0]
     return (
         _RecordedProcess(replace(correction.response, wrench=wrench, stiffness=stiffness)),
         time,

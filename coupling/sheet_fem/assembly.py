@@ -10,7 +10,7 @@ from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 from coupling.sheet_fem.contact import Sphere, Surface, add_contact
 from coupling.sheet_fem.edge_elements import add_edge
 from coupling.sheet_fem.element import fill_elements
@@ -22,7 +22,7 @@ from coupling.sheet_fem.state import SheetState
 from coupling.sheet_fem.threads import in_threads
 
 
-@compiled
+@compile_function
 def _unknowns(
     box: Box,
     free: np.ndarray,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dtbtrs
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 from coupling.sheet_fem.threads import in_threads
 
 # Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
@@ -136,7 +136,7 @@ class GeneralBanded:
         return Pivoted(*dgbtrf(self.columns.T, self._width, self._width)[:2])
 
 
-@compiled
+@compile_function
 def _place_lower(index: np.ndarray, stiffness: np.ndarray, lower: np.ndarray) -> None:
     for e in range(index.shape[0]):
         for i in range(27):
@@ -149,7 +149,7 @@ def _place_lower(index: np.ndarray, stiffness: np.ndarray, lower: np.ndarray) ->
                     lower[column, row - column] += stiffness[e, i, j]
 
 
-@compiled
+@compile_function
 def _place_general(
     index: np.ndarray, stiffness: np.ndarray, middle: int, columns: np.ndarray
 ) -> None:
@@ -177,7 +177,7 @@ _AT_ONCE = 48
 _BLOCK = 24
 
 
-@compiled
+@compile_function
 def _forward(lower: np.ndarray, right: np.ndarray) -> None:
     """Solve L x = right in place; rows of zeros at the beginning cost nothing."""
     n, width, count = lower.shape[0], lower.shape[1] - 1, right.shape[1]

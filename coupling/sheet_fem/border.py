@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Bordered:
         return np.vstack([inner, outer]).reshape(right.shape)
 
 
-@compiled
+@compile_function
 def add_border(
     inner: np.ndarray,
     outer: np.ndarray,

@@ -48,17 +48,17 @@ _OPTIONS: Any = {
 }
 
 
-def compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+def compile_function(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     """Compile a function of numbers and arrays; the code is kept beside the source."""
     return numba.njit(cache=True, **_OPTIONS, **options)(function)
 
 
 def internal(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     """Compile a function that only compiled code calls: what Python needs for that takes long."""
-    return compiled(function, no_cpython_wrapper=True, **options)
+    return compile_function(function, no_cpython_wrapper=True, **options)
 
 
-def inlined(function: Callable[P, R]) -> Callable[P, R]:
+def compile_inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Compile an internal function of the innermost loops into each that calls it.
 
     There its arrays on the stack are known by their numbers.

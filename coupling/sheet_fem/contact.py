@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, internal
+from coupling.sheet_fem.compiled import compile_function, internal
 from coupling.sheet_fem.mesh import Basis
 from coupling.sheet_fem.on_stack import on_stack
 
@@ -55,7 +55,7 @@ class Surface(NamedTuple):
     smoothing: float
 
 
-@compiled
+@compile_function
 def elastic_slip(
     drift: np.ndarray,
     normal: np.ndarray,
@@ -99,7 +99,7 @@ def elastic_slip(
         slip[k] *= scale
 
 
-@compiled
+@compile_function
 def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[float, float]:
     """Return pressure [Pa] and its slope [Pa/m]; continuous with its slope, zero without contact.
 
@@ -132,7 +132,7 @@ def add_force(
                     stiffness[3 * A + k, 3 * C + m] += N[A] * N[C] * tangent[k, m]
 
 
-@compiled
+@compile_function
 def add_contact(
     surface: Surface,
     sphere: Sphere,

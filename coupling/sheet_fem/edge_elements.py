@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 from coupling.sheet_fem.on_stack import on_stack
 
 
@@ -25,7 +25,7 @@ class EdgeElements(NamedTuple):
     unknowns: np.ndarray
 
 
-@compiled
+@compile_function
 def add_edge(
     edge: EdgeElements,
     inner: np.ndarray,

@@ -10,20 +10,20 @@ from math import comb
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import inlined
+from coupling.sheet_fem.compiled import compile_inlined
 
 # Below this relative distance of the eigenvalues the recursion would cancel; the series then ends
-# with a relative error of _NEAR**_TERMS.
-_NEAR = 0.02
-_TERMS = 9
+# with a relative error of _CLOSE_EIGENVALUES**_SERIES_TERMS.
+_CLOSE_EIGENVALUES = 0.02
+_SERIES_TERMS = 9
 
 
 def _series_coefficients() -> np.ndarray:
-    """Return h_k(1 p times, -1 q times), the complete homogeneous polynomials, (4, 4, _TERMS)."""
-    table = np.zeros((4, 4, _TERMS))
+    """Return h_k(1 p times, -1 q times), the complete homogeneous polynomials, (4, 4, _SERIES_TERMS)."""
+    table = np.zeros((4, 4, _SERIES_TERMS))
     for p in range(1, 4):
         for q in range(1, 4):
-            for k in range(_TERMS):
+            for k in range(_SERIES_TERMS):
                 table[p, q, k] = sum(
                     comb(p - 1 + i, i) * comb(q - 1 + k - i, k - i) * (-1) ** (k - i)
                     for i in range(k + 1)
@@ -34,20 +34,20 @@ def _series_coefficients() -> np.ndarray:
 _COEFFICIENTS = _series_coefficients()
 
 
-@inlined
+@compile_inlined
 def _by_series(p: int, q: int, mean: float, r: float) -> float:
     """Return f[x1 p times, x2 q times] for x1, x2 = mean (1 + r), mean (1 - r) from a series."""
     order = p + q - 1
     total, power = 0.0, 1.0
     sign = 1.0 if order % 2 == 1 else -1.0
-    for k in range(_TERMS):
+    for k in range(_SERIES_TERMS):
         total += sign * _COEFFICIENTS[p, q, k] * power / (order + k)
         power *= r
         sign = -sign
     return 0.5 * total / mean**order
 
 
-@inlined
+@compile_inlined
 def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     """Fill table[p, q] with f[x1 p times, x2 q times] for f = ln/2 and 2 <= p + q <= 4.
 
@@ -71,7 +71,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     mean = 0.5 * (x1 + x2)
     distance = x1 - x2
     r = 0.5 * distance / mean
-    if abs(r) < _NEAR:
+    if abs(r) < _CLOSE_EIGENVALUES:
         for p in range(1, 4):
             for q in range(1, 5 - p):
                 table[p, q] = _by_series(p, q, mean, r)
@@ -84,7 +84,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     table[1, 3] = (table[1, 2] - table[0, 3]) / distance
 
 
-@inlined
+@compile_inlined
 def eigenbasis(
     a: np.ndarray, F: np.ndarray, into: np.ndarray, out: np.ndarray
 ) -> tuple[float, float]:
@@ -117,7 +117,7 @@ def eigenbasis(
     return x1, x2
 
 
-@inlined
+@compile_inlined
 def turn(matrix: np.ndarray, vectors: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with the matrix times each vector of three, (3,) or (6,)."""
     for p in range(0, len(vectors), 3):
@@ -128,7 +128,7 @@ def turn(matrix: np.ndarray, vectors: np.ndarray, product: np.ndarray) -> None:
             product[p + i] = total
 
 
-@inlined
+@compile_inlined
 def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
     for p in range(0, 6, 3):

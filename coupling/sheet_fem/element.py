@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.on_stack import on_stack
 from coupling.sheet_fem.plate import add_plate
 from coupling.sheet_fem.shell import Point, Shell, add_response, integrate, sum_up
 
 
-@compiled
+@compile_function
 def fill_elements(
     shell: Shell,
     surface: Surface,

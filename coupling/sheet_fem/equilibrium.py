@@ -61,11 +61,11 @@ class NewtonSettings:
 
 # Unbalanced force over the tolerance at which the sheet outside of the box is made linear: what still
 # moves then is some ten microns, so that the state there hardly depends on the iterations.
-_NEAR = 1000.0
+_LINEARISED_IMBALANCE = 1000.0
 
 # The first step is one against tools whose contact gives way so much more easily: a whole step of the
 # tools at once presses so hard that the sheet would jump off them.
-_SOFT = 1.0 / 3.0
+_FIRST_CONTACT_RATIO = 1.0 / 3.0
 
 # A guess leads away if an iteration raises the unbalanced forces to so many times what they were.
 _LEADS_AWAY = 10.0
@@ -112,7 +112,9 @@ def find_equilibrium(
     near = interface is None
     first = spheres
     if guess is None:
-        first = tuple(tool._replace(stiffness=_SOFT * tool.stiffness) for tool in spheres)
+        first = tuple(
+            tool._replace(stiffness=_FIRST_CONTACT_RATIO * tool.stiffness) for tool in spheres
+        )
     else:
         _move_as_expected(after, box, guess * assemble.free)
     inside = assemble.inside(box, state, first, after)
@@ -127,7 +129,7 @@ def find_equilibrium(
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
             _carry_outside(after)
             return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
-        if interface is not None and unbalanced <= (1.0 if near else _NEAR):
+        if interface is not None and unbalanced <= (1.0 if near else _LINEARISED_IMBALANCE):
             _carry_outside(after)
             after = _made_linear(assemble, interface, state, after, settings.unchanged)
             # That moves no control point that the box's elements see.
@@ -142,7 +144,7 @@ def find_equilibrium(
             _move(after, box, -step[:free], -step[free:])
         else:
             last, halvings = size if np.isfinite(unbalanced) else np.inf, 0
-            step = _limited(stiffness.solve(-residual), settings.largest_step)
+            step = _limit_step(stiffness.solve(-residual), settings.largest_step)
             _move(after, box, step[:free], step[free:])
         inside = assemble.inside(box, state, spheres, after)
     return None
@@ -188,7 +190,7 @@ def _move(state: SheetState, box: Box, inside: np.ndarray, at_interface: np.ndar
 _MAX_HALVINGS = 3
 
 
-def _limited(step: np.ndarray, largest: float) -> np.ndarray:
+def _limit_step(step: np.ndarray, largest: float) -> np.ndarray:
     """Scale a step down so that no displacement is larger."""
     scale = min(1.0, largest / max(float(np.max(np.abs(step))), 1e-300))
     return scale * step

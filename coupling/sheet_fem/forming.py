@@ -37,11 +37,11 @@ _TOLERANCE = 1e-3
 # ... and largest displacement of an iteration over the element's size.
 _LARGEST_STEP = 0.5
 # Bending of a coarse element away from the tools up to which it may be linear, over the thickness ...
-_LINEAR = 0.2
+_LINEAR_BENDING = 0.2
 # ... and up to which it is not evaluated anew in every equilibrium: the error goes with its square.
-_KEPT = 0.05
+_KEPT_BENDING = 0.05
 # How much larger than the window a box is when it follows the tools, over the window.
-_ROOM = 0.3
+_BOX_MARGIN = 0.3
 # A load step is halved at most so many times.
 _MAX_CUTS = 6
 
@@ -110,8 +110,8 @@ class SheetModel:
         self._newton = NewtonSettings(
             _TOLERANCE * yield_force,
             _LARGEST_STEP * min(size),
-            _KEPT * thickness,
-            _LINEAR * thickness,
+            _KEPT_BENDING * thickness,
+            _LINEAR_BENDING * thickness,
         )
 
     def flat(self) -> SheetState:
@@ -156,7 +156,7 @@ class SheetModel:
         """
         if last is not None and all(last.contains(self.window(center)) for center in centers):
             return last
-        room = _ROOM * self.settings.window
+        room = _BOX_MARGIN * self.settings.window
         return Box.over([self.window(center, room) for center in centers])
 
     def clear_of(self, state: SheetState, sphere: Sphere) -> bool:

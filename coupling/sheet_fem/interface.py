@@ -47,7 +47,11 @@ class Interface:
         moves = ~splines.touching(~free) & splines.touching(~inside)[..., None]
         outer = moves & splines.touching(visible_box & ~inside)[..., None]
         return cls(
-            splines, box, ~inside, _numbered(outer), np.where(outer, -1, _everything(outer, moves))
+            splines,
+            box,
+            ~inside,
+            _number_unknowns(outer),
+            np.where(outer, -1, _everything(outer, moves)),
         )
 
     @cached_property
@@ -111,7 +115,7 @@ class Interface:
         return EdgeElements(numbers, np.where(away[numbers][:, :, None], blend, 0.0), unknowns)
 
 
-def _numbered(mask: np.ndarray) -> np.ndarray:
+def _number_unknowns(mask: np.ndarray) -> np.ndarray:
     numbers = np.full(mask.shape, -1, dtype=np.int64)
     numbers[mask] = np.arange(np.count_nonzero(mask))
     return numbers

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, internal
+from coupling.sheet_fem.compiled import compile_function, internal
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.element import fill_elements
 from coupling.sheet_fem.shell import Shell
@@ -86,7 +86,7 @@ def fill_cells(
     _add_elements(blend, columns, elements, *acting, force, stiffness)
 
 
-@compiled
+@compile_function
 def _add_elements(
     blend: np.ndarray,
     columns: int,

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 
 
 class SwiftHardening(Protocol):
@@ -72,7 +72,7 @@ def tensile_strength(material: Material) -> float:
     )
 
 
-@compiled
+@compile_function
 def yield_stress(material: SwiftHardening, plastic_strain: float) -> tuple[float, float]:
     """Return the yield stress [Pa] and its slope over the equivalent plastic strain [Pa]."""
     total = material.prestrain + plastic_strain

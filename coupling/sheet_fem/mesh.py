@@ -14,9 +14,9 @@ import numpy as np
 
 # Excess of the force over its limit where the element is the tool's radius and that the thickness:
 # fitted to what docs/sheet_fem.md shows under "How fine".
-_EXCESS = 0.35
+_FORCE_EXCESS = 0.35
 # Size of the coarsest elements that were looked at, over the tool's radius.
-_COARSEST = 0.8
+_MAX_SIZE_RATIO = 0.8
 
 
 class Basis(NamedTuple):
@@ -147,5 +147,5 @@ def limit_of_force(element: float, radius: float, thickness: float) -> float:
         >>> round(limit_of_force(2.5e-3, 5e-3, 1e-3), 3)
         0.884
     """
-    size = min(element / radius, _COARSEST)
-    return 1.0 / (1.0 + _EXCESS * size**2 * (radius / thickness) ** 0.25)
+    size = min(element / radius, _MAX_SIZE_RATIO)
+    return 1.0 / (1.0 + _FORCE_EXCESS * size**2 * (radius / thickness) ** 0.25)

@@ -42,5 +42,5 @@ def plane_stress(
 
 
 @inlined_as(plane_stress)
-def _compiled(material, strain, plastic, stress, tangent, new_plastic):  # type: ignore[no-untyped-def]
+def _return_mapping(material, strain, plastic, stress, tangent, new_plastic):  # type: ignore[no-untyped-def]
     return RETURN_MAPPINGS[material.instance_class].py_func  # type: ignore[attr-defined]

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, inlined
+from coupling.sheet_fem.compiled import compile_function, compile_inlined
 from coupling.sheet_fem.eigenbasis import eigenbasis, turn, turn_blocks
 from coupling.sheet_fem.on_stack import on_stack
 from coupling.sheet_fem.return_mapping import Metal, plane_stress
@@ -44,7 +44,7 @@ class CrossSection(NamedTuple):
     layers: np.ndarray
 
 
-@inlined
+@compile_inlined
 def layer_resultants(
     cross: CrossSection,
     strain: np.ndarray,
@@ -87,7 +87,7 @@ def layer_resultants(
             tangent[3 + j, i] = tangent[i, 3 + j]
 
 
-@inlined
+@compile_inlined
 def _curvature(F: np.ndarray, stretch: float, b: np.ndarray, dk: np.ndarray) -> None:
     """Fill `dk`, (7, 3), with D k for k = 2 Df(a)[b], which lacks the thickness stretch of kappa.
 
@@ -108,7 +108,7 @@ def _curvature(F: np.ndarray, stretch: float, b: np.ndarray, dk: np.ndarray) -> 
         dk[6, j] = stretch * dk[3 + j, j] * b[j]
 
 
-@inlined
+@compile_inlined
 def _gradient(F: np.ndarray, stretch: float, dk: np.ndarray, G: np.ndarray) -> None:
     """Fill G, (6, 6), with D (e, kappa)."""
     G[:, :] = 0.0
@@ -123,7 +123,7 @@ def _gradient(F: np.ndarray, stretch: float, dk: np.ndarray, G: np.ndarray) -> N
         G[3 + j, 1] -= dk[6, j] * F[0, 2]
 
 
-@inlined
+@compile_inlined
 def _geometric(
     F: np.ndarray,
     stretch: float,
@@ -187,7 +187,7 @@ def _geometric(
             H[i, j] += m_k * dt[i] * dt[j]
 
 
-@inlined
+@compile_inlined
 def _pull_back(
     G: np.ndarray, stress: np.ndarray, modulus: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
@@ -221,7 +221,7 @@ def _pull_back(
             second[i, j] += total
 
 
-@partial(compiled, forceinline=True)
+@partial(compile_function, forceinline=True)
 def section(
     cross: CrossSection,
     a: np.ndarray,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import inlined
+from coupling.sheet_fem.compiled import compile_inlined
 from coupling.sheet_fem.mesh import Basis
 from coupling.sheet_fem.on_stack import on_stack
 from coupling.sheet_fem.section import CrossSection, section
@@ -46,7 +46,7 @@ class Point(NamedTuple):
     tangent: np.ndarray
 
 
-@inlined
+@compile_inlined
 def integrate(
     shell: Shell,
     g: int,
@@ -124,7 +124,7 @@ def integrate(
             functions[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
 
 
-@inlined
+@compile_inlined
 def add_response(
     point: Point, functions: np.ndarray, force: np.ndarray, responses: np.ndarray
 ) -> None:
@@ -211,7 +211,7 @@ def add_response(
                 pair += 1
 
 
-@inlined
+@compile_inlined
 def sum_up(functions: np.ndarray, responses: np.ndarray, stiffness: np.ndarray) -> None:
     """Write the stiffness [N/m], (27, 27), of points' functions, (5 p, 9), and answers, (5 p, 6, 9)."""
     product = np.dot(functions.T, responses.reshape(len(functions), 54)).reshape(9, 6, 9)

@@ -58,6 +58,6 @@ def dot(a: Triple, b: Triple) -> float:
 
 
 @internal
-def combined(a: Triple, factor: float, b: Triple) -> Triple:
+def add_scaled(a: Triple, factor: float, b: Triple) -> Triple:
     """Return a + factor b."""
     return Triple(a.p + factor * b.p, a.d + factor * b.d, a.t + factor * b.t)

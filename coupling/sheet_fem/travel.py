@@ -13,13 +13,13 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.mesh import SheetMesh
 
 # A way that much longer or shorter than the last one is another one ...
-_SCALE = 2.0
+_MAX_LENGTH_RATIO = 2.0
 # ... and so is one that turns by more [rad] ...
-_TURN = 0.5
+_MAX_DIRECTION_CHANGE = 0.5
 # ... or one that takes any tool elsewhere by more, over the way of the one that goes farthest.
-_ASTRAY = 0.2
+_MAX_DIVERGENCE = 0.2
 # A tool that goes less along the sheet, over its way, has no direction there.
-_PLUNGE = 0.1
+_MIN_TANGENTIAL_PART = 0.1
 
 
 class Increment(NamedTuple):
@@ -89,12 +89,12 @@ class Increment(NamedTuple):
         lengths = np.linalg.norm(goes, axis=1)
         lead = int(np.argmax(lengths))
         length, before = float(lengths[lead]), float(np.linalg.norm(came[lead]))
-        if not before / _SCALE < length < before * _SCALE:
+        if not before / _MAX_LENGTH_RATIO < length < before * _MAX_LENGTH_RATIO:
             return None
         angle = _angle(came[lead], goes[lead])
         stretch, turn = length / before, Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
         astray = np.max(np.linalg.norm(goes - stretch * came @ turn.T, axis=1))
-        goes_on = abs(angle) <= _TURN and astray <= _ASTRAY * length
+        goes_on = abs(angle) <= _MAX_DIRECTION_CHANGE and astray <= _MAX_DIVERGENCE * length
         return (lead, stretch, turn) if goes_on else None
 
 
@@ -106,7 +106,7 @@ def _centers(tools: tuple[Sphere, ...]) -> np.ndarray:
 def _angle(came: np.ndarray, goes: np.ndarray) -> float:
     """Return the angle between two ways in the sheet's plane [rad]; 0 if one has no direction there."""
     for way in (came, goes):
-        if np.linalg.norm(way[:2]) < _PLUNGE * np.linalg.norm(way):
+        if np.linalg.norm(way[:2]) < _MIN_TANGENTIAL_PART * np.linalg.norm(way):
             return 0.0
     across = came[0] * goes[1] - came[1] * goes[0]
     return float(np.arctan2(across, came[:2] @ goes[:2]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compile_function
 from coupling.sheet_fem.material import Material, yield_stress
 
 # Stress beyond the yield stress, relative to it, from which one more iteration of Newton's method ends
@@ -16,7 +16,7 @@ _ON_SURFACE = 1e-9
 _MAX_ITERATIONS = 50
 
 
-@compiled
+@compile_function
 def von_mises(
     material: Material,
     strain: np.ndarray,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, internal
+from coupling.sheet_fem.compiled import compile_function, internal
 from coupling.sheet_fem.material import yield_stress
 from coupling.sheet_fem.orthotropic import (
     Yld91,
@@ -27,7 +27,7 @@ from coupling.sheet_fem.orthotropic import (
     fill_stress,
     into_axes,
 )
-from coupling.sheet_fem.symmetric import Symmetric, Triple, combined, dot, inverse, product
+from coupling.sheet_fem.symmetric import Symmetric, Triple, add_scaled, dot, inverse, product
 from coupling.sheet_fem.yield_function import Effective, effective
 
 # Residual at which the return mapping ends, over the yield stress, and what rounding may leave of the
@@ -41,7 +41,7 @@ _FALL = 1e-4
 # The multiplier along the ray of the trial stress, where Newton's method starts: iterations, and stress
 # beyond the yield stress, relative to it, that is near enough.
 _ALONG_RAY = 3
-_NEAR = 1e-3
+_CLOSE_EIGENVALUES = 1e-3
 
 
 class _Trial(NamedTuple):
@@ -95,8 +95,8 @@ def _iterate(metal: Yld91, trial: _Trial, z: Triple, multiplier: float) -> _Iter
     normal = _normal(z, s)
     E = metal.youngs_modulus
     limit, slope = yield_stress(metal, trial.before + multiplier / E)
-    elastic = product(trial.compliance, combined(z, -1.0, trial.z))
-    flow = combined(elastic, multiplier, normal)
+    elastic = product(trial.compliance, add_scaled(z, -1.0, trial.z))
+    flow = add_scaled(elastic, multiplier, normal)
     excess = s.stress - limit
     size = dot(flow, flow) + excess * excess
     return _Iterate(z, multiplier, s, normal, limit, slope / E, flow, size)
@@ -136,7 +136,7 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
         multiplier += excess / (fall + slope)
         limit, slope = yield_stress(metal, trial.before + multiplier)
         excess = trial.stress - fall * multiplier - limit
-        if excess <= _NEAR * limit:
+        if excess <= _CLOSE_EIGENVALUES * limit:
             break
     scale = limit / trial.stress
     z = Triple(scale * trial.z.p, scale * trial.z.d, scale * trial.z.t)
@@ -149,7 +149,7 @@ def _converged(trial: _Trial, at: _Iterate) -> bool:
 
 
 @internal
-def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
+def _return_to_surface(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
     """Return the last iterate of Newton's method with a line search."""
     at = start
     for _ in range(_MAX_ITERATIONS):
@@ -159,12 +159,12 @@ def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
         u, v = product(solver, at.flow), product(solver, at.normal)
         excess = at.s.stress - at.limit
         more = (excess - dot(at.normal, u)) / (dot(at.normal, v) + at.slope)
-        step = combined(u, more, v)
+        step = add_scaled(u, more, v)
         # The multiplier stays positive.
         share = 1.0 if at.multiplier + more > 0.0 else -0.9 * at.multiplier / more
         last = at
         for _ in range(_MAX_HALVINGS):
-            z = combined(last.z, -share, step)
+            z = add_scaled(last.z, -share, step)
             at = _iterate(metal, trial, z, last.multiplier + share * more)
             if at.size <= (1.0 - _FALL * share) * last.size or _converged(trial, at):
                 break
@@ -172,7 +172,7 @@ def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
     return at
 
 
-@compiled
+@compile_function
 def yld91(
     material: Yld91,
     strain: np.ndarray,
@@ -202,7 +202,7 @@ def yld91(
         tangent[2, 2] = G
         return
     trial = _Trial(z, s.stress, compliance(material, axes), before)
-    at = _returned(material, trial, _along_ray(material, trial, s))
+    at = _return_to_surface(material, trial, _along_ray(material, trial, s))
     if not _converged(trial, at):
         stress[:] = np.nan
         return

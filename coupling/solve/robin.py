@@ -10,7 +10,7 @@ from coupling.errors import SimulationError
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process.base import joined, own_blocks
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.local_stabilisation import LocalStabilisation
@@ -66,7 +66,7 @@ class Robin(ConstantRelaxation):
         """
         process = LinearProcess(iterate, self._react(iterate, mode))
         time, x = iterate.path.time, iterate.path
-        blocks = interpolated(
+        blocks = interpolate_rows(
             time, iterate.response.wrench.instants, own_blocks(process.stiffness), axis=1
         )
         spring = ContactSpring(_anchors(iterate), blocks)
@@ -176,7 +176,7 @@ class LinearProcess:
         displacement = (self.iterate.path.position - path.position)[:, self.iterate.rows]
         change = np.einsum("nij,nj->ni", stiffness, joined(displacement))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
-        return interpolated(path.time, self.iterate.response.wrench.instants, tools, axis=1)
+        return interpolate_rows(path.time, self.iterate.response.wrench.instants, tools, axis=1)
 
 
 def _anchors(iterate: Iterate) -> np.ndarray:
@@ -189,7 +189,7 @@ def _anchors(iterate: Iterate) -> np.ndarray:
     path, rows = iterate.path, iterate.rows
     if iterate.response.stiffness is None:
         return path.position
-    return interpolated(path.time, path.time[rows], path.position[:, rows], axis=1)
+    return interpolate_rows(path.time, path.time[rows], path.position[:, rows], axis=1)
 
 
 @dataclass(frozen=True)

@@ -128,6 +128,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
     return StabilityResult(
         case=cuts.case.name,
         robot=cuts.case.robots[0].description.name,
+        tolerance_m=cuts.case.tolerance,
         sentence=path.sentence,
         tool_modes=len(cuts.tool),
         deepest_m=cuts.deepest,
@@ -135,6 +136,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
         worst=path.judgements.index(worst),
         joints=tuple(joints.tolist()),
         tool_share=tool_share,
+        islands_m=tuple(worst.islands),
         version=elastic_robot.__version__,
     )
 
@@ -154,6 +156,7 @@ def _point(judgement: Judgement) -> StabilityPoint:
         limit_m=judgement.limit,
         zero_order_m=judgement.zero_order,
         unloaded_joints=judgement.there.unloaded,
+        moved_m=judgement.displacement,
     )
 
 

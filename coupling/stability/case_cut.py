@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from coupling.case.case import Case
 from coupling.errors import StabilityError
@@ -27,6 +29,8 @@ from elastic_robot.linearisation import Linearisation
 _TOUCHES, _STANDING = 1e-6, 1e-9
 # Depth up to which limits are looked for, in diameters of the cutter.
 _DEEPEST = 4.0
+# A depth is the mean over this time at least, so that vibrations are none [s].
+_SLOW = 0.1
 # The chart's speeds, in programmed ones.
 _SPEEDS = (0.25, 2.0)
 
@@ -41,6 +45,7 @@ class PlacedCut:
         feed: Direction of the feed in the part's x-y plane, from its x axis [rad].
         cut: The cut, as deep as it is programmed.
         feed_per_tooth: Way of the tool from tooth to tooth [m].
+        programmed_depth: Depth that the program has [m]; that of the cut is what the tool cuts.
     """
 
     time: float | None
@@ -48,6 +53,7 @@ class PlacedCut:
     feed: float
     cut: SteadyCut
     feed_per_tooth: float
+    programmed_depth: float
 
 
 @dataclass(frozen=True)
@@ -137,15 +143,42 @@ class CaseCuts:
         path = desired.tools[0].at_rows(rows)
         in_base = path.transformed(self._placed.world_from_base.inverse())
         q = InverseKinematics(self._placed.description, self._placed.home).plan(in_base).q[0]
+        cuts_at_rows = [self._cut(arcs, row) for row in rows.tolist()]
         return tuple(
             PlacedCut(
                 float(desired.time[row]),
                 q[k],
                 float(np.arctan2(directions[row, 1], directions[row, 0])),
-                self._cut(arcs, row),
+                cut,
                 float(way[row]),
+                cut.depth,
             )
-            for k, row in enumerate(rows.tolist())
+            for k, (row, cut) in enumerate(zip(rows.tolist(), cuts_at_rows, strict=True))
+        )
+
+    def as_deep_as(self, path: ToolPath, placed: Sequence[PlacedCut]) -> tuple[PlacedCut, ...]:
+        """Return cuts with the depths that a tool has on its actual path, its vibrations apart.
+
+        A robot that sags cuts deeper than is programmed.
+
+        Args:
+            path: Actual path of the tool, in the world.
+            placed: Cuts along the desired path.
+
+        Returns:
+            Those that the tool touches.
+        """
+        milling = self.milling
+        period = max(_SLOW, milling.cutter.turn_period)
+        actual, time = path.tools[0], np.array([cut.time for cut in placed])
+        slow = _mean_around(actual, period)
+        depth = np.zeros(len(placed))
+        for rows, engagement in milling.cuts(slow, time, milling.feed_at(time)):
+            np.maximum.at(depth, rows, engagement.depth)
+        return tuple(
+            replace(cut, cut=cut.cut.at_depth(value))
+            for cut, value in zip(placed, depth.tolist(), strict=True)
+            if value > _TOUCHES
         )
 
     @property
@@ -212,7 +245,7 @@ class CaseCuts:
                 )
             cut = self._cut(arcs, int(np.argmax(section))).at_depth(depth)
         cut = cut.at_speed(rpm)
-        return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period)
+        return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period, cut.depth)
 
     def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
         """Return a sentence for each joint whose angle [rad], (joints,), is beyond its limits."""
@@ -284,6 +317,18 @@ class CaseCuts:
     def joints(self) -> tuple[int, ...]:
         """Number of the joint of each of the robot's elastic coordinates, from 1."""
         return self._locked.joints
+
+
+def _mean_around(path: ToolPath, period: float) -> ToolPath:
+    """Return a path whose positions are means over a period [s] around each time."""
+    ends = path.time[0] - period, path.time[-1] + period
+    time = np.concatenate([ends[:1], path.time, ends[1:]])
+    points = path.position[0][np.concatenate([[0], np.arange(len(path.time)), [-1]])]
+    integral = make_interp_spline(time, points, k=1).antiderivative()
+    mean = (integral(path.time + 0.5 * period) - integral(path.time - 0.5 * period)) / period
+    pose = path.pose.copy()
+    pose[0, :, :3] = mean
+    return ToolPath(path.time, pose)
 
 
 def milling_of(case: Case) -> Milling:

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.stability.case_cut import CaseCuts, PlacedCut, StructureThere
 from coupling.stability.floquet import Vibration, vibration_of
-from coupling.stability.limit import first_border
+from coupling.stability.limit import first_border, stable_islands
 from coupling.stability.structure import Structure
 from coupling.stability.zero_order import ZeroOrder
 
@@ -56,6 +56,11 @@ class Judgement:
     def _quick(self) -> ZeroOrder:
         return ZeroOrder.of(self.there.whole, self.placed.cut)
 
+    @cached_property
+    def islands(self) -> list[tuple[float, float]]:
+        """Depths beyond the limit at which it is stable again, from and to [m]."""
+        return stable_islands(self.there.whole, self.placed.cut, self.limit, self.cuts.deepest)
+
     @property
     def zero_order(self) -> float:
         """The same by zero order [m]."""
@@ -72,6 +77,12 @@ class Judgement:
         if not np.isfinite(self.limit):
             return self.vibration
         return vibration_of(self.there.whole, self.placed.cut.at_depth(self.limit))
+
+    @property
+    def displacement(self) -> float:
+        """Displacement of the TCP by the cut's mean force, the tool rigid [m]."""
+        compliance = self.there.linear.dynamic_compliance(np.zeros(1))[0, :3].real
+        return float(np.linalg.norm(compliance @ self.cuts.mean_wrench(self.placed)))
 
     @property
     def margin(self) -> float:

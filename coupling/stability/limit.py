@@ -17,6 +17,8 @@ _START, _NEAR, _WIDE, _NARROW = 1.0 / 30.0, 0.4, 1.6, 1.2
 _CLOSE = 1e-3
 # Depths that are less are none [m].
 _NONE = 1e-8
+# Steps of depth beyond the limit in which stable depths are looked for.
+_STEP = 1.05
 
 
 def first_border(
@@ -24,7 +26,7 @@ def first_border(
 ) -> float:
     """Return the depth at which a cut, made deeper, becomes unstable first [m].
 
-    Depths beyond it may be stable again (islands); what lies within a step of the search is not seen.
+    Depths beyond it may be stable again (`stable_islands`); what lies within a step is not seen.
 
     Args:
         structure: Modes of robot and tool.
@@ -52,3 +54,37 @@ def first_border(
             return float(brentq(growth, low, high, xtol=_CLOSE * low, rtol=_CLOSE))
         low = high
     return np.inf
+
+
+def stable_islands(
+    structure: Structure, cut: SteadyCut, limit: float, deepest: float
+) -> list[tuple[float, float]]:
+    """Return depths beyond a limit at which a cut is stable again, from and to [m].
+
+    Args:
+        structure: Modes of robot and tool.
+        cut: The cut, whose depth does not count.
+        limit: Its first border from below [m]; infinite or 0 where there is none.
+        deepest: Depth up to which they are looked for [m].
+    """
+    if not 0.0 < limit < deepest:
+        return []
+
+    def growth(depth: float) -> float:
+        return growth_of(structure, cut.at_depth(depth)) - NEUTRAL
+
+    # The border itself is as close to 0 as it was looked for.
+    count = max(int(np.log(deepest / limit) / np.log(_STEP)), 2)
+    depths = np.geomspace(limit * (1.0 + 5.0 * _CLOSE), deepest, count).tolist()
+    growths = [growth(depth) for depth in depths]
+    islands, begin = [], None
+    for low, high, before, behind in zip(depths, depths[1:], growths, growths[1:], strict=False):
+        if (before < 0.0) == (behind < 0.0):
+            continue
+        border = float(brentq(growth, low, high, xtol=_CLOSE * low, rtol=_CLOSE))
+        if behind < 0.0:
+            begin = border
+        elif begin is not None:
+            islands.append((begin, border))
+            begin = None
+    return islands if begin is None else [*islands, (begin, deepest)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.case.case import Case
 from coupling.errors import StabilityError
+from coupling.path.histories import ToolPath
 from coupling.results.cut_stability import CutStability
 from coupling.stability.case_cut import CaseCuts, is_milling
 from coupling.stability.floquet import vibration_of
@@ -16,6 +17,8 @@ from coupling.stability.judgement import Judgement, in_words
 
 # Places of a path that are judged in brief, and speeds of which one is looked for that is stable.
 _FEW, _SPEEDS = 8, 60
+# Depths are the same if they differ by less of themselves.
+_SAME_DEPTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -29,12 +32,16 @@ class PathStability:
     judgements: tuple[Judgement, ...]
 
     @classmethod
-    def of(cls, cuts: CaseCuts, places: int) -> PathStability | None:
+    def of(
+        cls, cuts: CaseCuts, places: int, actual: ToolPath | None = None
+    ) -> PathStability | None:
         """Return the stability along a path.
 
         Args:
             cuts: Cuts of the case.
             places: Number of places at most.
+            actual: Path that the tool takes, in the world, by which it is as deep as it is; None: as
+                deep as is programmed.
 
         Returns:
             The judgements; None where the tool never cuts.
@@ -47,7 +54,10 @@ class PathStability:
         if not along:
             return None
         rows = np.unique(np.linspace(0, len(along) - 1, places).astype(int))
-        return cls(tuple(Judgement.of(cuts, along[row]) for row in rows.tolist()))
+        placed = tuple(along[row] for row in rows.tolist())
+        if actual is not None and not (placed := cuts.as_deep_as(actual, placed)):
+            return None
+        return cls(tuple(Judgement.of(cuts, cut) for cut in placed))
 
     @cached_property
     def worst(self) -> Judgement:
@@ -77,9 +87,18 @@ class PathStability:
         is_or_not = "is " if worst.is_stable else ""
         time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
         return (
-            f"The cut {is_or_not}{in_words(worst)}{time}; programmed"
-            f" {1e3 * worst.placed.cut.depth:.3g} mm; linear, motors locked, of {whose}"
+            f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; linear, motors"
+            f" locked, of {whose}"
         )
+
+    @property
+    def _depth_in_words(self) -> str:
+        """The worst cut's depth, programmed and, where it is another one, actual."""
+        depth, programmed = self.worst.placed.cut.depth, self.worst.placed.programmed_depth
+        words = f"programmed {1e3 * programmed:.3g} mm"
+        if abs(depth - programmed) <= _SAME_DEPTH * programmed:
+            return words
+        return f"{words}, {1e3 * depth:.3g} mm by a robot that gives way"
 
     @property
     def alternative(self) -> str:
@@ -88,6 +107,13 @@ class PathStability:
             return ""
         cut = self.worst.placed.cut
         limit = min(judgement.limit for judgement in self.judgements if not judgement.is_stable)
+        if all(
+            judgement.placed.programmed_depth < judgement.limit for judgement in self.judgements
+        ):
+            return (
+                f"the programmed {1e3 * self.worst.placed.programmed_depth:.3g} mm at {cut.rpm:.0f}"
+                " 1/min: touch the tool off at the part, or compensate"
+            )
         shallower = f"less than {1e3 * limit:.3g} mm at {cut.rpm:.0f} 1/min"
         speeds = np.geomspace(*self.worst.cuts.speeds, _SPEEDS)
         for rpm in sorted(speeds.tolist(), key=lambda rpm: abs(np.log(rpm / cut.rpm))):
@@ -122,8 +148,12 @@ class PathStability:
         )
 
 
-def stability_in_brief(case: Case) -> CutStability | None:
+def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStability | None:
     """Return the stability along a case's path, at a few places; None where nothing is milled.
+
+    Args:
+        case: The case.
+        actual: Path that the tool takes, in the world; None: that of the program.
 
     Raises:
         PlanningError: If the robot cannot follow the path.
@@ -131,5 +161,5 @@ def stability_in_brief(case: Case) -> CutStability | None:
     """
     if not is_milling(case):
         return None
-    path = PathStability.of(CaseCuts(case), _FEW)
+    path = PathStability.of(CaseCuts(case), _FEW, actual)
     return None if path is None else path.brief

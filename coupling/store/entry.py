@@ -103,7 +103,7 @@ def as_stored(response: ProcessResponse) -> ProcessResponse:
 _as_stored = np.ascontiguousarray
 
 
-def encoded(response: ProcessResponse, about: EntryInfo) -> memoryview:
+def encode_response(response: ProcessResponse, about: EntryInfo) -> memoryview:
     """Return the content of an entry.
 
     Args:
@@ -133,7 +133,7 @@ def encoded(response: ProcessResponse, about: EntryInfo) -> memoryview:
     return content.getbuffer()
 
 
-def decoded(content: bytes, key: str) -> ProcessResponse:
+def decode_response(content: bytes, key: str) -> ProcessResponse:
     """Return the answer of an entry.
 
     Raises:

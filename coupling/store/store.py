@@ -21,7 +21,13 @@ from coupling.files.atomic_file import PARTIAL, AtomicFile
 from coupling.path.histories import ToolPath
 from coupling.process.base import ProcessResponse
 from coupling.process.validation import find_misfit
-from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
+from coupling.store.entry import (
+    DamagedError,
+    EntryInfo,
+    decode_response,
+    encode_response,
+    read_about,
+)
 
 ENTRY, DAMAGED = ".npz", ".damaged"
 # Folder in the store for the locks of keys, and for who holds them.
@@ -66,7 +72,7 @@ class Entry:
     def problem(self) -> str:
         """Return what is wrong with it, empty if nothing is."""
         try:
-            decoded(self.file.read_bytes(), self.key)
+            decode_response(self.file.read_bytes(), self.key)
         except DamagedError as cause:
             return str(cause)
         except OSError as cause:
@@ -159,7 +165,7 @@ class Store:
         """
         with self._errors("written"):
             try:
-                file.write([encoded(response, about)])
+                file.write([encode_response(response, about)])
             except TypeError as cause:
                 file.discard()
                 raise StoreError(f"the result cannot be kept: {cause}") from cause
@@ -185,7 +191,7 @@ class Store:
 
     def _read(self, key: str, path: ToolPath) -> ProcessResponse | None:
         try:
-            response = decoded(self._file(key).read_bytes(), key)
+            response = decode_response(self._file(key).read_bytes(), key)
         except FileNotFoundError:
             return None
         except OSError as cause:

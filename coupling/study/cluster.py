@@ -41,9 +41,9 @@ except ImportError as cause:
 
 # Above all levels of the log: a client that leaves while it is written to, as one does with an
 # interrupt, is critical to the scheduler.
-_NOTHING = logging.CRITICAL + 1
+_SILENT_LEVEL = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
-_PATIENCE = 10.0
+_CLUSTER_TIMEOUT = 10.0
 # This package's name, and in a wheel that of the one it lies in.
 _PACKAGES = {__name__.partition(".")[0], __name__.removesuffix(".study.cluster")}
 # Variable with which Python does not import from the working folder.
@@ -79,7 +79,7 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
             self._bench = None
 
 
-def _simulated(name: str, version: str, number: int, values: Sequence[float]) -> StudySample:
+def _simulate_sample(name: str, version: str, number: int, values: Sequence[float]) -> StudySample:
     """Return a sample; runs in a worker, which may have come after the others were asked."""
     worker = get_worker()
     _require_same(version, {worker.address: _version()})
@@ -139,10 +139,10 @@ def simulate(
     with _client(workers, min(workers.count, len(points)), place) as client:
         try:
             _require_same(_version(), client.run(_version, on_error="return"))
-            with _registered(client, _Keeper(name, work), bool(workers.scheduler)):
+            with _register_bench(client, _Keeper(name, work), bool(workers.scheduler)):
                 futures = [
                     client.submit(
-                        _simulated,
+                        _simulate_sample,
                         name,
                         _version(),
                         number,
@@ -177,7 +177,7 @@ def simulate(
 
 
 @contextmanager
-def _registered(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
+def _register_bench(client: Client, keeper: _Keeper, shared: bool) -> Iterator[None]:
     """Have all workers keep a bench, and end it afterwards where the workers themselves go on."""
     client.register_plugin(keeper, name=keeper.name)
     try:
@@ -193,7 +193,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
     """Give a client of the workers, a local cluster's ended afterwards."""
     if workers.scheduler:
         # What Dask says of a scheduler that ends is said in a sentence.
-        with silence_logging_cmgr(_NOTHING), _reached(workers.scheduler) as client:
+        with silence_logging_cmgr(_SILENT_LEVEL), _connect(workers.scheduler) as client:
             yield client
         return
     # What a killed study left is found by its name.
@@ -212,7 +212,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
                 processes=True,
                 dashboard_address="127.0.0.1:0",
                 local_directory=str(scratch),
-                silence_logs=_NOTHING,
+                silence_logs=_SILENT_LEVEL,
                 env={"TMPDIR": str(scratch)},
             ) as cluster,
             Client(cluster) as client,
@@ -251,21 +251,21 @@ class _SafePath(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
         _set_safe_path(self._value)
 
 
-def _reached(address: str) -> Client:
+def _connect(address: str) -> Client:
     try:
-        client = Client(address, timeout=_PATIENCE)
+        client = Client(address, timeout=_CLUSTER_TIMEOUT)
     except (OSError, ValueError, TimeoutError) as cause:
         raise StudyError(
             f"--scheduler: expected a Dask scheduler at {address}, got no answer within"
-            f" {_PATIENCE:.0f} s: start one (dask scheduler, dask worker ADDRESS), or omit"
+            f" {_CLUSTER_TIMEOUT:.0f} s: start one (dask scheduler, dask worker ADDRESS), or omit"
             " --scheduler for a local cluster"
         ) from cause
     try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
+        client.wait_for_workers(1, timeout=_CLUSTER_TIMEOUT)
     except TimeoutError as cause:
         client.close()
         raise StudyError(
-            f"--scheduler: expected workers at {address}, got none within {_PATIENCE:.0f} s: start"
-            f" some (dask worker {address} --nthreads 1)"
+            f"--scheduler: expected workers at {address}, got none within {_CLUSTER_TIMEOUT:.0f} s:"
+            f" start some (dask worker {address} --nthreads 1)"
         ) from cause
     return client

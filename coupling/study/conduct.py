@@ -22,10 +22,18 @@ from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.study_result import StudySample
-from coupling.run.stored_run import StoredRun, read_run
+from coupling.results.study_result import StudySample, StudySource
+from coupling.run.stored_run import CASE, StoredRun, read_run
 from coupling.study.design import GROWS
-from coupling.study.folder import ROWS, begin, different, drawn, in_short, points_of, require_same
+from coupling.study.folder import (
+    ROWS,
+    begin,
+    different,
+    draw_samples,
+    in_short,
+    points_of,
+    require_same,
+)
 from coupling.study.parameters import StudyParameters
 from coupling.study.robot_pool import StudyJob, simulate_here
 from coupling.study.sample_table import SampleTable
@@ -40,6 +48,8 @@ class Study:
     Attributes:
         folder: Its folder.
         case: Name of the case.
+        source: Files that it rests on.
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
         table: Table [study].
         parameters: Uncertain parameters.
         points: Values of the parameters, in their units, (n, k).
@@ -49,6 +59,8 @@ class Study:
 
     folder: Path
     case: str
+    source: StudySource
+    tolerance: float | None
     table: StudyTable
     parameters: StudyParameters
     points: np.ndarray
@@ -89,7 +101,7 @@ def require_run_of(case: Case, run: Path) -> None:
         )
 
 
-def opened(
+def open_study(
     folder: Path, case: Case, table: StudyTable, run: Path, couple: bool, store: Path | None = None
 ) -> Study:
     """Begin a study in its folder, or go on with the one that was begun there.
@@ -123,12 +135,17 @@ def opened(
     if require_same(folder, identity):
         points = points_of(folder, table.design, count, table.seed, parameters)
     else:
-        points = drawn(table.design, count, table.seed, parameters)
+        points = draw_samples(table.design, count, table.seed, parameters)
         begin(folder, identity, points, parameters)
-    return Study(folder, case.name, table, parameters, points, stored, work)
+    source = StudySource(
+        case=stored.case_file or str(run / CASE),
+        robot=case.resolved["robot"]["description"],
+        run=str(run),
+    )
+    return Study(folder, case.name, source, case.tolerance, table, parameters, points, stored, work)
 
 
-def simulated(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:
+def simulate_samples(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:
     """Return all samples of a study in their order; what is missing in its table is simulated.
 
     Raises:

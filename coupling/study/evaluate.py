@@ -91,6 +91,8 @@ def _figures(
     assert model is not None  # a study is one of a compensation
     return StudyResult(
         case=study.case,
+        source=study.source,
+        tolerance_m=study.tolerance,
         kind="study",
         samples=len(samples),
         design=table.design,

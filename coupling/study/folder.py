@@ -37,7 +37,7 @@ IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
 RUN = "run"
 # Kind of the folder; its files, and what a killed command leaves beside the run.
-_KIND = "study"
+_FOLDER_KIND = "study"
 _FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock")
 _FOLDERS = (RUN, unfinished_name(Path(RUN)).name, replaced_name(Path(RUN)).name)
 
@@ -48,14 +48,14 @@ def _is_without_list(folder: Path) -> bool:
 
 
 def _is_study(folder: Path) -> bool:
-    return is_of_kind(folder, _KIND) or _is_without_list(folder)
+    return is_of_kind(folder, _FOLDER_KIND) or _is_without_list(folder)
 
 
-STUDY_FOLDER = FolderKind(_KIND, "a study", StudyError, _is_study)
+STUDY_FOLDER = FolderKind(_FOLDER_KIND, "a study", StudyError, _is_study)
 
 
 @contextmanager
-def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
+def lock_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """Give the folder of a study to this program alone, made where there is none.
 
     Args:
@@ -69,10 +69,10 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
         writing(folder, StudyError),
     ):
         require_free(folder, STUDY_FOLDER, overwrite=True)  # else it is gone on with
-        begin_folder(folder, _KIND, known_names=_FILES if _is_without_list(folder) else ())
+        begin_folder(folder, _FOLDER_KIND, known_names=_FILES if _is_without_list(folder) else ())
         if overwrite:
             remove_written(folder)
-            begin_folder(folder, _KIND)
+            begin_folder(folder, _FOLDER_KIND)
         claim(folder, (*_FILES, *(f"{name}/" for name in _FOLDERS)))
         yield folder
 
@@ -160,7 +160,7 @@ def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
 
 
-def drawn(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
+def draw_samples(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
     """Return the values of the parameters of a design's samples, in their units, (count, k)."""
     return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
 
@@ -177,7 +177,7 @@ def points_of(
     if len(stored) >= count:
         return stored[:count]
     assert design in GROWS, one_of(GROWS, design)
-    points = drawn(design, count, seed, parameters)
+    points = draw_samples(design, count, seed, parameters)
     if not np.array_equal(points[: len(stored)], stored):
         raise StudyError(
             f"{folder / POINTS}: expected the first of {count} points of this SciPy, got others: go on"

@@ -139,10 +139,10 @@ def simulate_here(work: StudyJob, points: Mapping[int, Sequence[float]]) -> Iter
     """
     with RobotPool(work) as pool:
         for number, values in points.items():
-            yield _tried(pool, number, values)
+            yield _try_sample(pool, number, values)
 
 
-def _tried(pool: RobotPool, number: int, values: Sequence[float]) -> StudySample:
+def _try_sample(pool: RobotPool, number: int, values: Sequence[float]) -> StudySample:
     for _ in range(RETRIES):
         with suppress(HostError):
             return pool.sample(number, values)

@@ -11,9 +11,10 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.apt_program import AptProgram, read_program
-from coupling.toolpaths.oriented_points import SAME, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
+from coupling.toolpaths.remarks import format_counts
 from coupling.toolpaths.roll import ROLLS
+from coupling.toolpaths.spindle import ProgrammedSpindle
 
 
 class AptPath(OrientedPath):
@@ -35,8 +36,11 @@ class AptPath(OrientedPath):
     def _read_remarks(self) -> list[str]:
         remarks = list(self._program.assumptions)
         if self._program.left_out:
-            remarks.append(f"read and left out: {counted(self._program.left_out)}")
+            remarks.append(f"read and left out: {format_counts(self._program.left_out)}")
         return remarks
+
+    def _read_spindle(self) -> ProgrammedSpindle | None:
+        return self._program.spindle
 
     def _read_points(self) -> OrientedPoints:
         """Return the points, at rest where it waits and where a rapid and a feed meet."""
@@ -44,7 +48,7 @@ class AptPath(OrientedPath):
         distinct_rows = [0]
         rows = np.hstack([program.position, program.axis]).tolist()
         for number, row in enumerate(rows):
-            if math.dist(row, rows[distinct_rows[-1]]) > SAME:
+            if math.dist(row, rows[distinct_rows[-1]]) > POINT_TOLERANCE:
                 distinct_rows.append(number)
         if len(distinct_rows) < 2:
             raise CaseError(f"{self.file}: expected GOTO from one point to another, got none")

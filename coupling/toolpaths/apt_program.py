@@ -18,11 +18,12 @@ from coupling.toolpaths.apt_words import (
     IDLE,
     IDLE_WHEN_OFF,
     NUMBER,
-    bounded,
     numbers,
     refusal,
+    require_within,
     unit_vector,
 )
+from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_spindl
 
 _UNITS = {"MM": 0.001, "CM": 0.01, "INCH": 0.0254, "INCHES": 0.0254, "IN": 0.0254}  # [m]
 _FEED_UNITS = {"MMPM": 0.001, "IPM": 0.0254}  # per minute
@@ -30,14 +31,14 @@ _PER_MINUTE = ("PERMIN", "UPM")
 # Points on a circle may be so far apart that their chords leave it by this [m].
 _SAGITTA = 1e-4
 # A point is on a circle within this [m].
-_ON = 1e-4
+_CIRCLE_TOLERANCE = 1e-4
 # No robot goes farther [m], faster [m/s], or waits longer [s].
-_FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
+_MAX_DISTANCE, _MAX_FEED, _MAX_DWELL = 100.0, 10.0, 3600.0
 # Axes of a frame may be off a right angle by this [rad].
-_SKEW = 0.01
-_HERE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_MAX_SKEW = 0.01
+_IDENTITY_POSE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 # Axes are one if they differ by less [rad].
-_SAME = 1e-9
+_AXIS_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class AptProgram:
         waits: Durations of a rest at each [s], (n,).
         left_out: Words that were left out, by how often.
         assumptions: Assumptions made, sentences.
+        spindle: Speeds of its spindle; None where it has none.
     """
 
     position: np.ndarray
@@ -59,6 +61,7 @@ class AptProgram:
     waits: np.ndarray
     left_out: dict[str, int]
     assumptions: tuple[str, ...]
+    spindle: ProgrammedSpindle | None = None
 
 
 def read_program(file: Path) -> AptProgram:
@@ -69,14 +72,14 @@ def read_program(file: Path) -> AptProgram:
     """
     content = read_content(file)
     try:
-        return _program_of(content)
+        return _program_of(content, file.name)
     except ValueError as cause:
         if other := other_format(content, ["apt"]):
             raise CaseError(f"{file}: expected APT, {other}") from cause
         raise CaseError(f"{file}: {cause}") from cause
 
 
-def _program_of(content: bytes) -> AptProgram:
+def _program_of(content: bytes, name: str) -> AptProgram:
     reader = _Reader()
     for statement in statements_of(content):
         try:
@@ -85,7 +88,7 @@ def _program_of(content: bytes) -> AptProgram:
             raise ValueError(f"line {statement.line}: {cause}") from cause
         if statement.word == "FINI":
             break
-    return reader.program()
+    return reader.program(name)
 
 
 @dataclass(frozen=True)
@@ -109,7 +112,11 @@ class _Circle:
         off = np.abs(np.linalg.norm(across, axis=1) - self.radius)
         half = 0.5 * np.linalg.norm(np.diff(across, axis=0), axis=1)
         sagitta = self.radius - np.sqrt(np.maximum(self.radius**2 - half**2, 0.0))
-        if len(along) < 3 or scale * off.max() > _ON or scale * sagitta.max() > _SAGITTA:
+        if (
+            len(along) < 3
+            or scale * off.max() > _CIRCLE_TOLERANCE
+            or scale * sagitta.max() > _SAGITTA
+        ):
             raise ValueError(
                 f"line {self.line}: CIRCLE: expected points along it behind it, at most"
                 f" {1e3 * _SAGITTA:g} mm from chord to arc, got others: output arcs as points"
@@ -135,6 +142,7 @@ class _Reader:
     waits: dict[int, float] = field(default_factory=dict)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
     left_out: Counter[str] = field(default_factory=Counter)
+    spindle: SpindleCourse = field(default_factory=lambda: SpindleCourse("SPINDL/ON", "SPINDL/OFF"))
 
     def take(self, statement: Statement) -> None:
         """Execute a statement, or note that it is left out.
@@ -154,8 +162,8 @@ class _Reader:
         elif word != "FINI":
             raise ValueError(refusal(statement))
 
-    def program(self) -> AptProgram:
-        """Return what was read, in metres and in the first frame.
+    def program(self, name: str) -> AptProgram:
+        """Return what was read from a file of a name, in metres and in the first frame.
 
         Raises:
             ValueError: If nothing moves, the unit is not known, or a circle stands for points.
@@ -171,17 +179,25 @@ class _Reader:
             there = self.frames[0][1].inverse() @ frame
             points[number:end] = there.points(points[number:end])
             axes[number:end] = there.rotate(axes[number:end])
-        if any(frame.pose != _HERE for _, frame in self.frames):
+        if any(frame.pose != _IDENTITY_POSE for _, frame in self.frames):
             assumptions.append("the part frame is MSYS, the first one where there are others")
         points *= scale
-        if (farthest := np.abs(points).max()) > _FARTHEST:
+        if (farthest := np.abs(points).max()) > _MAX_DISTANCE:
             raise ValueError(
-                f"expected points within {_FARTHEST:g} m, got {farthest:.4g} m: look at UNITS"
+                f"expected points within {_MAX_DISTANCE:g} m, got {farthest:.4g} m: look at UNITS"
             )
         waits = np.zeros(len(points))
         waits[list(self.waits)] = list(self.waits.values())
         feeds = np.array([self._speed(feed, scale) for feed in self.feeds])
-        return AptProgram(points, axes, feeds, waits, dict(self.left_out), tuple(assumptions))
+        return AptProgram(
+            points,
+            axes,
+            feeds,
+            waits,
+            dict(self.left_out),
+            tuple(assumptions),
+            self.spindle.programmed(name),
+        )
 
     def _scale(self) -> tuple[float, list[str]]:
         """Return the file's unit [m], and what was assumed of it."""
@@ -200,7 +216,7 @@ class _Reader:
         if feed is None:
             return float("nan")
         speed = feed[0] * _FEED_UNITS.get(feed[1], scale) / 60.0
-        return bounded("FEDRAT", speed, 1e-9, _FASTEST, " m/s")
+        return require_within("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
 
     def _places(self, arguments: tuple[str, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         values = numbers(arguments)
@@ -209,7 +225,7 @@ class _Reader:
         if len(values) == 3:
             return values, self.axis
         axis = unit_vector(values[3:])
-        if self.is_multax is False and math.dist(axis, self.axis) > _SAME:
+        if self.is_multax is False and math.dist(axis, self.axis) > _AXIS_TOLERANCE:
             raise ValueError("expected a tool axis that stays after MULTAX/OFF, got another one")
         return values[:3], axis
 
@@ -219,6 +235,8 @@ class _Reader:
         if self.points and not self.is_rapid and self.feed is None:
             raise ValueError("expected RAPID or FEDRAT before, got neither")
         is_first = not self.points
+        if not is_first and not self.is_rapid:
+            self.spindle.cut()
         if place != self.place or axis != self.axis or is_first:
             self.points.append(place)
             self.axes.append(axis)
@@ -259,7 +277,7 @@ class _Reader:
             )
         if unit in _FEED_UNITS:
             self.implied.add(unit)
-        self.feed = (bounded("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
+        self.feed = (require_within("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
 
     def _units(self, statement: Statement) -> None:
         name = statement.arguments[0] if len(statement.arguments) == 1 else "none"
@@ -284,7 +302,7 @@ class _Reader:
         if len(values) != 9:
             raise ValueError(f"expected an origin and two axes, 9 numbers, got {len(values)}")
         x, y = (np.array(unit_vector(values[k : k + 3])) for k in (3, 6))
-        if abs(x @ y) > _SKEW:
+        if abs(x @ y) > _MAX_SKEW:
             raise ValueError("expected axes x and y at a right angle, got others")
         z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
         rotation = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
@@ -298,9 +316,12 @@ class _Reader:
     def _wait(self, statement: Statement) -> None:
         if len(statement.arguments) != 1 or not self.points:
             raise ValueError("expected DELAY/ and seconds behind a point, got another one")
-        seconds = bounded("DELAY", numbers(statement.arguments)[0], 0.0, _LONGEST, " s")
+        seconds = require_within("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
         last = len(self.points) - 1
         self.waits[last] = self.waits.get(last, 0.0) + seconds
+
+    def _turn_spindle(self, statement: Statement) -> None:
+        take_spindl(self.spindle, statement.line, statement.arguments)
 
     def _circular(self, statement: Statement) -> None:
         if "TIMES" in statement.arguments:
@@ -329,4 +350,6 @@ class _Reader:
         "MSYS": _system,
         "DELAY": _wait,
         "CIRCLE": _circular,
+        "SPINDL": _turn_spindle,
+        "SPINDLE": _turn_spindle,
     }

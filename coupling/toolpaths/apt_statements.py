@@ -12,7 +12,7 @@ from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import binary_name, other_format
 
 # What a file may hold at most [bytes].
-_LARGEST = 128_000_000
+_MAX_BYTES = 128_000_000
 # Words whose statement is text to its end, with or without a slash.
 _TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES", "TPRINT")
 
@@ -38,7 +38,7 @@ def read_content(file: Path) -> bytes:
     Raises:
         CaseError: If it cannot be read, or is no text.
     """
-    content = read_bounded(file, _LARGEST, CaseError)
+    content = read_bounded(file, _MAX_BYTES, CaseError)
     if binary_name(content):
         raise CaseError(f"{file}: expected APT, {other_format(content, ())}")
     return content

@@ -23,7 +23,7 @@ _TEXTS = (
     "END-OF-PATH",
 )
 _TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
-_MACHINE = ("MACHIN", "SPINDL", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
+_MACHINE = ("MACHIN", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
 _SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
 IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
 # Words that end what is refused here, and then change nothing.
@@ -100,7 +100,7 @@ def unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(value / length for value in vector)
 
 
-def bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     """Return a value that lies within bounds.
 
     Raises:

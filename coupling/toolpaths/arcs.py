@@ -10,9 +10,9 @@ from coupling.toolpaths.segments import Curve
 
 # A centre may be so much farther from one end than from the other, for a printed program is rounded:
 # 10 um, or as RS274/NGC has it a thousandth of the radius and at most half a millimetre [m].
-_ROUNDING, _PART, _MOST = 1e-5, 1e-3, 5e-4
+_MIN_RADIUS_TOLERANCE, _RELATIVE_RADIUS_TOLERANCE, _MAX_RADIUS_TOLERANCE = 1e-5, 1e-3, 5e-4
 # Ends this close are one [m]: no program writes so many digits.
-_ONE = 1e-9
+_SAME_POINT_DISTANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,10 @@ class Arc:
         axes = [plane.first, plane.second]
         a, b = start[axes] - centre, end[axes] - centre
         radii = np.hypot(*a), np.hypot(*b)
-        allowed = max(_ROUNDING, min(_PART * max(radii), _MOST))
+        allowed = max(
+            _MIN_RADIUS_TOLERANCE,
+            min(_RELATIVE_RADIUS_TOLERANCE * max(radii), _MAX_RADIUS_TOLERANCE),
+        )
         if abs(radii[0] - radii[1]) > allowed or min(radii) == 0.0:
             raise ValueError(
                 "expected a centre equally far from both ends, got"
@@ -83,7 +86,7 @@ class Arc:
             )
         angle = float(np.arctan2(a[1], a[0]))
         turn = float(np.arctan2(b[1], b[0])) - angle
-        if np.linalg.norm(end[axes] - start[axes]) < _ONE:
+        if np.linalg.norm(end[axes] - start[axes]) < _SAME_POINT_DISTANCE:
             turn = 0.0
         # Between 0, left out, and a full turn, which is what equal ends mean.
         sweep = (-turn if clockwise else turn) % (2.0 * np.pi) or 2.0 * np.pi
@@ -101,11 +104,11 @@ class Arc:
         axes = [plane.first, plane.second]
         chord = end[axes] - start[axes]
         length = float(np.hypot(*chord))
-        if length < _ONE:
+        if length < _SAME_POINT_DISTANCE:
             raise ValueError(
                 "expected an arc with R to end elsewhere, got a full circle: give I, J, K"
             )
-        if length > 2.0 * abs(radius) + _ROUNDING:
+        if length > 2.0 * abs(radius) + _MIN_RADIUS_TOLERANCE:
             raise ValueError(
                 f"expected ends at most {2e3 * abs(radius):.6g} mm apart, got {1e3 * length:.6g} mm"
             )

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.motion import SegmentedPath
 from coupling.toolpaths.segments import Segment, circle, link, polyline
 from coupling.toolpaths.task import Task
@@ -55,7 +55,7 @@ class _Contours(SegmentedPath):
         return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
 
     def task(
-        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))

@@ -13,8 +13,8 @@ from coupling.files.formats import other_format
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.path.interpolation import InterpolatedPath, divided
-from coupling.toolpaths.instants import NONE, Corners, inserted
+from coupling.path.interpolation import InterpolatedPath, divide_steps
+from coupling.toolpaths.instants import NO_CORNERS, Corners, insert_corners
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.untilted import UntiltedPath
@@ -22,12 +22,12 @@ from coupling.toolpaths.untilted import UntiltedPath
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
 # No robot reaches so far [m], or is so fast [m/s]: its path is in other units.
-_FARTHEST, _FASTEST = 20.0, 10.0
+_MAX_DISTANCE, _MAX_SPEED = 20.0, 10.0
 # No path is so long [s].
-_LATEST = 1e7
+_MAX_TIME = 1e7
 _COLUMNS = ("time", *POSE_COLUMNS)
 # So much of a file tells what it is [bytes].
-_HEAD = 16_384
+_HEAD_BYTES = 16_384
 
 
 class CsvPath(ToolPathTable):
@@ -44,7 +44,7 @@ class CsvPath(ToolPathTable):
     file: FilePath
     sample_s: Positive | None = None
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -62,10 +62,10 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], table[:, 1:]).transformed(part)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        path, rows = inserted(path, corners)
+        path, rows = insert_corners(path, corners)
         if self.sample_s is not None:
             require_few(float(path.time[-1] - path.time[0]) / self.sample_s, self.file)
-            time, _ = divided(path.time, self.sample_s)
+            time, _ = divide_steps(path.time, self.sample_s)
             path, rows = InterpolatedPath(path).at(time), np.arange(len(time))
         return self._headed(UntiltedPath(part, path, rows))
 
@@ -84,23 +84,23 @@ class CsvPath(ToolPathTable):
             )
         table = read_table(self.file, _COLUMNS, CaseError)
         largest = float(np.abs(table[:, 1:4]).max())
-        if largest > _FARTHEST:
+        if largest > _MAX_DISTANCE:
             raise CaseError(
                 f"{self.file}: x, y, z: expected metres, got values up to {largest:.4g}: divide"
                 " millimetres by 1000"
             )
         latest = float(np.abs(table[:, 0]).max())
-        if latest > _LATEST:
+        if latest > _MAX_TIME:
             raise CaseError(
-                f"{self.file}: time: expected seconds from the start, at most {_LATEST:g}, got"
+                f"{self.file}: time: expected seconds from the start, at most {_MAX_TIME:g}, got"
                 f" {latest:.4g}: subtract the first row's, and convert it to s"
             )
         steps = np.diff(table[:, 0])
         if np.all(steps > 0.0) and len(steps):  # other times are refused with the path
             speed = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1) / steps
-            if speed.max() > _FASTEST:
+            if speed.max() > _MAX_SPEED:
                 raise CaseError(
-                    f"{self.file}: expected metres and seconds, at most {_FASTEST:g} m/s, got"
+                    f"{self.file}: expected metres and seconds, at most {_MAX_SPEED:g} m/s, got"
                     f" {speed.max():.4g} m/s to row {int(np.argmax(speed)) + 2}: divide millimetres by"
                     " 1000, or look at its times"
                 )
@@ -110,6 +110,6 @@ class CsvPath(ToolPathTable):
 def _head(file: Path) -> bytes:
     try:
         with file.open("rb") as stream:
-            return stream.read(_HEAD)
+            return stream.read(_HEAD_BYTES)
     except OSError:
         return b""  # told where the table is read

@@ -10,11 +10,11 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 
 # A tool that is slower across its axis than this part of its largest speed has no direction of its own.
-_SLOW = 0.02
+_MIN_SPEED_RATIO = 0.02
 # A path whose largest speed across the tool's axis is below this has no feed [m/s].
-_STANDING = 1e-6
+_STANDSTILL_SPEED = 1e-6
 # Angles are one if they differ by less [rad].
-_SAME = 1e-9
+_ANGLE_TOLERANCE = 1e-9
 
 NO_FEED = (
     "tool_path: tilt_frame: expected a path with a feed across the tool's axis of approach, got one"
@@ -33,9 +33,9 @@ def turned_to(before: float, heading: float) -> float:
     """
     away = float(np.mod(heading - before, 2.0 * np.pi))
     # What is half a turn, or none, but for rounding goes one way wherever rounding leads.
-    if away > 2.0 * np.pi - _SAME:
+    if away > 2.0 * np.pi - _ANGLE_TOLERANCE:
         away = 0.0
-    return before + (away if away <= np.pi + _SAME else away - 2.0 * np.pi)
+    return before + (away if away <= np.pi + _ANGLE_TOLERANCE else away - 2.0 * np.pi)
 
 
 def headings_along(path: ToolPath) -> np.ndarray:
@@ -58,9 +58,9 @@ def headings_along(path: ToolPath) -> np.ndarray:
     time = path.time
     velocity = path.rotations[0].inv().apply(InterpolatedPath(path).position(time, 1))
     speed = np.hypot(velocity[:, 1], velocity[:, 2])
-    if speed.max() <= _STANDING:
+    if speed.max() <= _STANDSTILL_SPEED:
         raise CaseError(NO_FEED)
-    rows = np.flatnonzero(speed > _SLOW * speed.max())
+    rows = np.flatnonzero(speed > _MIN_SPEED_RATIO * speed.max())
     angles = np.unwrap(np.arctan2(velocity[rows, 1], velocity[rows, 2]))
     heading = np.interp(time, time[rows], angles)
     way = cumulative_trapezoid(speed, time, initial=0.0)

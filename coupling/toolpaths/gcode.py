@@ -16,10 +16,10 @@ from coupling.path.histories import ToolPath, poses
 from coupling.toolpaths.gcode_course import Course, CourseLaw
 from coupling.toolpaths.gcode_moves import GcodeProgram
 from coupling.toolpaths.gcode_program import read_program
-from coupling.toolpaths.instants import NONE, Corners, PathTimes
+from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.oriented_points import TURN_JUMP
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.remarks import format_counts
 from coupling.toolpaths.roll import ROLLS
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.table import ToolPathTable
@@ -70,10 +70,10 @@ class GcodePath(ToolPathTable):
         return CourseLaw(self.rapid_m_s, corner, turn)
 
     def task(
-        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task, with remarks on words without effect, assumptions and jumps."""
-        words = counted(self._program.ignored)
+        words = format_counts(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
         remarks += [f"{self.file.name}: {sentence}" for sentence in self._program.assumptions]
         if jump := self._course.jump(*self._passed):
@@ -94,7 +94,7 @@ class GcodePath(ToolPathTable):
         """Whether the tool rests behind each move, and the speeds of the moves [m/s or rad/s], (n,)."""
         return self._course.stops(self._law), self._course.feeds(self._law)
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:

@@ -13,12 +13,12 @@ from coupling.toolpaths.segments import Chain
 
 # Part of a move over which differences stand for derivatives, and parts at which they are taken: of a
 # move whose tool turns by less than this [rad], and of any other.
-_STEP, _SMALL = 1e-4, 0.5
-_FEW, _MANY = np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 33)
+_DIFFERENCE_STEP, _SMALL_TURN = 1e-4, 0.5
+_SMALL_TURN_PARTS, _LARGE_TURN_PARTS = np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 33)
 # Moves whose turns are looked at together.
-_TOGETHER = 20_000
+_BATCH_SIZE = 20_000
 # Directions closer to opposite than this have no plane that one turns in to the other.
-_OPPOSITE = 1e-9
+_OPPOSITE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,11 @@ class Course:
             return 0.0
         which, last_parts = np.arange(len(self._moves)), np.ones(len(self._moves))
         begins, ends = (
-            (self._axes(which, part + _STEP) - self._axes(which, part - _STEP))
-            / (2.0 * _STEP * self.lengths[:, None])
+            (
+                self._axes(which, part + _DIFFERENCE_STEP)
+                - self._axes(which, part - _DIFFERENCE_STEP)
+            )
+            / (2.0 * _DIFFERENCE_STEP * self.lengths[:, None])
             for part in (0.0 * last_parts, last_parts)
         )
         change = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
@@ -168,7 +171,7 @@ class Course:
             begins, ends = self._tangents
             return begins, ends
         ahead, behind = self._offsets
-        width = 2.0 * _STEP * self.lengths[:, None]
+        width = 2.0 * _DIFFERENCE_STEP * self.lengths[:, None]
         return (ahead[2] - ahead[0]) / width, (behind[2] - behind[0]) / width
 
     @cached_property
@@ -177,7 +180,7 @@ class Course:
         if not self._is_machine:
             begins, ends = self._curvatures
             return begins, ends
-        width = (_STEP * self.lengths[:, None]) ** 2
+        width = (_DIFFERENCE_STEP * self.lengths[:, None]) ** 2
         ahead, behind = self._offsets
         return (
             (ahead[2] - 2.0 * ahead[1] + ahead[0]) / width,
@@ -210,7 +213,7 @@ class Course:
         places = [[getattr(move, name) for move in self._moves] for name in ("start", "end")]
         tips = np.empty((2, 3, len(which), 3))
         for side, (place, part) in enumerate(zip(np.array(places), (0.0, 1.0), strict=True)):
-            for number, step in enumerate((-_STEP, 0.0, _STEP)):
+            for number, step in enumerate((-_DIFFERENCE_STEP, 0.0, _DIFFERENCE_STEP)):
                 way = step * self.lengths[:, None] * ~self._stays[:, None]
                 bend = 0.5 * way**2 * self._curvatures[side]
                 at = place + way * self._tangents[side] + bend
@@ -221,8 +224,10 @@ class Course:
         """Return whether the tool turns about another axis behind a turn in place than in it."""
         which = np.array([number, number + 1])
         parts = np.array([1.0, 0.0])
-        rate = self._axes(which, parts + _STEP) - self._axes(which, parts - _STEP)
-        rate /= 2.0 * _STEP * self.lengths[which, None]
+        rate = self._axes(which, parts + _DIFFERENCE_STEP) - self._axes(
+            which, parts - _DIFFERENCE_STEP
+        )
+        rate /= 2.0 * _DIFFERENCE_STEP * self.lengths[which, None]
         size = np.linalg.norm(rate, axis=1).max()
         return bool(np.linalg.norm(rate[1] - rate[0]) > 2.0 * np.sin(0.5 * corner) * size + 1e-9)
 
@@ -230,19 +235,21 @@ class Course:
         """Return numbers of moves that turn the tool, a few thousand at a time, and parts to look at."""
         if not self.turns:
             return []
-        small = self._angle_sums < _SMALL
-        kinds = [(small & (self._angle_sums > 0.0), _FEW), (~small, _MANY)]
+        small = self._angle_sums < _SMALL_TURN
+        kinds = [(small & (self._angle_sums > 0.0), _SMALL_TURN_PARTS), (~small, _LARGE_TURN_PARTS)]
         return [
-            (rows[k : k + _TOGETHER], parts)
+            (rows[k : k + _BATCH_SIZE], parts)
             for rows, parts in ((np.flatnonzero(kind), parts) for kind, parts in kinds)
-            for k in range(0, len(rows), _TOGETHER)
+            for k in range(0, len(rows), _BATCH_SIZE)
         ]
 
     def _rates(self, rows: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest derivatives of rotation [rad] and tip [m] by the part of moves, (r,)."""
         which, part = np.repeat(rows, len(parts)), np.tile(parts, len(rows))
         axis = self._axes(which, part)
-        rate = self._axes(which, part + _STEP) - self._axes(which, part - _STEP)
+        rate = self._axes(which, part + _DIFFERENCE_STEP) - self._axes(
+            which, part - _DIFFERENCE_STEP
+        )
         # The tool turns about its own axis as well, so that it is turned the shortest way from upright.
         turning = np.linalg.norm(rate, axis=1) / np.sqrt(np.maximum(0.5 + 0.5 * axis[:, 2], 1e-12))
         moving = np.zeros(len(which))
@@ -252,15 +259,15 @@ class Course:
             places = [
                 np.repeat(starts, len(parts), axis=0)
                 + np.repeat(ways, len(parts), axis=0) * (part + step)[:, None]
-                for step in (-_STEP, _STEP)
+                for step in (-_DIFFERENCE_STEP, _DIFFERENCE_STEP)
             ]
             before, behind = (
                 self._tips(which, part + step, place)
-                for step, place in zip((-_STEP, _STEP), places, strict=True)
+                for step, place in zip((-_DIFFERENCE_STEP, _DIFFERENCE_STEP), places, strict=True)
             )
             moving = np.linalg.norm(behind - before, axis=1)
         shape = (len(rows), len(parts))
-        width = 2.0 * _STEP
+        width = 2.0 * _DIFFERENCE_STEP
         return turning.reshape(shape).max(axis=1) / width, moving.reshape(shape).max(axis=1) / width
 
     @cached_property
@@ -321,7 +328,7 @@ class Course:
         return angles
 
     def _require_planes(self) -> None:
-        opposite = self._great & (self._between > np.pi - _OPPOSITE)
+        opposite = self._great & (self._between > np.pi - _OPPOSITE_TOLERANCE)
         if opposite.any():
             raise ValueError(
                 f"expected tool axes less than 180 deg apart, got opposite ones in move"

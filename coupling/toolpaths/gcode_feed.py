@@ -8,7 +8,7 @@ from collections.abc import Callable
 from coupling.programs.reading import ReadingNotes
 
 # No robot goes faster [m/s], and no move takes less or more [s].
-_FASTEST, _SHORTEST, _LONGEST = 10.0, 1e-4, 3.6e5
+_MAX_SPEED, _MIN_DURATION, _MAX_DURATION = 10.0, 1e-4, 3.6e5
 
 
 class Feed:
@@ -50,17 +50,17 @@ class Feed:
         """
         if self._is_inverse:
             seconds = 60.0 / value if value > 0.0 else math.inf
-            if not _SHORTEST <= seconds <= _LONGEST:
+            if not _MIN_DURATION <= seconds <= _MAX_DURATION:
                 raise ValueError(
-                    f"F: expected a move of {_SHORTEST:g} to {_LONGEST:g} s under G93, got F{value:g}"
-                    " 1/min: give 60 over its seconds"
+                    f"F: expected a move of {_MIN_DURATION:g} to {_MAX_DURATION:g} s under G93, got"
+                    f" F{value:g} 1/min: give 60 over its seconds"
                 )
         else:
             self._unit = length(1.0)
             speed = self._unit * value / 60.0
-            if not 1e-9 <= speed <= _FASTEST:
+            if not 1e-9 <= speed <= _MAX_SPEED:
                 raise ValueError(
-                    f"F: expected 1e-09 to {_FASTEST:g} m/s, got {speed:g} m/s: look at its unit"
+                    f"F: expected 1e-09 to {_MAX_SPEED:g} m/s, got {speed:g} m/s: look at its unit"
                 )
         self._value = value
 

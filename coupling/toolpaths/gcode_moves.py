@@ -12,7 +12,7 @@ from coupling.toolpaths.rotary import Coordinates
 from coupling.toolpaths.segments import Curve, Segment, straight
 from coupling.toolpaths.spindle import ProgrammedSpindle
 
-_STRAIGHT = np.zeros(3)
+_NO_ROTATION = np.zeros(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class GcodeMove:
     @property
     def curvatures(self) -> tuple[np.ndarray, np.ndarray]:
         """Curvature vectors at its ends [1/m], (3,) each; zeros for a line."""
-        return (_STRAIGHT, _STRAIGHT) if self.arc is None else self.arc.curvatures()
+        return (_NO_ROTATION, _NO_ROTATION) if self.arc is None else self.arc.curvatures()
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,27 +29,27 @@ from coupling.toolpaths.gcode_codes import (
 )
 from coupling.toolpaths.gcode_feed import Feed
 from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
-from coupling.toolpaths.gcode_rotary import OTHERS
+from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_words import Block, read_blocks
 from coupling.toolpaths.rotary import RotaryTable
-from coupling.toolpaths.spindle import SpindleWords
+from coupling.toolpaths.spindle import GcodeSpindle
 
 _AXES, _OFFSETS = "XYZ", "IJK"
-_PLACES, _CENTRES = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
+_PLACE_LETTERS, _CENTRE_LETTERS = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
 # G- and M-words on the tool's direction, and on the feed.
-_DIRECTING, _FEEDS = TIP_ON | TIP_OFF | PLANE_WORDS | TIP_M | {69.0}, (93.0, 94.0)
+_DIRECTION_WORDS, _FEED_WORDS = TIP_ON | TIP_OFF | PLANE_WORDS | TIP_M | {69.0}, (93.0, 94.0)
 # Other words that change nothing of a path of the tool's tip, and those of them with many values.
-_IDLE, _MANY = frozenset("TSHDOE"), "SE"
+_PATHLESS_LETTERS, _REPEATED_LETTERS = frozenset("TSHDOE"), "SE"
 # Words without a place, which with one are something else: a spline, a shift, or no one's.
-_ALONE = frozenset((5.1, 50.0, 60.0, 80.0))
+_PLACELESS_WORDS = frozenset((5.1, 50.0, 60.0, 80.0))
 # Idle words that belong to another word of their line: a printer's wait, HAAS's smoothing, and OKUMA's
 # work offset.
 _WORDS_OF = {"S": 4.0, "E": 187.0, "H": 15.0}
 # No robot goes farther [m], or waits longer [s].
-_FARTHEST, _LONGEST = 100.0, 3600.0
+_MAX_DISTANCE, _MAX_DWELL = 100.0, 3600.0
 # A longer wait may be one in milliseconds [s].
-_LONG = 60.0
+_DOUBTFUL_DWELL = 60.0
 
 
 def read_program(
@@ -91,7 +91,7 @@ def read_program(
         tuple(notes.assumptions),
         "machine" if rotary and rotary.coordinates == "machine" else "tool-tip",
         machine.tool.plane,
-        machine.spindle.programmed(file.name),
+        machine.spindle.course.programmed(file.name),
     )
 
 
@@ -101,7 +101,7 @@ class _Machine:
     Attributes:
         has_moved: Whether it has moved from one known point to another.
         tool: Direction of the tool.
-        spindle: Speeds of its spindle.
+        spindle: Words of its spindle.
     """
 
     def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
@@ -111,7 +111,7 @@ class _Machine:
         self._plane = 17.0
         self._motion: float | None = None
         self._feed = Feed(notes)
-        self.spindle = SpindleWords()
+        self.spindle = GcodeSpindle()
         self._place, self._is_known = np.full(3, np.nan), False
         self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
@@ -155,7 +155,7 @@ class _Machine:
                 yield self._dwell(block.line, values)
             for value in RETURNS.keys() & set(block.g):
                 self._returned(value, values, block.line)
-        if block.statements or not _DIRECTING.isdisjoint((*block.g, *block.m)):
+        if block.statements or not _DIRECTION_WORDS.isdisjoint((*block.g, *block.m)):
             lost = self.tool.modes(block, self.has_moved, self._lengths)
             if lost:
                 self._lose(f"{lost} in line {block.line}")
@@ -165,7 +165,7 @@ class _Machine:
             self._feed.set(values.pop("F"), self._lengths)
         before = self.tool.held
         if values and self.tool.takes(values):
-            moves = self.has_moved or (self._is_known and not _PLACES.isdisjoint(values))
+            moves = self.has_moved or (self._is_known and not _PLACE_LETTERS.isdisjoint(values))
             self.tool.take(values, self._motion, self._absolute, moves and not self._away)
         if values or self.tool.held != before:
             yield from self._moves_of(values, before)
@@ -174,12 +174,12 @@ class _Machine:
     def _idle_words(block: Block, values: dict[str, float]) -> list[str]:
         """Take the words out of a line that change nothing, and those that belong to M-words."""
         idle = []
-        if not _IDLE.isdisjoint(values):
-            for letter in [letter for letter in values if letter in _IDLE]:
+        if not _PATHLESS_LETTERS.isdisjoint(values):
+            for letter in [letter for letter in values if letter in _PATHLESS_LETTERS]:
                 if _WORDS_OF.get(letter) not in block.g:
                     value = values.pop(letter)
-                    idle.append(letter if letter in _MANY else f"{letter}{value:g}")
-        if block.m and not block.g and _PLACES.isdisjoint(values):
+                    idle.append(letter if letter in _REPEATED_LETTERS else f"{letter}{value:g}")
+        if block.m and not block.g and _PLACE_LETTERS.isdisjoint(values):
             for letter in PARAMETERS_OF_M + ("R" if 19.0 in block.m else ""):
                 values.pop(letter, None)
         return idle + [f"M{value:g}" for value in block.m if value not in TIP_M]
@@ -198,7 +198,7 @@ class _Machine:
                 self._absolute = value == 90.0
             elif value in (90.1, 91.1):
                 self._absolute_centre = value == 90.1
-            elif value in _FEEDS:
+            elif value in _FEED_WORDS:
                 self._feed.set_mode(value)
             elif value in IDLE_G:
                 self._idle(value, g, values)
@@ -207,9 +207,9 @@ class _Machine:
             elif value in (10.0, 11.0, 92.0) and not values:
                 # A printer's retraction, its filament's zero, the spindle's limit.
                 self._notes.leave_out(f"G{value:g}")
-            elif value != 4.0 and value not in RETURNS and value not in _DIRECTING:
+            elif value != 4.0 and value not in RETURNS and value not in _DIRECTION_WORDS:
                 raise ValueError(refused_g(value))
-        for value in _ALONE.intersection(g):
+        for value in _PLACELESS_WORDS.intersection(g):
             if coordinate := next(
                 (letter for letter in values if letter in _AXES + _OFFSETS), None
             ):
@@ -255,15 +255,17 @@ class _Machine:
         letter = words[0] if words else ""
         if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = _bounded(letter, values.pop(letter), 0.0, _LONGEST, "s")
+        duration = _require_within(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
-        if duration > _LONG or (duration > 1.0 and letter == "P" and "E" in self._notes.left_out):
+        if duration > _DOUBTFUL_DWELL or (
+            duration > 1.0 and letter == "P" and "E" in self._notes.left_out
+        ):
             self._long_waits.append(
                 f"line {line}: G4 {letter}{duration:g} waits {duration:g} s; where it is from a control"
                 f" that takes milliseconds, write G4 {letter}{duration / 1000.0:g}"
             )
-        if not _PLACES.isdisjoint(values):
+        if not _PLACE_LETTERS.isdisjoint(values):
             raise ValueError(
                 "expected G4 without coordinates, got some: write them in another line"
             )
@@ -272,7 +274,7 @@ class _Machine:
     def _returned(self, value: float, values: dict[str, float], line: int) -> None:
         """Leave out a way to a place that is not known in the part: before the moves, or behind them."""
         axes = [letter for letter in _AXES if letter in values]
-        others = [letter for letter in OTHERS if letter in values]
+        others = [letter for letter in OTHER_AXES if letter in values]
         for letter in [*axes, *others, "P"]:
             values.pop(letter, None)
         if value == 53.0 and not axes:
@@ -281,7 +283,7 @@ class _Machine:
         word = f"G{value:g}"
         self._notes.leave_out(word)
         self._lose(f"{word}, {RETURNS[value]}, in line {line}")
-        self.tool.forget(others if axes or others else list(OTHERS))
+        self.tool.forget(others if axes or others else list(OTHER_AXES))
 
     def _lose(self, why: str) -> None:
         """Note what took the tool to a place that is not known in the part."""
@@ -299,7 +301,7 @@ class _Machine:
 
     def _moves_of(self, values: dict[str, float], state: Held) -> Iterator[GcodeMove]:
         is_arc = self._motion in (2.0, 3.0)
-        if not (_CENTRES if is_arc else _PLACES).issuperset(values):
+        if not (_CENTRE_LETTERS if is_arc else _PLACE_LETTERS).issuperset(values):
             self._require_known(values, is_arc)
         if self._motion is None and (values or self._is_known):
             why = "G80 ended the one before" if self._cancelled else "got none"
@@ -311,12 +313,12 @@ class _Machine:
             if letter in values:
                 way = self._lengths(values[letter])
                 place = way if self._absolute else target[axis] + way
-                if not -_FARTHEST <= place <= _FARTHEST:
+                if not -_MAX_DISTANCE <= place <= _MAX_DISTANCE:
                     if math.isnan(place):
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    _bounded(letter, abs(place), 0.0, _FARTHEST, "m")
+                    _require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (
@@ -358,7 +360,7 @@ class _Machine:
             feed = self._feed.over(way, stays)
         self.has_moved = True
         if feed is not None:
-            self.spindle.cut()
+            self.spindle.course.cut()
         yield GcodeMove(start, end, feed, arc, turn)
 
     @staticmethod
@@ -408,7 +410,7 @@ class _Machine:
         return Arc.about(plane, start, end, centre, clockwise)
 
 
-def _bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+def _require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
     if not low <= value <= high:
         raise ValueError(
             f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"

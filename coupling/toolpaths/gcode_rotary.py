@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.rotary import RotaryTable
 
-ROTARY, _SECOND = "ABC", "UVW"
-OTHERS = frozenset(ROTARY + _SECOND)
+ROTARY, _SECONDARY = "ABC", "UVW"
+OTHER_AXES = frozenset(ROTARY + _SECONDARY)
 # No axis turns farther [deg].
-_FARTHEST = 1e6
+_MAX_ANGLE = 1e6
 
 
 class OtherAxes:
@@ -56,9 +56,9 @@ class OtherAxes:
         Raises:
             ValueError: If an axis moves that the table does not name, or too far.
         """
-        for letter in [letter for letter in words if letter in OTHERS]:
+        for letter in [letter for letter in words if letter in OTHER_AXES]:
             value = words.pop(letter)
-            if letter in _SECOND:
+            if letter in _SECONDARY:
                 if value != 0.0:
                     raise ValueError(
                         f"expected X, Y, Z, got {letter}{value:g}, a second linear axis or an increment:"
@@ -82,8 +82,8 @@ class OtherAxes:
                 f"{letter} turns by more than 180 deg in a move, as written; where the control goes the"
                 f' shortest way, write shortest = ["{letter}"] in [tool_path.rotary]'
             )
-        if not abs(before + way) <= _FARTHEST:
-            raise ValueError(f"{letter}: expected at most {_FARTHEST:g} deg, got {value:g}")
+        if not abs(before + way) <= _MAX_ANGLE:
+            raise ValueError(f"{letter}: expected at most {_MAX_ANGLE:g} deg, got {value:g}")
         if self.values.get(letter) != before + way:
             self.values = {**self.values, letter: before + way}
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 # Statements of Siemens' that move nothing: messages, the blank's size, smoothing.
 _IDLE_STATEMENT = re.compile(
@@ -92,7 +92,9 @@ _AT_END = (
     (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
     (r"/", "a / within a line", "write it at the line's beginning"),
 )
-_NAMED = tuple((re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END)
+_REFUSED_STATEMENTS = tuple(
+    (re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +121,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         notes: Notes on words left out, added to.
     """
     if idle := _IDLE_STATEMENT.fullmatch(line):
-        notes.leave_out(shortened(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
+        notes.leave_out(shorten(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
         return CommonWords("")
     if plane := _TILTED_PLANE.fullmatch(line):
         return CommonWords("", ("".join(plane[1].split()).upper(),))
@@ -160,7 +162,7 @@ def refusal(code: str, end: int) -> str:
     # A number's end may belong to it: O100SUB, R1=5, X1,5.
     head = re.search(r"[A-Z][-+]?[\d.]*$", code[:end])
     for text in (head[0] + remaining if head else remaining, remaining):
-        for pattern, name, remedy in _NAMED:
+        for pattern, name, remedy in _REFUSED_STATEMENTS:
             if pattern.match(text):
                 return (
                     f"expected words of a letter and a number, got {name} {text[:20]!r}: {remedy}"

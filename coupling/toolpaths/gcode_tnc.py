@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 _HEADING = re.compile(r"%\s*\S+\s+G7[01]\s*\*")
 _BLANK = frozenset((30.0, 31.0))
-_OTHERS = {28.0: "a mirror", 54.0: "a shift of the coordinates"}
+_REFUSED_CYCLES = {28.0: "a mirror", 54.0: "a shift of the coordinates"}
 
 
 def begins_tnc_program(line: str) -> bool:
@@ -29,7 +29,7 @@ def is_blank(g: Sequence[float]) -> bool:
     """
     if not _BLANK.isdisjoint(g):
         return True
-    for value, name in _OTHERS.items():
+    for value, name in _REFUSED_CYCLES.items():
         if value in g:
             raise ValueError(f"expected no G{value:g}, got {name}: take it out in the CAM system")
     if 91.0 in g:

@@ -11,13 +11,13 @@ from coupling.path.frame import Frame
 from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.gcode_codes import TIP_M, TIP_OFF, TIP_ON
 from coupling.toolpaths.gcode_moves import UNTILTED, Held, Turn
-from coupling.toolpaths.gcode_rotary import OTHERS, OtherAxes
+from coupling.toolpaths.gcode_rotary import OTHER_AXES, OtherAxes
 from coupling.toolpaths.gcode_words import Block
 from coupling.toolpaths.rotary import Coordinates, RotaryTable
 from coupling.toolpaths.tilted_plane import plane_of_cycle800, plane_of_g68_2
 
 _COMPONENTS, _OFFSETS = ("A3", "B3", "C3"), ("I", "J", "K")
-_DIRECTIONS = OTHERS.union(_COMPONENTS)
+_DIRECTIONS = OTHER_AXES.union(_COMPONENTS)
 
 
 class ToolDirection:

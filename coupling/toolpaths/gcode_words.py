@@ -17,7 +17,7 @@ from coupling.toolpaths.gcode_syntax import common_words, refusal
 from coupling.toolpaths.gcode_tnc import begins_tnc_program, is_blank
 
 # What a file may hold at most [bytes].
-_LARGEST = 64_000_000
+_MAX_BYTES = 64_000_000
 _WORD = re.compile(r"[A-Z][+-]?(?:\d+(?:\.\d*)?|\.\d+)")
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
@@ -110,7 +110,7 @@ def _note_points(text: str, notes: ReadingNotes) -> None:
 
 
 def _content(file: Path) -> bytes:
-    return read_bounded(file, _LARGEST, CaseError)
+    return read_bounded(file, _MAX_BYTES, CaseError)
 
 
 def _mark(line: str, has_begun: bool, notes: ReadingNotes) -> str | None:
@@ -135,7 +135,7 @@ def _leave_out_rest(lines: Iterator[tuple[int, str]], where: str, notes: Reading
 
 
 def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
-    plain = _uncommented(line) if "(" in line or ";" in line else line
+    plain = _strip_comments(line) if "(" in line or ";" in line else line
     code = "".join(plain.split()).upper()
     if not code:
         return None
@@ -187,7 +187,7 @@ def _end_of_words(code: str) -> int:
     return end
 
 
-def _uncommented(line: str) -> str:
+def _strip_comments(line: str) -> str:
     """Return a line without comments: in parentheses, which may be nested, or behind a semicolon.
 
     A comment that is opened twice and closed once ends with its line if nothing is behind it.

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.histories import ToolPath
-from coupling.path.interpolation import InterpolatedPath, divided
+from coupling.path.interpolation import InterpolatedPath, divide_steps
 
 # Longest step of a path [s]: a quintic spline through rows 4 ms apart stays within 1 nm of
 # a motion that reaches 0.25 m/s in 0.2 s, where one through rows 20 ms apart leaves 0.4 um.
-LONGEST = 0.004
-# Instants are one if they are closer than this part of the sampling period, or of LONGEST where that is
+MAX_STEP = 0.004
+# Instants are one if they are closer than this part of the sampling period, or of MAX_STEP where that is
 # the shorter one: splines through rows of very different steps ring.
-_NEAR, _NEAR_LONGEST = 0.1, 1.0 / 3.0
+_SAME_INSTANT_PART, _NEAR_MAX_STEP = 0.1, 1.0 / 3.0
 
 # Times at which a process is to be evaluated beside the usual ones [s].
 Corners = np.ndarray
-NONE: Corners = np.zeros(0)
+NO_CORNERS: Corners = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class PathTimes:
     sample_rows: np.ndarray
 
     @classmethod
-    def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> PathTimes:
+    def of(cls, rests: np.ndarray, period: float, corners: Corners = NO_CORNERS) -> PathTimes:
         """Return the times of a motion.
 
         Between rests and corners, which are instants themselves, the steps are equal.
@@ -50,10 +50,10 @@ class PathTimes:
             >>> len(instants.time), instants.time[instants.sample_rows].round(9)
             (10, array([0.  , 0.01, 0.02, 0.03]))
         """
-        near = max(_NEAR * period, _NEAR_LONGEST * min(period, LONGEST))
+        near = max(_SAME_INSTANT_PART * period, _NEAR_MAX_STEP * min(period, MAX_STEP))
         fixed = _apart(np.append(0.0, rests), corners, near)
-        sample_rows = divided(fixed, period)[0]
-        return cls(*divided(sample_rows, LONGEST))
+        sample_rows = divide_steps(fixed, period)[0]
+        return cls(*divide_steps(sample_rows, MAX_STEP))
 
 
 def _apart(instants: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
@@ -68,7 +68,7 @@ def _apart(instants: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
     return np.sort(np.concatenate([instants, added]))
 
 
-def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
+def insert_corners(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
     """Return a path with rows at corners, and the numbers of rows to evaluate a process at, (n,): all.
 
     Args:
@@ -78,7 +78,7 @@ def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
     inside = corners[(corners > path.time[0]) & (corners < path.time[-1])]
     after = np.searchsorted(path.time, inside)
     before, behind = inside - path.time[after - 1], path.time[after] - inside
-    apart = inside[np.minimum(before, behind) >= _NEAR_LONGEST * (before + behind)]
+    apart = inside[np.minimum(before, behind) >= _NEAR_MAX_STEP * (before + behind)]
     time = np.union1d(path.time, apart)
     pose = InterpolatedPath(path).at(time).pose if len(apart) else path.pose.copy()
     pose[:, np.searchsorted(time, path.time)] = path.pose

@@ -14,7 +14,7 @@ from coupling.toolpaths.segments import Segment, circle, polyline
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
 _LARGE_CIRCLE = 0.8
-_SMALL = 0.1
+_SMALL_SQUARE = 0.1
 
 
 class Iso9283(SegmentedPath):
@@ -28,7 +28,7 @@ class Iso9283(SegmentedPath):
     size_m: Positive
 
     def _segments(self) -> Iterator[Segment]:
-        half, small = 0.5 * self.size_m, 0.5 * _SMALL * self.size_m
+        half, small = 0.5 * self.size_m, 0.5 * _SMALL_SQUARE * self.size_m
         large = 0.5 * _LARGE_CIRCLE * self.size_m
         yield from _polygon(half)
         yield from _lines((half, half), (-half, -half), (large, 0.0))

@@ -12,7 +12,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
-from coupling.toolpaths.instants import NONE, Corners, PathTimes
+from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.segments import Segment
 from coupling.toolpaths.table import ToolPathTable
@@ -20,7 +20,7 @@ from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
 # Headings are one if they differ by less [rad].
-_SAME = 1e-9
+_HEADING_TOLERANCE = 1e-9
 
 # Samples of a path from a file at most.
 _MOST_SAMPLES = 2_000_000
@@ -38,7 +38,7 @@ class SegmentedPath(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -145,16 +145,16 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
     ]
     heading, legs = float(first_headings[0][0]) if first_headings else 0.0, []
     for segment in segments:
-        leg = _headed(segment, feed, blend, heading)
+        leg = _plan_headings(segment, feed, blend, heading)
         start = leg.at(np.zeros(1))[0]
-        if turn > 0.0 and abs(start[3] - heading) > _SAME:
+        if turn > 0.0 and abs(start[3] - heading) > _HEADING_TOLERANCE:
             legs.append(_turning(start[:3], heading, float(start[3]), turn))
         legs.append(leg)
         heading = float(leg.at(np.array([leg.duration]))[0, 3])
     return Motion(legs)
 
 
-def _headed(segment: Segment, feed: float, blend: float, before: float) -> Leg:
+def _plan_headings(segment: Segment, feed: float, blend: float, before: float) -> Leg:
     """Return the motion along a segment with its headings, at most half a turn from one before it."""
     travel = Travel.along(np.array([segment.length]), np.array([feed]), blend)
     heading = segment.heading or (lambda s: np.full_like(s, before))

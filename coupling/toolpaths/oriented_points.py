@@ -14,16 +14,17 @@ from scipy.spatial.transform import Rotation, Slerp
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.linear import interpolated
-from coupling.toolpaths.instants import NONE, Corners, PathTimes
+from coupling.path.linear import interpolate_rows
+from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
+from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
 # Points this close are one [m], and rotations [rad].
-SAME = 1e-9
+POINT_TOLERANCE = 1e-9
 # A jump of the angular velocity that is not worth a remark [deg/s].
 TURN_JUMP = 1.0
 
@@ -88,7 +89,7 @@ class OrientedPoints:
     @cached_property
     def _ways(self) -> np.ndarray:
         """Ways from point to point, (n - 1,): lengths [m], or angles [rad] where the tip stays."""
-        return np.where(self._lengths > SAME, self._lengths, self._turns)
+        return np.where(self._lengths > POINT_TOLERANCE, self._lengths, self._turns)
 
     def travel(self, law: PathLaw) -> Travel:
         """Return the motion along the ways of points."""
@@ -109,13 +110,16 @@ class OrientedPoints:
 
     def _speeds(self, law: PathLaw) -> tuple[np.ndarray, np.ndarray]:
         """Return largest speeds to the points [m/s or rad/s], and whether the tool rests there."""
-        stays = self._lengths <= SAME
+        stays = self._lengths <= POINT_TOLERANCE
         rate = np.where(stays, law.fastest_turn, self.feed[1:])
         if self.duration is not None:
             times = self.duration[1:]
             rate = np.divide(self._ways, times, out=rate, where=np.isfinite(times))
         fastest = np.divide(
-            law.fastest_turn * self._ways, self._turns, out=rate.copy(), where=self._turns > SAME
+            law.fastest_turn * self._ways,
+            self._turns,
+            out=rate.copy(),
+            where=self._turns > POINT_TOLERANCE,
         )
         along = np.einsum("ij,ij->i", self._steps[1:], self._steps[:-1])
         straight = np.cos(law.corner) * self._lengths[1:] * self._lengths[:-1]
@@ -127,11 +131,11 @@ class OrientedPoints:
     def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Return points [m], (k, 3), and rotations at ways from the first point on, (k,)."""
         knots = np.append(0.0, np.cumsum(self._ways))
-        points = interpolated(way, knots, self.position)
+        points = interpolate_rows(way, knots, self.position)
         return points, Slerp(knots, self.rotation)(np.clip(way, 0.0, knots[-1]))
 
     def untilted(
-        self, part: Frame, law: PathLaw, where: object, corners: Corners = NONE
+        self, part: Frame, law: PathLaw, where: object, corners: Corners = NO_CORNERS
     ) -> UntiltedPath:
         """Return the path of a tool that goes to the points.
 
@@ -172,6 +176,10 @@ class OrientedPath(ToolPathTable):
     def _read_remarks(self) -> list[str]:
         """Return what was left out of the file, and assumed."""
 
+    def _read_spindle(self) -> ProgrammedSpindle | None:
+        """Return the spindle's speeds; None where the file says nothing of them."""
+        return None
+
     @cached_property
     def _points(self) -> OrientedPoints:
         return self._read_points()
@@ -182,7 +190,7 @@ class OrientedPath(ToolPathTable):
         return PathLaw(corner, self.blend_s, fastest, self.sample_s)
 
     def task(
-        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task, with remarks on the file and on jumps of the angular velocity."""
         remarks = self._read_remarks()
@@ -192,9 +200,10 @@ class OrientedPath(ToolPathTable):
                 f" {jump:.3g} deg/s"
             )
         named_remarks = tuple(f"{self.file.name}: {remark}" for remark in remarks)
-        return replace(super().task(part, corners, untilted), remarks=named_remarks)
+        task = super().task(part, corners, untilted)
+        return replace(task, remarks=named_remarks, spindle=self._read_spindle())
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:

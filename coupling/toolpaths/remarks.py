@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 
-def counted(words: Mapping[str, int]) -> str:
+def format_counts(words: Mapping[str, int]) -> str:
     """Return words with how often each stands there, where that is more than once.
 
     Example:
-        >>> counted({"WAIT": 1, "M3": 2})
+        >>> format_counts({"WAIT": 1, "M3": 2})
         'WAIT, M3 (2)'
     """
     return ", ".join(f"{word} ({count})" if count > 1 else word for word, count in words.items())

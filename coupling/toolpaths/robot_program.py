@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
 from coupling.programs.program import Pose, ProgramMove, RobotProgram
-from coupling.toolpaths.oriented_points import SAME, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
+from coupling.toolpaths.remarks import format_counts
 
 
 class ProgramPath(OrientedPath):
@@ -39,7 +39,7 @@ class ProgramPath(OrientedPath):
     def _read_remarks(self) -> list[str]:
         remarks = list(self._program.assumptions)
         if self._program.left_out:
-            remarks.append(f"read and left out: {counted(dict(self._program.left_out))}")
+            remarks.append(f"read and left out: {format_counts(dict(self._program.left_out))}")
         return remarks
 
     def _read_points(self) -> OrientedPoints:
@@ -85,7 +85,10 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
 
 def _is_same(pose: Pose, other: Pose) -> bool:
     """Return whether poses are one, in place and rotation."""
-    if math.dist(pose[:3], other[:3]) > SAME:
+    if math.dist(pose[:3], other[:3]) > POINT_TOLERANCE:
         return False
     # The chord between unit quaternions is half the angle between their rotations.
-    return min(math.dist(pose[3:], [sign * q for q in other[3:]]) for sign in (1, -1)) < 0.5 * SAME
+    return (
+        min(math.dist(pose[3:], [sign * q for q in other[3:]]) for sign in (1, -1))
+        < 0.5 * POINT_TOLERANCE
+    )

@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from coupling.toolpaths.part import PART_FROM_TOOL
 
-UP = np.array([0.0, 0.0, 1.0])
+UPWARD = np.array([0.0, 0.0, 1.0])
 # Between axes whose cosine is as close as this to -1 there is no shortest rotation.
-_OPPOSITE = 1e-6
+_OPPOSITE_TOLERANCE = 1e-6
 
 
 def upright(axis: np.ndarray) -> Rotation:
@@ -29,13 +29,13 @@ def upright(axis: np.ndarray) -> Rotation:
         >>> tool.apply([1.0, 0.0, 0.0]).round(9) + 0.0
         array([[ 0. , -0.6, -0.8]])
     """
-    down = 1.0 + axis[:, 2] < _OPPOSITE
+    down = 1.0 + axis[:, 2] < _OPPOSITE_TOLERANCE
     if np.any(down):
         raise ValueError(
             "expected tool axes that do not point straight down, got one at point"
             f' {int(np.argmax(down)) + 1}: set roll = "parallel", or turn the part frame'
         )
-    rotation: Rotation = _shortest(np.tile(UP, (len(axis), 1)), axis) * PART_FROM_TOOL
+    rotation: Rotation = _shortest(np.tile(UPWARD, (len(axis), 1)), axis) * PART_FROM_TOOL
     return rotation
 
 
@@ -52,13 +52,13 @@ def parallel(axis: np.ndarray) -> Rotation:
     Raises:
         ValueError: If an axis is opposite to the one before it.
     """
-    opposite = 1.0 + np.einsum("ij,ij->i", axis[1:], axis[:-1]) < _OPPOSITE
+    opposite = 1.0 + np.einsum("ij,ij->i", axis[1:], axis[:-1]) < _OPPOSITE_TOLERANCE
     if np.any(opposite):
         raise ValueError(
             "expected tool axes less than half a turn from point to point, got more at point"
             f" {int(np.argmax(opposite)) + 2}: output points between"
         )
-    is_down = 1.0 + axis[0, 2] < _OPPOSITE
+    is_down = 1.0 + axis[0, 2] < _OPPOSITE_TOLERANCE
     first = Rotation.from_euler("x", np.pi) * PART_FROM_TOOL if is_down else upright(axis[:1])[0]
     turns = Rotation.concatenate([first, _shortest(axis[:-1], axis[1:])])
     # Products of all before, by doubling: 1, 2, 4, ... at once.

@@ -13,7 +13,7 @@ from coupling.files.toml_file import Schema, Vector3
 
 Letter = Literal["A", "B", "C"]
 Coordinates = Literal["tool-tip", "machine"]
-_ABOUT = {"A": (1.0, 0.0, 0.0), "B": (0.0, 1.0, 0.0), "C": (0.0, 0.0, 1.0)}
+_AXIS_DIRECTIONS = {"A": (1.0, 0.0, 0.0), "B": (0.0, 1.0, 0.0), "C": (0.0, 0.0, 1.0)}
 _TOOL_AXIS = (0.0, 0.0, 1.0)
 
 
@@ -94,7 +94,7 @@ class RotaryTable(Schema):
     def _require_axes(cls, axes: list[str]) -> list[str]:
         for axis in axes:
             carrier, _, letter = axis.partition(" ")
-            if carrier not in ("table", "head") or letter.removeprefix("-") not in _ABOUT:
+            if carrier not in ("table", "head") or letter.removeprefix("-") not in _AXIS_DIRECTIONS:
                 raise ValueError(
                     f'expected "table" or "head" and a letter A, B or C, as "table -A", got {axis!r}'
                 )
@@ -130,7 +130,10 @@ class RotaryTable(Schema):
         letters = tuple(axis[-1] for axis in self.axes)
         signs = [-1.0 if "-" in axis else 1.0 for axis in self.axes]
         directions = np.array(
-            [np.multiply(sign, _ABOUT[letter]) for sign, letter in zip(signs, letters, strict=True)]
+            [
+                np.multiply(sign, _AXIS_DIRECTIONS[letter])
+                for sign, letter in zip(signs, letters, strict=True)
+            ]
         )
         points = {str(letter): point for letter, point in self.points_m.items()}
         places = np.array([points.get(letter, [0.0, 0.0, 0.0]) for letter in letters])

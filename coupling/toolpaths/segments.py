@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 # A straight segment that goes less far than this across the part's z axis is along it [m].
-_ALONG = 1e-9
+_VERTICAL_TOLERANCE = 1e-9
 
 Function = Callable[[np.ndarray], np.ndarray]
 
@@ -70,7 +70,7 @@ class Straight:
     def heading(self) -> Function | None:
         """Function from arc lengths to the angle of the feed [rad]; None along the z axis."""
         direction = (self.end - self.start) / self.length
-        if self.is_link or np.linalg.norm((self.end - self.start)[:2]) < _ALONG:
+        if self.is_link or np.linalg.norm((self.end - self.start)[:2]) < _VERTICAL_TOLERANCE:
             return None
         angle = float(np.arctan2(direction[1], direction[0]))
         return lambda s: np.full_like(s, angle)

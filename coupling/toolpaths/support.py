@@ -10,7 +10,7 @@ import numpy as np
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 
 
@@ -59,7 +59,7 @@ class SupportingTool:
         forming, desired = (
             InterpolatedPath(path).at(time) for path in (self.forming, self.desired)
         )
-        across = interpolated(time, self.forming.time, self.direction)
+        across = interpolate_rows(time, self.forming.time, self.direction)
         direction = across / np.linalg.norm(across, axis=1, keepdims=True)
         return replace(self, forming=forming, desired=desired, direction=direction)
 

@@ -13,7 +13,7 @@ from coupling.files.toml_file import Schema
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.feed import headings_along
-from coupling.toolpaths.instants import NONE, Corners
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import ToolTilt
 from coupling.toolpaths.untilted import UntiltedPath
@@ -21,7 +21,7 @@ from coupling.toolpaths.untilted import UntiltedPath
 # A tool's tilt: it comes from above.
 Tilt = Annotated[float, Field(gt=-90.0, lt=90.0)]
 # Highest rate at which a path may turn its tool [rad/s].
-FASTEST = np.pi
+MAX_TURN_RATE = np.pi
 
 
 class ToolPathTable(Schema, ABC):
@@ -38,7 +38,7 @@ class ToolPathTable(Schema, ABC):
     rotation_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     @abstractmethod
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+    def untilted(self, part: Frame, corners: Corners = NO_CORNERS) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Args:
@@ -81,7 +81,7 @@ class ToolPathTable(Schema, ABC):
         return path
 
     def task(
-        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task along the path, its TCP being the tool's tip.
 
@@ -97,10 +97,10 @@ class ToolPathTable(Schema, ABC):
 def _require_slow_turns(path: ToolPath) -> None:
     (rotations,) = path.rotations
     rate = (rotations[1:] * rotations[:-1].inv()).magnitude() / np.diff(path.time)
-    if rate.max() > FASTEST:
+    if rate.max() > MAX_TURN_RATE:
         k = int(np.argmax(rate))
         raise CaseError(
             "tool_path: tilt_frame: expected a path that turns its tool by at most"
-            f" {np.rad2deg(FASTEST):.0f} deg/s, got {np.rad2deg(rate[k]):.4g} deg/s at"
+            f" {np.rad2deg(MAX_TURN_RATE):.0f} deg/s, got {np.rad2deg(rate[k]):.4g} deg/s at"
             f" {path.time[k]:.4g} s: let it rest in its corners for longer, or tilt it less"
         )

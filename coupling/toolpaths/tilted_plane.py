@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 from coupling.path.frame import Frame
 
 # No robot goes farther [m], and no plane is turned by more [deg].
-_FARTHEST, _TURNED = 100.0, 720.0
+_MAX_DISTANCE, _MAX_ANGLE = 100.0, 720.0
 # CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, ...)
-_MODE, _FIRST, _LAST = 3, 4, 13
+_MODE_ARGUMENT, _FIRST_COORDINATE, _LAST_COORDINATE = 3, 4, 13
 # The mode of rotations about X, the new Y and the new Z.
 _AXIS_BY_AXIS = "57"
 
@@ -56,15 +56,15 @@ def plane_of_cycle800(statement: str, unit: float) -> Frame | None:
     arguments = statement.removeprefix("CYCLE800(").removesuffix(")").split(",")
     if arguments in ([""], ["0"]):
         return None
-    if len(arguments) < _LAST or arguments[_MODE] != _AXIS_BY_AXIS:
-        mode = arguments[_MODE] if len(arguments) > _MODE else "none"
+    if len(arguments) < _LAST_COORDINATE or arguments[_MODE_ARGUMENT] != _AXIS_BY_AXIS:
+        mode = arguments[_MODE_ARGUMENT] if len(arguments) > _MODE_ARGUMENT else "none"
         raise ValueError(
             f"expected CYCLE800 with mode {_AXIS_BY_AXIS}, rotations axis by axis about X, Y, Z, got"
             f" {mode[:10]}: post-process in this mode"
         )
     try:
         status = int(arguments[2] or "0")
-        numbers = [float(text or "0") for text in arguments[_FIRST:_LAST]]
+        numbers = [float(text or "0") for text in arguments[_FIRST_COORDINATE:_LAST_COORDINATE]]
     except ValueError as cause:
         raise ValueError(
             "expected numbers in CYCLE800, got something else: let the post-processor write them"
@@ -81,8 +81,8 @@ def plane_of_cycle800(statement: str, unit: float) -> Frame | None:
 
 def _frame(origin: np.ndarray, sequence: str, angles: np.ndarray) -> Frame:
     for name, values, most in (
-        ("origin [m]", origin, _FARTHEST),
-        ("angles [deg]", angles, _TURNED),
+        ("origin [m]", origin, _MAX_DISTANCE),
+        ("angles [deg]", angles, _MAX_ANGLE),
     ):
         if not np.abs(values).max() <= most:
             raise ValueError(

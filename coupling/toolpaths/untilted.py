@@ -14,7 +14,7 @@ from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH, ToolTilt
 
 # Largest difference of orientations of what keeps its own along a path [rad].
-_SAME = 1e-9
+_ROTATION_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class UntiltedPath:
             return task
         rotation = tilt.part_from_tool(self.along_path, self.axes)
         contact = rotation.inv().apply(self.along_path.apply(APPROACH))
-        if np.abs(contact - contact[0]).max() < _SAME:
+        if np.abs(contact - contact[0]).max() < _ROTATION_TOLERANCE:
             return replace(task, contact=contact[0])
         forming = self.centered(radius).tilted(tilt)
         return replace(task, forming=forming, contact=np.zeros(3), height=radius)
@@ -101,4 +101,4 @@ class UntiltedPath:
 
 def keeps(orientations: Rotation) -> bool:
     """Return whether orientations along a path, (n,), are one."""
-    return bool((orientations * orientations[0].inv()).magnitude().max() < _SAME)
+    return bool((orientations * orientations[0].inv()).magnitude().max() < _ROTATION_TOLERANCE)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
@@ -45,7 +45,7 @@ class Beyond:
             time: Rising [s], (n,).
         """
         planner, rng = InverseKinematics(robot, home), np.random.default_rng(self.seed)
-        q = interpolated(time, command.time, command.q[0])
+        q = interpolate_rows(time, command.time, command.q[0])
         place = planner.poses(q)[:, :3]
         levers = np.empty((*place.shape, q.shape[1]))
         for joint in range(q.shape[1]):

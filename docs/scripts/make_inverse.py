@@ -37,21 +37,19 @@ class Motion:
         title: Its name in the tables.
         example: Case.
         keys: Keys of [tool_path] that are changed.
-        limits: Largest accelerations of the drives that are tried [rad/s^2].
     """
 
     title: str
     example: str
     keys: Mapping[str, Any]
-    limits: tuple[float | None, ...] = ()
 
 
-CONE = Motion("cone, 0.05 m/s", "cone", {}, (None, 2, 1))
+CONE = Motion("cone, 0.05 m/s", "cone", {})
 ISO = Motion("ISO 9283, 0.1 m/s", "iso9283", {})
 # Samples as close as the replay looks: what lies between them is no question.
 _CLOSE = {"sample_s": 0.004}
-SLOW = Motion("ISO 9283, 0.25 m/s", "iso9283", {"feed_m_s": 0.25, **_CLOSE}, (None, 12, 9, 5))
-FAST = Motion("ISO 9283, 1 m/s", "iso9283", {"feed_m_s": 1.0, **_CLOSE}, (None, 18, 15, 12))
+SLOW = Motion("ISO 9283, 0.25 m/s", "iso9283", {"feed_m_s": 0.25, **_CLOSE})
+FAST = Motion("ISO 9283, 1 m/s", "iso9283", {"feed_m_s": 1.0, **_CLOSE})
 
 
 @dataclass(frozen=True)
@@ -137,27 +135,6 @@ def cycles() -> str:
             "cubic, max / rms [um]": lambda found: str(found[1]),
             "[rad/s²] ": lambda found: f"{found[1].acceleration:.0f}",
         },
-    )
-
-
-@PAGE.part
-def limits() -> str:
-    """Return deviation against the largest acceleration of the drives."""
-
-    def limited(case: tuple[Motion, float | None]) -> Replayed:
-        motion, limit = case
-        keys = {} if limit is None else {"max_acceleration_rad_s2": float(limit)}
-        return Replayed.of(motion, controller=keys, compensation=ONE_ROUND)
-
-    return results(
-        ("path", "limit [rad/s²]"),
-        {
-            (motion.title, "none" if limit is None else f"{limit:g}"): (motion, limit)
-            for motion in (CONE, SLOW, FAST)
-            for limit in motion.limits
-        },
-        limited,
-        {"max / rms [um]": str, "used [rad/s²]": lambda found: f"{found.acceleration:.3g}"},
     )
 
 

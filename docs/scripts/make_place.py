@@ -21,7 +21,7 @@ from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
-from coupling.report.place_report import changes, in_words, map_figures
+from coupling.report.place_report import changes, map_figures
 from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
@@ -141,7 +141,7 @@ def cases() -> str:
                     f"{_UM * max(mean for *_, mean in left):.0f}",
                 )
             )
-        settings.append(f"- {name}: {in_words(result.best[0].setting, result.free)}")
+        settings.append(f"- {name}: {result.best[0].in_words(result.free)}")
     head = (
         *("", "", "process [um]", "backlash reversals (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),

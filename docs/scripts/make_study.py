@@ -19,7 +19,7 @@ from coupling.report import study_report
 from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.study.conduct import changed_table, opened, simulated
+from coupling.study.conduct import changed_table, open_study, simulate_samples
 from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
 from coupling.study.stored_study import StoredStudy, read_study
@@ -47,8 +47,8 @@ def _studied() -> tuple[StoredStudy, list[StudySample]]:
         for seed in (SEED, FRESH):
             place = folder / str(seed)
             place.mkdir()
-            study = opened(place, case, changed_table(case.study, seed=seed), run, couple=False)
-            found[seed] = simulated(study, Workers(), unwatched)
+            study = open_study(place, case, changed_table(case.study, seed=seed), run, couple=False)
+            found[seed] = simulate_samples(study, Workers(), unwatched)
             write_findings(study, found[seed])
         return read_study(folder / str(SEED)), found[FRESH]
 

@@ -12,7 +12,7 @@ from places import CASES
 
 from coupling.case.file import load_case
 from coupling.check.clearance import DIRECTIONS, clearance_around
-from coupling.check.estimate import estimated, forewarned
+from coupling.check.estimate import estimate_run, warn_of_memory
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot
@@ -238,7 +238,7 @@ def test_the_time_of_rows_that_may_miss_the_path_holds_their_simulations():
     """A path of 3.7 s on rows of 12 ms took 210 simulations in 17 s for one inverse of three."""
     time = np.linspace(0.0, 3.7, 186)
     path = ToolPath(time, np.tile([1.6, 0.0, 0.8, 0.0, 0.0, 0.0, 1.0], (len(time), 1)))
-    close, far = (estimated(path, Controller(cycle=own), 3, None) for own in (0.004, 0.012))
+    close, far = (estimate_run(path, Controller(cycle=own), 3, None) for own in (0.004, 0.012))
     seconds = [tuple(map(float, re.findall(r"\d+", own)[:2])) for own in (close, far)]
     assert seconds[0][0] == seconds[1][0]
     assert seconds[1][1] > seconds[0][1] + 3 * 17.0
@@ -246,9 +246,10 @@ def test_the_time_of_rows_that_may_miss_the_path_holds_their_simulations():
     assert close.endswith("memory: about 0.3 GB")
     hour = np.arange(0.0, 3600.0, 0.004)
     long = ToolPath(hour, np.tile(path.pose[0, 0], (len(hour), 1)))
-    assert estimated(long, Controller(cycle=0.004), 3, None).endswith("memory: about 4.8 GB")
-    assert forewarned(path) == ""
-    assert "3600 s has 900000 rows: this check and a compensation take about 5 GB" in forewarned(
-        long
+    assert estimate_run(long, Controller(cycle=0.004), 3, None).endswith("memory: about 4.8 GB")
+    assert warn_of_memory(path) == ""
+    assert (
+        "3600 s has 900000 rows: this check and a compensation take about 5 GB"
+        in warn_of_memory(long)
     )
     assert "simulations" not in close

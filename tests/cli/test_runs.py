@@ -16,7 +16,7 @@ from places import LINE_CASE as LINE
 
 from coupling.errors import ResultError
 from coupling.files.atomic_folder import whole_folder
-from coupling.files.written_files import claimed
+from coupling.files.written_files import claim_file
 from coupling.fmu_export.build import KINDS
 from coupling.native.compiler import host_platform
 from coupling.report import write_report
@@ -348,7 +348,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(place):
 def test_a_run_that_fails_leaves_no_folder(tmp_path):
     def fail() -> None:
         with whole_folder(tmp_path / "out", RUN_FOLDER, False) as scratch:
-            claimed(scratch / "half.csv").write_text("x")
+            claim_file(scratch / "half.csv").write_text("x")
             raise RuntimeError("power cut")
 
     with pytest.raises(RuntimeError, match="power cut"):

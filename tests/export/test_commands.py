@@ -22,7 +22,7 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import DEFAULT_KIND
@@ -231,7 +231,7 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     with Models(own.fmu) as models:
         fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
         path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.world_from_base)
-    position = interpolated(stored.achieved.time, path.time, path.position[0])
+    position = interpolate_rows(stored.achieved.time, path.time, path.position[0])
     off = np.linalg.norm(position - stored.achieved.position[0], axis=1)
     assert off.max() < 1e-8
 

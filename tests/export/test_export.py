@@ -155,7 +155,7 @@ def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path
     run = ran(tmp_path, text.replace("feed_m_s = 0.1", f"feed_m_s = {feed:.15f}"))
     options = ExportOptions(csv, "joints", cycle=0.02)
     (solved,) = export_run(run, options)
-    monkeypatch.setattr(exporting, "_AIMS", ())
+    monkeypatch.setattr(exporting, "_INVERSE_TOLERANCES", ())
     (samples,) = export_run(run, options)
     assert samples.loss > 5 * options.tolerance
     assert solved.loss <= options.tolerance
@@ -287,7 +287,7 @@ def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs)
 
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
-    monkeypatch.setattr(exporting, "_TRIES", 1)
+    monkeypatch.setattr(exporting, "_MAX_PROGRAMS", 1)
     done = command("export", run, "--to", "krl", "--tolerance", "0.01")
     assert done.returncode == 1
     assert "Warning: expected a loss of at most 0.01 um" in done.stdout

@@ -15,7 +15,7 @@ from coupling.files.written_files import (
     WHOLE,
     begin_folder,
     claim,
-    claimed,
+    claim_file,
     claimed_folder,
     is_free,
     remove_written,
@@ -26,8 +26,8 @@ def made(folder: Path) -> Path:
     """Make a folder of a command: two files, a folder with one, a whole folder."""
     begin_folder(folder, "run")
     for name in ("wrench.csv", "result.json"):
-        claimed(folder / name).write_text("ours")
-    claimed(claimed_folder(folder / "forming") / "desired.csv").write_text("ours")
+        claim_file(folder / name).write_text("ours")
+    claim_file(claimed_folder(folder / "forming") / "desired.csv").write_text("ours")
     claim(folder, [f"evaluations{WHOLE}"])
     (folder / "evaluations" / "0001").mkdir(parents=True)
     (folder / "evaluations" / "0001" / "restart.bin").write_text("the program's")
@@ -74,7 +74,7 @@ def test_what_is_the_user_s_comes_into_the_folder_that_replaces_it(tmp_path):
     new = made(tmp_path / "new")
     ours = files(new)
     (tmp_path / "run" / "report.html").write_text("mine")
-    claimed(new / "report.html").write_text("ours")
+    claim_file(new / "report.html").write_text("ours")
     replace_folder(new, tmp_path / "run")
     assert files(tmp_path / "run") == theirs | ours | {"report.html", "report.html.kept"}
     assert (tmp_path / "run" / "report.html.kept").read_text() == "mine"
@@ -105,7 +105,7 @@ def test_a_file_of_a_name_that_the_command_needs_is_renamed(tmp_path):
     for number in ("", "1"):
         remove_written(folder, keep=[f"evaluations{WHOLE}"])
         (folder / "wrench.csv").write_text(f"mine{number}")
-        claimed(folder / "wrench.csv").write_text("ours")
+        claim_file(folder / "wrench.csv").write_text("ours")
         assert (folder / "wrench.csv").read_text() == "ours"
         assert (folder / f"wrench.csv.kept{number}").read_text() == f"mine{number}"
 
@@ -114,7 +114,7 @@ def test_what_is_not_written_through_a_link_of_the_user_s(tmp_path):
     folder = made(tmp_path / "run")
     (tmp_path / "thesis.csv").write_text("mine")
     (folder / "command.csv").symlink_to(tmp_path / "thesis.csv")
-    claimed(folder / "command.csv").write_text("ours")
+    claim_file(folder / "command.csv").write_text("ours")
     remove_written(folder)
     assert (tmp_path / "thesis.csv").read_text() == "mine"
 

@@ -8,7 +8,6 @@ import fmpy
 import numpy as np
 import pytest
 from places import REFERENCE
-from random_robots import make_robot
 
 from build_fmu import main
 from coupling.errors import BuildError
@@ -86,20 +85,6 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
     assert (kinds["tcp_tolerance"][0], float(kinds["tcp_tolerance"][1])) == ("fixed", 0.0)
 
 
-def test_arrays_follow_the_robot(tmp_path, run_fmu):
-    """A random robot of three joints: as many commands and deflections as it has."""
-    robot = make_robot(7, 3)
-    fmu = build_fmu(robot, tmp_path / "Random.fmu")
-    names = [v.name for v in fmpy.read_model_description(str(fmu)).modelVariables]
-    elastic = sum((joint.stiffness is not None) + len(joint.tilt) for joint in robot.joints)
-    assert sum(name.startswith("q_cmd") for name in names) == 3
-    assert sum(name.startswith("deflection[") for name in names) == elastic
-    assert sum(name.startswith("der(deflection_rate[") for name in names) == elastic
-    job = {"time": [0.0, 0.01], "outputs": POSE}
-    (answer,) = run_fmu(fmu, job)
-    assert np.all(np.isfinite(answer["values"]))
-
-
 def test_equilibrium_is_computed_from_what_is_set_before_initialisation_ends(example_fmu, run_fmu):
     load = {"force.z": -1000.0}
     jobs = [
@@ -113,15 +98,6 @@ def test_equilibrium_is_computed_from_what_is_set_before_initialisation_ends(exa
     np.testing.assert_allclose(loaded[1], loaded[0], rtol=0, atol=1e-11)
     assert np.all(undeflected[0] == 0.0)
     assert undeflected[1, 3] < -1e-3
-
-
-def test_deviation_is_tcp_minus_rigid(example_fmu, run_fmu):
-    outputs = [*POSE[:3], "rigid.x", "rigid.y", "rigid.z"]
-    outputs += ["deviation.x", "deviation.y", "deviation.z"]
-    (answer,) = run_fmu(example_fmu, {"start": POSTURE, "time": [0.0, 0.1], "outputs": outputs})
-    tcp, rigid, deviation = np.split(answer["values"][-1], 3)
-    np.testing.assert_allclose(tcp - rigid, deviation, rtol=0, atol=1e-15)
-    assert deviation[2] < -5e-4
 
 
 def test_velocity_is_the_derivative_of_the_position(example_fmu, run_fmu):
@@ -335,19 +311,6 @@ def test_misuse_is_an_error_with_a_sentence_on_stderr(example_fmu, run_fmu):
         assert "failed with status" in str(wrong["error"]), case
         assert any(expected in line and got in line for line in lines), (case, lines)
         assert np.all(np.isfinite(after["values"]))  # the process goes on
-
-
-def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):
-    """The host formats log messages like printf: %s and %n must not reach it as formats."""
-    job = {
-        "logging": True,
-        "settings": {"trajectory": "100%s%n%n%s%d.csv"},
-        "start": POSTURE,
-        "time": [0.0, 0.01],
-        "outputs": POSE,
-    }
-    answers = run_fmu(example_fmu, job, job)
-    assert all("failed with status" in str(answer["error"]) for answer in answers)
 
 
 def test_build_refuses_a_wrong_name_and_an_unwritable_place(example, tmp_path):

@@ -82,16 +82,6 @@ def test_all_outputs_are_those_of_the_native_fmu(fmus, run_fmu):
         assert np.ptp(other["values"], axis=0).any(), name
 
 
-def test_a_trajectory_drives_it_as_the_native_fmu(example, tmp_path, run_fmu):
-    motion = {"trajectory": str(REFERENCE / "iso_path_joints.npz"), "mode": "quasistatic"}
-    job = {"settings": motion, "time": [3.0, 3.1, 5.0], "outputs": ["tcp.x", "tcp.qy", "rigid.z"]}
-    python, native = (
-        run_fmu(build_fmu(example, tmp_path / f"{kind}.fmu", BuildOptions(kind)), job)[0]["values"]
-        for kind in KINDS
-    )
-    np.testing.assert_allclose(python, native, rtol=0, atol=1e-11)
-
-
 REFUSED = {
     "not finite": (
         {"inputs": {"force.x": [0.0, np.nan]}},

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import reference
-from places import REFERENCE
-from replay_tables import command_spline
 from scipy.spatial.transform import Rotation
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -62,24 +60,6 @@ def test_a_standing_robot_under_a_force_that_steps(judged, fmu, tmp_path, curve)
     assert answer["max_um"] < 0.01
     assert answer["max_angle_urad"] < 0.01
     assert answer["command"]["max_acceleration_rad_s2"] == [0.0] * 6
-
-
-@pytest.mark.parametrize("curve", CURVES)
-def test_a_command_with_rates_on_rows_of_its_own(judged, fmu, tmp_path, curve):
-    """Rows every 1 ms with rates and accelerations; the path every 10 ms and between."""
-    with np.load(REFERENCE / "iso_path_joints.npz") as archive:
-        write(tmp_path, "command", tuple(archive["columns"]), archive["data"])
-        acceleration = np.abs(archive["data"][:, 13:]).max(axis=0)
-    path = reference(f"d_iso_{CURVES[curve]}_10ms")[:, :8]
-    write(tmp_path, "desired", POSE, path)
-    write(tmp_path, "wrench", LOADS, np.column_stack([path[:, 0], np.zeros((len(path), 6))]))
-    answer = judged(tmp_path, fmu, "--curve", curve, "--every", 0.01)
-    assert answer["max_um"] < 0.1
-    np.testing.assert_allclose(
-        answer["command"]["max_acceleration_rad_s2"], acceleration, rtol=1e-3
-    )
-    looser = judged(tmp_path, fmu, "--curve", curve, "--every", 0.01, "--tolerance", 1e-5)
-    assert looser["rms_um"] > 2.0 * answer["rms_um"]
 
 
 def test_a_path_that_is_moved_aside_is_missed_by_as_much(judged, fmu, tmp_path):
@@ -140,18 +120,3 @@ def test_parameters_are_set_by_name_and_scaled_by_kind(judged, fmu, tmp_path):
     assert bent(wrench=1.0) > 50.0
     assert bent(wrench=0.0) < 1e-3
     assert bent(stiffness=1e3) == pytest.approx(1e-3 * bent(stiffness=1.0), rel=1e-2)
-
-
-def test_rows_with_rates_stand_for_the_quintic_through_them():
-    """A polynomial of degree 5 comes back, between uneven rows too."""
-    rng = np.random.default_rng(5)
-    wanted = [np.polynomial.Polynomial(rng.normal(size=6)) for _ in range(2)]
-    time = np.array([0.0, 0.3, 0.4, 1.0])
-    table = {"time": time}
-    for i, polynomial in enumerate(wanted, start=1):
-        for order, name in enumerate(("q", "qd", "qdd")):
-            table[f"{name}{i}"] = polynomial.deriv(order)(time)
-    dense = np.linspace(0.0, 1.0, 37)
-    for order in range(3):
-        expected = np.column_stack([polynomial.deriv(order)(dense) for polynomial in wanted])
-        np.testing.assert_allclose(command_spline(table)(dense, order), expected, atol=1e-10)

@@ -1,7 +1,8 @@
-"""One robot as native FMUs of FMI 2.0 and of FMI 3.0 with arrays, through FMPy, variables by name."""
+"""One robot as native FMUs of FMI 2.0 and of FMI 3.0, through FMPy, variables by name."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,6 +69,11 @@ class Pair:
         """Value references of an output and an input."""
         return [self.references[unknown]], [self.references[known]]
 
+    def arrays_of(self, references: Sequence[int]) -> tuple[list[int], int]:
+        """Variables of FMI 3.0 for whole ones of FMI 2.0 by elements, and how many numbers they have."""
+        found = [k for k in references if k in self.sizes]
+        return found, sum(self.sizes[k] for k in found)
+
     def set(self, slave: FMU3Slave, name: str, values: list[float]) -> None:
         slave.setFloat64([self.references[name]], values)
 
@@ -91,9 +97,9 @@ class Pair:
         return slave.getFloat64(reals, sum(self.sizes[k] for k in reals))
 
 
-def make_pair(robot: Robot, folder: Path) -> Pair:
+def make_pair(robot: Robot, folder: Path, arrays: bool = True) -> Pair:
     for fmi in ("2", "3"):
-        options = BuildOptions("native", fmi=fmi, arrays=fmi == "3")
+        options = BuildOptions("native", fmi=fmi, arrays=arrays and fmi == "3")
         file = build_fmu(robot, folder / f"{fmi}.fmu", options)
         fmpy.extract(str(file), unzipdir=str(folder / fmi))
     return Pair(folder / "2", folder / "3")

@@ -126,34 +126,6 @@ def test_parameters_are_those_of_the_fmu_in_its_order(example):
         assert list(parameter_names(build_chain(robot))) == names
 
 
-def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):
-    """Central differences of the pose over every parameter; what is left is their own error."""
-    posture = np.array([0.3, -0.3, 0.5, 0.4, 0.6, 0.2])
-    held = HeldCommand(0.0, posture, np.zeros(6), np.zeros(6))
-    wrench = np.array([300.0, 800.0, -1500.0, 20.0, 30.0, 40.0])
-    robot = ElasticRobot(example, "backlash", quasistatic=True)
-    robot.reset(0.0, held, Load(wrench))
-    nominal, tcp = robot.parameters, robot.static_sensitivities().tcp
-    np.testing.assert_allclose(robot.compliance(), tcp.wrench, rtol=1e-12)
-    by = tcp.parameters
-
-    def position(name: str, change: float) -> np.ndarray:
-        group, _, key = name.rpartition(".")
-        field = "gravity" if group == "gravity" else key
-        values = getattr(nominal, field).copy()
-        index = "xyz".index(key) if group == "gravity" else robot.chain.elastic_names.index(group)
-        values[index] += change
-        robot.parameters = replace(nominal, **{field: values})
-        robot.reset(0.0, held, Load(wrench))
-        return robot.tcp()[:3]
-
-    steps = {"stiffness": 1e3, "damping": 1.0, "backlash": 1e-6}
-    for name in by.names:
-        step = steps.get(name.rpartition(".")[2], 1e-2)
-        expected = (position(name, step) - position(name, -step)) / (2 * step)
-        np.testing.assert_allclose(by[name][:3], expected, rtol=1e-6, atol=1e-14 / step)
-
-
 def test_a_parameter_that_does_not_exist_is_an_error_with_the_known_names(example):
     robot = ElasticRobot(example)
     robot.reset(0.0, HeldCommand(0.0, *np.zeros((3, 6))), Load())

@@ -10,15 +10,13 @@ from conftest import reference
 from derivative_errors import Case, state_space_errors
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import make_robot, robots
-from scipy.linalg import expm
+from random_robots import robots
 from scipy.signal import StateSpace
-from scipy.spatial.transform import Rotation
 
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.errors import ParameterError
-from elastic_robot.linearisation import Linearisation, linearise
+from elastic_robot.linearisation import linearise
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
@@ -119,50 +117,6 @@ def test_example_robot_has_the_eigenvalues_of_mujocos_matrices(example):
         assert 0.012 < modes.damping_ratio[slowest] < 0.02
         assert modes.frequency[fastest] == pytest.approx(235.0, rel=0.05)
         assert modes.damping_ratio[fastest] == pytest.approx(0.39, rel=0.1)
-
-
-def answer_of(linear: Linearisation, drive: np.ndarray, wrench: np.ndarray, time: float):
-    """Return y after a constant change of the wrench and of q'' from rest, by one exponential.
-
-    The inputs q' and q are integrals of q'', so they are states of the enlarged system.
-    """
-    a, b, c, d = linear.state_space
-    n, m = len(drive), len(a)
-    enlarged = np.zeros((m + 2 * n + 1, m + 2 * n + 1))
-    by_wrench, by_q, by_rate, by_acceleration = np.split(b, [6, 6 + n, 6 + 2 * n], axis=1)
-    constant = by_wrench @ wrench + by_acceleration @ drive
-    enlarged[:m] = np.hstack([a, by_q, by_rate, constant[:, None]])
-    enlarged[m : m + n, m + n : m + 2 * n] = np.eye(n)
-    enlarged[m + n : m + 2 * n, -1] = drive
-    z = expm(enlarged * time)[:, -1]
-    inputs = np.concatenate([wrench, z[m : m + n], z[m + n : m + 2 * n], drive])
-    return c @ z[:m] + d @ inputs
-
-
-@pytest.mark.parametrize("kind", ["wrench", "drives"])
-@pytest.mark.parametrize("curve", ["linear", "backlash"])
-@pytest.mark.parametrize("seed", [1, 2, 4])
-def test_simulated_robot_departs_from_the_linear_one_with_the_square(seed, curve, kind):
-    """Half the perturbation, a quarter of the difference in pose and velocity 80 ms later."""
-    described, rng = make_robot(seed, 4), np.random.default_rng(seed)
-    q, load = rng.uniform(-2, 2, 4), 1000.0 * rng.normal(size=6)
-    wrench, drive = 2000.0 * rng.normal(size=6), 2.0 * rng.normal(size=4)
-    wrench, drive = (wrench, 0 * drive) if kind == "wrench" else (0 * wrench, drive)
-    differences, sizes = [], []
-    for size in (0.04, 0.02, 0.01):
-        robot = at_rest(described, q, curve, load, tolerance=1e-11)
-        linear, before = robot.linearise(), robot.tcp()
-        robot.step(0.08, HeldCommand(0.0, q, 0 * q, size * drive), Load(load + size * wrench))
-        turned = Rotation.from_quat(robot.tcp()[3:]) * Rotation.from_quat(before[3:]).inv()
-        found = np.concatenate(
-            [robot.tcp()[:3] - before[:3], turned.as_rotvec(), robot.velocity()[:3]]
-        )
-        expected = answer_of(linear, size * drive, size * wrench, 0.08)[:9]
-        differences.append(np.abs(found - expected).max())
-        sizes.append(np.abs(found).max())
-    assert differences[0] < 0.01 * sizes[0]
-    ratios = np.array(differences[:-1]) / differences[1:]
-    np.testing.assert_allclose(ratios, 4.0, rtol=0.01)
 
 
 def test_rigid_robot_follows_its_drives_alone():

@@ -12,17 +12,12 @@ import pytest
 from places import EXAMPLES
 from random_urdfs import RandomUrdf, make_urdf
 
-from build_fmu import main as build_main
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf import find_urdf
-from coupling.native.compiler import host_platform
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Body, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.kinematics import base_from_tool
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import HeldCommand
 
 SEEDS = range(25)
 
@@ -221,33 +216,6 @@ def test_json_round_trip_is_exact(tmp_path):
     for seed in SEEDS:
         robot = load_robot(robot_file(tmp_path, make_urdf(seed, 6)))
         assert Robot.from_json(robot.to_json()) == robot
-
-
-def test_the_fmu_needs_no_urdf(tmp_path, run_fmu):
-    """Built by the command; the URDF is gone when the FMU runs, in a process of its own."""
-    file = robot_file(tmp_path, make_urdf(6, 6))
-    here = host_platform().name
-    command = ["--robot", str(file), "-o", str(tmp_path / "R.fmu"), "--platforms", here]
-    assert build_main(command) == 0
-    model = ElasticRobot(load_robot(file), quasistatic=True)
-    (tmp_path / "robot.urdf").unlink()
-    q, wrench = np.linspace(-0.6, 0.8, 6), np.array([200.0, -150.0, -300.0, 10.0, 20.0, -5.0])
-    keys = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
-    start = {f"q_cmd[{i + 1}]": q[i] for i in range(6)} | dict(zip(keys, wrench, strict=True))
-    pose = ["x", "y", "z", "qx", "qy", "qz", "qw"]
-    job = {
-        "settings": {"mode": "quasistatic"},
-        "start": start,
-        "time": [0.0, 0.1],
-        "outputs": [f"{frame}.{key}" for frame in ("tcp", "rigid") for key in pose],
-    }
-    (answer,) = run_fmu(tmp_path / "R.fmu", job)
-    assert "error" not in answer, answer
-    model.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load(wrench))
-    expected = np.concatenate([model.tcp(), model.rigid()])
-    assert np.linalg.norm(expected[:3] - expected[7:10]) > 1e-4  # it gives way
-    for row in answer["values"]:
-        np.testing.assert_allclose(row, expected, rtol=0.0, atol=1e-12)
 
 
 def link(name: str) -> str:

@@ -6,8 +6,10 @@ import json
 
 import numpy as np
 import pytest
+from places import CASES
 from scipy.io import loadmat
 
+from coupling.case.file import load_case
 from coupling.cli.main import main
 from coupling.errors import StabilityError
 from coupling.files.robot_file import find_robot, load_robot
@@ -196,6 +198,26 @@ def test_a_robot_alone_needs_a_posture_of_its_joints(tmp_path, capsys):
         assert end.value.code == 2
         assert said in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
+
+
+def test_both_robots_of_a_cell_are_told(tmp_path, monkeypatch, capsys):
+    for name, value in (("_PLACES", 3), ("_GRID", 2)):
+        monkeypatch.setattr(f"coupling.modes.analysis.{name}", value)
+    case = CASES / "two_robots.toml"
+    with pytest.raises(SystemExit) as end:
+        main(["modes", str(case), "-o", str(tmp_path / "cell")])
+    assert end.value.code in (0, None)
+    assert capsys.readouterr().out.count("Static compliance") == 2
+    support = load_case(case).robots[1]
+    place = json.loads((tmp_path / "cell" / "support" / "modes.json").read_text())["places"][0]
+    locked = LockedRobot(support.description, support.torque_curve)
+    force = np.append(place["force_N"], np.zeros(3))
+    modes = PostureModes.of(locked, np.deg2rad(place["posture_deg"]), force)
+    expected = [mode["frequency_Hz"] for mode in place["modes"]]
+    np.testing.assert_allclose(modes.frequency[:4], expected[:4], rtol=1e-3)
+    # The process presses the tools against each other.
+    first = json.loads((tmp_path / "cell" / "modes.json").read_text())["places"][0]
+    assert np.linalg.norm(place["force_N"]) > 0.05 * np.linalg.norm(first["force_N"]) > 0.0
 
 
 def test_check_has_two_lines_of_modes(tmp_path, capsys):

@@ -84,18 +84,6 @@ def test_directional_derivatives_are_those_of_the_whole_step(native, curve, when
         np.testing.assert_allclose(found, expected, rtol=0, atol=limit * scale)
 
 
-def test_derivatives_leave_the_instance_as_it_was(native):
-    slave = native.started()
-    twin = native.started()
-    for k in range(20):
-        for one in (slave, twin):
-            native.set(one, {"force.z": -400.0 * (k % 7 < 3)})
-            one.doStep(0.004 * k, 0.004)
-        knowns = native.of(["force.z", "q_cmd[1]"])
-        slave.getDirectionalDerivative(native.of(["tcp.x"]), knowns, [1.0, 0.1])
-        assert slave.getReal(native.reals) == twin.getReal(native.reals)
-
-
 @pytest.mark.parametrize(
     ("unknown", "known", "message"),
     [

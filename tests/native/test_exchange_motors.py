@@ -7,7 +7,7 @@ from dataclasses import replace
 import fmpy
 import numpy as np
 import pytest
-from exchange import Exchange, exchange_of
+from exchange import exchange_of
 from fmpy import simulate_fmu
 from random_robots import driven, limited, make_robot
 
@@ -237,21 +237,6 @@ def test_a_servo_at_its_limit_and_along_it_is_followed(tmp_path):
     for name in ("motor_angle[3]", "deflection[1]"):
         np.testing.assert_allclose(found[0][name], found[1][name], rtol=0, atol=1e-10)
         np.testing.assert_allclose(found[2][name], found[1][name], rtol=0, atol=5e-8)
-
-
-def test_saved_states_of_motors_go_on_bit_for_bit(tmp_path):
-    """In another instance, from bytes, amid slipping: derivatives and event indicators."""
-    case = Setting(5, 3, "servo", tmp_path)
-    one, other = case.exchange, Exchange(case.robot, tmp_path / "fmu")
-    other.start(np.zeros(3), torque_curve="linear", drive="servo")
-    saved = one.fmu.serializeFMUstate(one.fmu.getFMUstate())
-    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(saved))
-    for exchange in (one, other):
-        exchange.fmu.enterContinuousTimeMode()
-        exchange.set("wrench", 0.5 * WRENCH)
-    assert one.derivatives().tobytes() == other.derivatives().tobytes()
-    assert one.event_indicators().tobytes() == other.event_indicators().tobytes()
-    assert one.state.tobytes() == other.state.tobytes()
 
 
 @pytest.mark.parametrize("drive", ["servo", "torque"])

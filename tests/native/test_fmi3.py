@@ -7,11 +7,8 @@ import re
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi3 import FMU3Slave
 from native_derivatives import random_stiffness
-from native_fmu import POSTURE
-from native_pair import Pair, make_pair
+from native_pair import make_pair
 from places import DOCS
 from random_robots import make_robot
 
@@ -77,52 +74,62 @@ def test_start_values_are_those_of_fmi2(pair):
         assert start == pair.get(slave, variable.name)
 
 
+@pytest.mark.parametrize("arrays", [False, True])
 @pytest.mark.parametrize(("seed", "joints"), [(2, 1), (5, 3), (8, 7)])
-def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
-    """Random robots under random commands, loads and springs, a parameter changed on the way."""
-    pair = make_pair(make_robot(seed, joints), tmp_path)
-    rng = np.random.default_rng(seed)
+def test_all_reals_and_derivatives_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints, arrays):
+    """Random robots under random commands, loads and springs; gravity changes, a step is taken back."""
+    robot, rng = make_robot(seed, joints), np.random.default_rng(seed)
+    pair = make_pair(robot, tmp_path, arrays)
+    table = {
+        name: [pair.scalars[v.name] for v in block.variables]
+        for name, block in blocks(robot).items()
+    }
+    inputs = [name for name, block in blocks(robot).items() if block.causality == "input"]
     two, three = pair.fmi2(), pair.fmi3()
-    q = 0.3 * rng.normal(size=joints)
-    drives = pair.scalars["q_cmd[1]"]
+
+    def put(name: str, values: np.ndarray) -> None:
+        two.setReal(table[name], values.tolist())
+        three.setFloat64(pair.arrays_of(table[name])[0], values.tolist())
+
     two.setupExperiment(startTime=0.5, tolerance=1e-7)
     two.enterInitializationMode()
-    two.setReal(list(range(drives, drives + joints)), q.tolist())
-    two.exitInitializationMode()
     three.enterInitializationMode(startTime=0.5, tolerance=1e-7)
-    pair.set(three, "q_cmd", q.tolist())
-    three.exitInitializationMode()
-    tool, anchor = np.array(pair.get(three, "tcp.position")), pair.scalars["anchor.x"]
-    time = 0.5
+    q, time = 0.3 * rng.normal(size=joints), 0.5
+    put("q_cmd", q)
+    for slave in (two, three):
+        slave.exitInitializationMode()
+    tool = np.array(two.getReal(table["tcp"][:3]))
     for k in range(12):
-        wrench, rate = 100.0 * rng.normal(size=6), rng.normal(size=joints)
+        rate = rng.normal(size=joints)
         q = q + STEP * rate
-        inputs = [*wrench, *q, *rate, *rng.normal(size=joints)]
-        two.setReal(list(range(len(inputs))), inputs)
-        growth = 1e4 * rng.normal(size=6)
-        two.setReal(
-            [pair.scalars[f"{n}_rate.{c}"] for n in ("force", "moment") for c in "xyz"], growth
-        )
-        three.setFloat64(
-            [pair.references[n] for n in ("force_rate", "moment_rate")], growth.tolist()
-        )
-        spring = [*(tool + 1e-3 * rng.normal(size=3)), *(0.1 * rng.normal(size=3))]
-        spring += list(random_stiffness(rng) * (k % 3 > 0))
-        two.setReal(list(range(anchor, anchor + 12)), spring)
-        parts = [pair.references[f"anchor.{x}"] for x in ("position", "velocity", "stiffness")]
-        three.setFloat64(parts, spring)
-        names = ("force", "moment", "q_cmd", "qd_cmd", "qdd_cmd")
-        references = [pair.references[name] for name in names]
-        three.setFloat64(references, inputs)
+        put("wrench", 100.0 * rng.normal(size=6))
+        put("wrench_rate", 1e4 * rng.normal(size=6))
+        put("q_cmd", q)
+        put("qd_cmd", rate)
+        put("qdd_cmd", rng.normal(size=joints))
+        put("anchor", tool + 1e-3 * rng.normal(size=3))
+        put("anchor_velocity", 0.1 * rng.normal(size=3))
+        put("anchor_stiffness", random_stiffness(rng) * (k % 3 > 0))
         if k == 6:
-            gravity = [3.0, 1.0, -9.0]
-            two.setReal([pair.scalars[f"gravity.{c}"] for c in "xyz"], gravity)
-            pair.set(three, "gravity", gravity)
+            put("gravity", np.array([3.0, 1.0, -9.0]))
+            state = three.getFMUState()
+            three.doStep(time, 0.5 * STEP)
+            three.setFMUState(state)
         two.doStep(time, STEP)
         assert three.doStep(time, STEP) == (False, False, False, time + STEP)
         time += STEP
         assert pair.everything(three) == two.getReal(list(range(pair.scalars["trajectory"])))
-    assert pair.get(three, "time") == [time]
+    assert three.getFloat64([pair.references["time"]]) == [time]
+    outputs, knowns = (
+        [k for name in names for k in table[name]]
+        for names in (("tcp", "velocity", "deflection"), inputs)
+    )
+    along = rng.normal(size=len(knowns)).tolist()
+    expected = two.getDirectionalDerivative(outputs, knowns, along)
+    unknowns, count = pair.arrays_of(outputs)
+    found = three.getDirectionalDerivative(unknowns, pair.arrays_of(knowns)[0], along, count)
+    assert found == expected
+    assert np.count_nonzero(expected) > 6
 
 
 def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypatch):
@@ -142,79 +149,3 @@ def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypat
         found = [*result["tcp.position"][k + 1], *result["tcp.orientation"][k + 1]]
         expected = pair.get(slave, "tcp.position", "tcp.orientation")
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
-
-
-def _advance(pair: Pair, slave: FMU3Slave, begin: int) -> list[list[float]]:
-    rows = []
-    for k in range(begin, begin + 10):
-        pair.set(slave, "force", [0.0, 0.0, -400.0 * (k % 7 < 3)])
-        slave.doStep(STEP * k, STEP)
-        rows.append(pair.everything(slave))
-    return rows
-
-
-def test_states_go_back_bit_for_bit_within_and_between_instances(pair):
-    slave, other = pair.started(), pair.started()
-    _advance(pair, slave, 0)
-    state = slave.getFMUState()
-    data = slave.serializeFMUState(state)
-    expected = _advance(pair, slave, 10)
-    slave.setFMUState(state)
-    assert _advance(pair, slave, 10) == expected
-    other.setFMUState(other.deserializeFMUState(data))
-    assert _advance(pair, other, 10) == expected
-    slave.freeFMUState(state)
-
-
-def test_a_damaged_state_is_refused_and_changes_nothing(pair, capfd):
-    slave = pair.started()
-    _advance(pair, slave, 0)
-    before = pair.everything(slave)
-    data = bytearray(slave.serializeFMUState(slave.getFMUState()))
-    data[len(data) // 2] ^= 1
-    with pytest.raises(FMICallException):
-        slave.deserializeFMUState(bytes(data))
-    assert "state: expected an unchanged copy, got" in capfd.readouterr().err
-    with pytest.raises(FMICallException):
-        slave.deserializeFMUState(bytes(data[:-1]))
-    assert "state: expected one that this FMU has saved" in capfd.readouterr().err
-    assert pair.everything(slave) == before
-
-
-def test_reset_begins_again(pair):
-    slave = pair.started()
-    first = _advance(pair, slave, 0)
-    slave.reset()
-    slave.enterInitializationMode(startTime=0.0)
-    pair.set(slave, "q_cmd", POSTURE)
-    slave.exitInitializationMode()
-    assert _advance(pair, slave, 0) == first
-
-
-def test_directional_derivatives_are_those_of_fmi2_by_element(pair):
-    """On a spring, by force, drives and the three parts of the spring."""
-    two, three = pair.fmi2(), pair.started()
-    two.setupExperiment(startTime=0.0)
-    two.enterInitializationMode()
-    drives = [pair.scalars[f"q_cmd[{i}]"] for i in range(1, 7)]
-    two.setReal(drives, POSTURE)
-    two.exitInitializationMode()
-    spring = [1.8, 0.1, 0.9, 0.1, -0.1, 0.2, 1e5, 1e4, 0.0, 2e5, 0.0, 3e5]
-    anchor = list(range(pair.scalars["anchor.x"], pair.scalars["anchor.x"] + 12))
-    two.setReal(anchor, spring)
-    for name, part in (("position", [0, 3]), ("velocity", [3, 6]), ("stiffness", [6, 12])):
-        pair.set(three, f"anchor.{name}", spring[slice(*part)])
-    two.doStep(0.0, STEP)
-    three.doStep(0.0, STEP)
-    seed = [1.0, -2.0, 3.0, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0]
-    seed += [1e-3, 2e-3, 3e-3, 0.1, 0.2, 0.3, 1e3, 2e3, 3e3, 4e3, 5e3, 6e3]
-    tcp, velocity = pair.scalars["tcp.x"], pair.scalars["tcp.vx"]
-    scalars = [*range(tcp, tcp + 3), *range(velocity, velocity + 3)]
-    expected = two.getDirectionalDerivative(
-        scalars, [*(pair.scalars[f"force.{c}"] for c in "xyz"), *drives, *anchor], seed
-    )
-    unknowns = [pair.references[name] for name in ("tcp.position", "tcp.velocity")]
-    names = ("force", "q_cmd", "anchor.position", "anchor.velocity", "anchor.stiffness")
-    knowns = [pair.references[name] for name in names]
-    assert three.getDirectionalDerivative(unknowns, knowns, seed, 6) == expected
-    assert np.all(np.abs(expected) > 0.0)

@@ -93,10 +93,7 @@ class Motion:
 
     def arrays(self, *names: str) -> tuple[list[int], int]:
         """Value references of blocks in FMI 3.0, and how many numbers they are."""
-        wanted = {k for name in names for k in self.references[name]}
-        found = [k for k in self.pair.sizes if k in wanted]
-        ordered = [k for name in names for k in self.references[name] if k in found]
-        return ordered, sum(self.pair.sizes[k] for k in ordered)
+        return self.pair.arrays_of([k for name in names for k in self.references[name]])
 
 
 def slopes(motion: Motion, name: str, seeds: np.ndarray):

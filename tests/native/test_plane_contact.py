@@ -99,35 +99,6 @@ def _contact(**values: float) -> dict[str, float]:
     return {f"contact.{name}": value for name, value in values.items()}
 
 
-def _press(native: NativeFmu, slave) -> dict[str, float]:
-    """A plane just below the tool that strikes it; returns the inputs."""
-    x, z = native.get(slave, "tcp.x", "tcp.z")
-    inputs = {"anchor.x": x, "anchor.z": z - 0.0201, "anchor.vz": 0.1, "anchor.vx": 0.05}
-    inputs |= _contact(stiffness=1e8, dissipation=0.3, radius=0.02, friction=0.3, nx=0.1)
-    native.set(slave, inputs)
-    return inputs
-
-
-def test_a_state_saved_in_contact_goes_on_bit_for_bit(native):
-    """Copied and through bytes, saved where the contact presses and where it has let go."""
-    slave = native.started()
-    _press(native, slave)
-    ends, saved, seen = [], [], set()
-    for k in range(40):
-        saved.append(slave.getFMUState())
-        slave.doStep(0.0005 * k, 0.0005)
-        ends.append(slave.getReal(native.outputs))
-        seen.add(native.get(slave, "contact.fz")[0] > 0.0)
-    assert seen == {True, False}
-    other = native.slave()
-    for k in (1, 5, 9, 20, 39):
-        packed = other.deSerializeFMUstate(slave.serializeFMUstate(saved[k]))
-        for one, state in ((slave, saved[k]), (other, packed)):
-            one.setFMUState(state)
-            one.doStep(0.0005 * k, 0.0005)
-            assert one.getReal(native.outputs) == ends[k]
-
-
 def test_model_exchange_bounces_as_the_independent_integrator(tmp_path):
     """SciPy integrates the FMU's derivatives and ends at the sign of contact.gap: the same bounce."""
     robot = pendulum(damping=5.0)

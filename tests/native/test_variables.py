@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 
 import fmpy
 import numpy as np
 import pytest
-from native_fmu import TCP, WRENCH, NativeFmu
+from native_fmu import TCP, NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.fmi.interface import blocks
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import Trajectory
 
 
 def test_the_fmu_in_python_has_the_same_inputs_outputs_and_parameters(example, tmp_path):
@@ -108,43 +104,6 @@ def test_paths_of_any_characters_are_taken(example, tmp_path):
     fmu = NativeFmu(build_fmu(example, tmp_path / "R.fmu", BuildOptions("native")), folder)
     slave = fmu.started()
     assert np.isfinite(fmu.get(slave, "tcp.x")[0])
-
-
-def test_kinds_agree_on_random_robots(tmp_path):
-    """Dynamic, a trajectory, a wrench and changed parameters: the native FMU and the Python model.
-
-    Both at 1e-8 m; they may differ by the sum.
-    """
-    rng = np.random.default_rng(5)
-    for seed in (2, 5, 8):
-        robot = make_robot(seed, 3)
-        table = blocks(robot)
-        fmu = NativeFmu(
-            build_fmu(robot, tmp_path / f"{seed}.fmu", BuildOptions("native")), tmp_path / f"{seed}"
-        )
-        time = np.linspace(0.0, 0.16, 9)
-        q = np.cumsum(0.01 * rng.normal(size=(9, 3)), axis=0)
-        columns = ["time", "q1", "q2", "q3"]
-        np.savez(tmp_path / "t.npz", columns=columns, data=np.column_stack([time, q]))
-        drives, wrench = Trajectory(time, q), rng.normal(size=6) * 100.0
-        python = ElasticRobot(robot, "backlash", tolerance=1e-8)
-        stiffness = 0.7 * python.parameters.stiffness
-        python.parameters = replace(python.parameters, stiffness=stiffness)
-        python.reset(0.0, drives, Load())
-        slave = fmu.slave()
-        slave.setupExperiment(startTime=0.0)
-        slave.setReal(fmu.of(["tcp_tolerance"]), [1e-8])
-        slave.setString(fmu.of(["trajectory"]), [str(tmp_path / "t.npz")])
-        slave.enterInitializationMode()
-        names = [v.name for v in table["stiffness"].variables]
-        slave.setReal(fmu.of(names), stiffness.tolist())
-        slave.exitInitializationMode()
-        for k in range(1, 9):
-            load = wrench * (k % 4 < 2)
-            python.step(float(time[k]), drives, Load(load))
-            slave.setReal(fmu.of(WRENCH), load.tolist())
-            slave.doStep(time[k - 1], time[k] - time[k - 1])
-            np.testing.assert_allclose(fmu.get(slave, *TCP), python.tcp(), rtol=0, atol=2e-8)
 
 
 def test_a_parameter_that_is_set_to_its_value_changes_nothing(native):

@@ -14,7 +14,7 @@ from coupling.errors import CaseError
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 
@@ -34,7 +34,7 @@ def waves(desired: ToolPath, size: float = 1e-4, count: int = 60) -> Discrepancy
         ],
         axis=1,
     )
-    return Discrepancy(time, interpolated(time, desired.time, desired.position[0]), deviation)
+    return Discrepancy(time, interpolate_rows(time, desired.time, desired.position[0]), deviation)
 
 
 # Without backlash a gear does not cross elsewhere.

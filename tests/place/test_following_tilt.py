@@ -18,12 +18,12 @@ from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.moved_path import MovedPath
 from coupling.place.place import best_of
 from coupling.place.placing import placing
-from coupling.place.search import filled, refined
+from coupling.place.search import fill_box, refine_settings
 from coupling.place.settings import NAMES
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.execute import run_compensation
-from coupling.toolpaths.instants import NONE
+from coupling.toolpaths.instants import NO_CORNERS
 from docs.scripts.runs import example
 
 FREE = {"settings": 128, "cases": 1, "optimise": "stiffness"}
@@ -99,8 +99,8 @@ def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     task = task_of("cone", optimise="backlash", **free)
     goal, ranges = task.goal, task.ranges
     screen = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
-    found = filled(screen, ranges, goal, 256, 1, lambda done, total: None)
-    found = refined(screen, goal, ranges, found, 1, lambda done, total: None)
+    found = fill_box(screen, ranges, goal, 256, 1, lambda done, total: None)
+    found = refine_settings(screen, goal, ranges, found, 1, lambda done, total: None)
     whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))
     assert goal.demands.admits(whole).all()
     np.testing.assert_allclose(goal.cost(whole), found.cost, rtol=1e-6)
@@ -173,7 +173,7 @@ def test_a_setting_that_turns_the_tool_too_fast_is_none():
 def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypatch):
     """With tilts from its path or from the part: the TCP is the centre of the sphere."""
     # A tool that is tilted meets the sheet at other times: all are compared at the rows of the file.
-    monkeypatch.setattr(IsfForceLawTable, "corners", lambda table, task: NONE)
+    monkeypatch.setattr(IsfForceLawTable, "corners", lambda table, task: NO_CORNERS)
     u = np.linspace(0.0, 1.0, 401)
     part = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     upright = Rotation.from_euler("y", 90.0, degrees=True)

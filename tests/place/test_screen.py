@@ -19,8 +19,8 @@ from coupling.place.moved_path import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.settings import NAMES, CellLayout
-from coupling.place.station_choice import selected
-from coupling.robot.batch.following import Targets, angles_from_home, following, reached
+from coupling.place.station_choice import select_places
+from coupling.robot.batch.following import Targets, angles_from_home, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.gear_loads import diagnose_robots
@@ -94,7 +94,7 @@ def test_a_robot_finds_the_poses_that_it_has_been_in(name):
     none = np.zeros((3, 200))
     posture = own.posture(q, none)
     targets = Targets(posture.tip, posture.tool, none)
-    found, came = reached(own, targets, np.repeat(home[:, None], 200, axis=1))
+    found, came = solve_poses(own, targets, np.repeat(home[:, None], 200, axis=1))
     assert came.mean() > 0.97
     again = own.posture(found[:, came], none[:, came])
     np.testing.assert_allclose(again.tip, posture.tip[:, came], atol=1e-7)
@@ -152,7 +152,7 @@ def test_displacement_and_compliance_are_those_of_all_springs(cone):
 def test_the_places_looked_at_know_the_extremes_of_the_whole_path(cone):
     """On settings that had no say in their choice: torques to a twelfth of what they pass through."""
     every = cone.stations.strongest()
-    chosen = every.chosen(selected(cone.screen, every, cone.ranges, seed=1))
+    chosen = every.chosen(select_places(cone.screen, every, cone.ranges, seed=1))
     assert chosen.count <= 24
     fresh = cone.ranges.sampled(24, seed=9)
     few, all_ = (cone.screen(s).figures(fresh) for s in (chosen, every))

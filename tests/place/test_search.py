@@ -12,7 +12,7 @@ from coupling.place.objective import OBJECTIVES, PlaceDemands, PlaceObjective
 from coupling.place.place import place
 from coupling.place.placing import placing
 from coupling.place.screen import ScreenFigures
-from coupling.place.search import filled, refined
+from coupling.place.search import fill_box, refine_settings
 from coupling.place.settings import NAMES, Ranges
 from docs.scripts.runs import example
 
@@ -58,8 +58,8 @@ def test_the_search_is_as_good_as_a_fine_grid(objective, free, counts):
     grid[:, ranges.free] = np.column_stack([values.ravel() for values in mesh])
     best = goal.cost(screen.figures(grid)).min()
     screen = CoarseScreen(task.screen, few, ranges, goal.demands, 1)
-    found = filled(screen, ranges, goal, 512, 1, untold)
-    found = refined(screen, goal, ranges, found, 1, untold)
+    found = fill_box(screen, ranges, goal, 512, 1, untold)
+    found = refine_settings(screen, goal, ranges, found, 1, untold)
     assert found.cost[0] <= 1.01 * best
     # What is said of it is what it comes to.
     again = goal.cost(screen.figures(found.settings))

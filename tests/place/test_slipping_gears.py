@@ -38,7 +38,7 @@ def case_with(robot: Robot, curve: str = "linear"):
 
 def placed_with(monkeypatch, robot: Robot, curve: str = "linear"):
     """The placing of a case with a robot that no file has."""
-    monkeypatch.setattr("coupling.place.placing.described", lambda name, folder: robot)
+    monkeypatch.setattr("coupling.place.placing.read_described_robot", lambda name, folder: robot)
     case = case_with(robot, curve)
     return placing(case, case.process, "both")
 

@@ -30,6 +30,7 @@ from coupling.process.cutting_force import (
 from coupling.run.execute import run_coupling
 from coupling.run.figures import shares_of
 from coupling.toolpaths import GcodePath, Task
+from coupling.toolpaths.apt import AptPath
 from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
@@ -452,12 +453,12 @@ def test_the_course_of_a_slot_is_that_of_its_feed_and_depth():
     [
         ("S12000 M3", None, ""),
         ("S12000 M3", 12000.0, ""),
-        ("S20000 M3", 12000.0, "expected S20000 of line 2 of pocket.ngc, got 12000"),
-        ("M3", None, "no S in a program"),
+        ("S20000 M3", 12000.0, "expected 20000, as line 2 of pocket.ngc has it, got 12000"),
+        ("M3", None, "none in a program"),
         ("S12000 M4", None, "line 2: expected M3, got M4"),
         ("S12000 M5", None, "line 2: expected no feed behind M5"),
         ("G96 S300 M3", None, "got m/min, as G96 has it"),
-        ("S0 M3", None, "expected a speed above 0"),
+        ("S0 M3", None, "expected a speed of the spindle above 0"),
     ],
 )
 def test_the_speed_of_a_program_is_used_and_not_contradicted(tmp_path, line, stated, words):
@@ -474,8 +475,42 @@ def test_the_speed_of_a_program_is_used_and_not_contradicted(tmp_path, line, sta
         assert speed == pytest.approx(12000.0 * 2.0 * np.pi / 60.0)
     program.write_text("G21 G90 G94\nS9000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F600\nX5\nS8000\nX10\nM30\n")
     changes = GcodePath.model_validate({"kind": "gcode", "file": str(program)}).task(PART)
-    with pytest.raises(CaseError, match=r"S9000 in line 2 .* and S8000 in line 6"):
+    with pytest.raises(CaseError, match=r"got 9000 1/min in line 2 .* and 8000 in line 6"):
         milling(changes, **{**keys, "spindle_speed_rpm": None})
+
+
+@pytest.mark.parametrize(
+    ("lines", "stated", "words"),
+    [
+        ("SPINDL/RPM,12000,CLW", None, ""),
+        ("SPINDL/ 12000.000, RPM, CLW", 12000.0, ""),
+        ("SPINDLE/12000", None, ""),
+        ("SPINDL/ON,RANGE,2,MAXRPM,18000,RPM,12000,CLW", None, ""),
+        ("SPINDL/12000,CLW\nSPINDL/OFF\nSPINDL/ON", None, ""),
+        ("SPINDL/9000\nSPINDL/12000", None, ""),
+        ("SPINDL/20000,CLW", 12000.0, "expected 20000, as line 1 of part.cls has it, got 12000"),
+        ("SPINDL/OFF", None, "expected no feed behind SPINDL/OFF"),
+        ("SPINDL/12000,CCLW", None, "expected CLW, got CCLW"),
+        ("SPINDL/SMM,300", None, "got SMM, a cutting speed"),
+        ("SPINDL/12000,900", None, "expected one speed, got 2"),
+        ("SPINDL/FAST", None, "got 'FAST'"),
+        ("SPINDL/0", None, "expected a speed of the spindle above 0"),
+        ("SPINDL/NAN", None, "got 'NAN'"),
+        ("", None, "none in a program"),
+    ],
+)
+def test_the_speed_of_an_apt_file_is_used_and_not_contradicted(tmp_path, lines, stated, words):
+    file = tmp_path / "part.cls"
+    moves = "UNITS/MM\nRAPID\nGOTO/0,0,5\nFEDRAT/MMPM,600\nGOTO/0,0,-1\nGOTO/10,0,-1\n"
+    file.write_text(f"{lines}\n{moves}FINI\n")
+    of = AptPath.model_validate({"kind": "apt", "file": str(file)}).task(PART)
+    keys = {"engagement": "stock", "force": "mean", "spindle_speed_rpm": stated}
+    if words:
+        with pytest.raises(CaseError, match=words):
+            milling(of, **keys)
+    else:
+        speed = milling(of, **keys).milling.cutter.speed
+        assert speed == pytest.approx(12000.0 * 2.0 * np.pi / 60.0)
 
 
 def radial_force(time: np.ndarray, x: np.ndarray, instant: float, **of_mill: float) -> float:

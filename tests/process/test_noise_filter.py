@@ -17,7 +17,7 @@ from coupling.events import unwatched
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass, noise_share
 from coupling.process import ProcessResponse
 from coupling.process.base import ProcessRequest
@@ -282,7 +282,7 @@ def test_a_record_with_many_rows_is_not_aliased(tmp_path):
     case, force = measured(tmp_path, 0.0)
     time = np.arange(0.0, case.desired.time[-1] + 1e-3, 1e-3)
     hum = 40.0 * np.sin(2.0 * np.pi * 60.0 * time)
-    rows = np.column_stack([time, interpolated(time, force.time, force.force[0])])
+    rows = np.column_stack([time, interpolate_rows(time, force.time, force.force[0])])
     write_table(
         tmp_path / "record.csv", ("time", "fx", "fy", "fz"), rows + [[0, *[h] * 3] for h in hum]
     )

@@ -12,7 +12,7 @@ from killing import start, wait_until
 from line_case import moving_line
 from places import LINE_CASE
 
-from coupling.check.estimate import repeated
+from coupling.check.estimate import check_repeatability
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability
@@ -195,5 +195,5 @@ def test_check_asks_once_what_takes_a_minute():
 
     path = ToolPath(np.array([0.0, 1.0]), np.zeros((2, 7)))
     request = ProcessRequest(path, answer(np.zeros((2, 3))), 61.0)
-    said = repeated(Never(), request)  # type: ignore[arg-type]
+    said = check_repeatability(Never(), request)  # type: ignore[arg-type]
     assert "evaluated once, as an evaluation takes 61 s (twice below 60 s)" in said

@@ -22,7 +22,7 @@ from coupling.errors import CaseError
 from coupling.events import Progress
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.path.workpiece import Workpiece
 from coupling.process import PROCESSES, ProcessResponse
 from coupling.process.sheet_fem import SheetFem
@@ -45,7 +45,7 @@ def stroke(part: Frame) -> ToolPath:
         [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
     )
     at = np.linspace(0.0, 3.0, 31)
-    points = interpolated(at, np.arange(4.0), corners)
+    points = interpolate_rows(at, np.arange(4.0), corners)
     return tool_path(part, at, points)
 
 

@@ -8,14 +8,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from first_screens import GLOSSARY, words_of
 from line_case import line_case
 
 from coupling.errors import ResultError
-from coupling.report.compare_report import comparison_page, comparison_summary
+from coupling.report.compare_report import (
+    comparison_answer,
+    comparison_page,
+    comparison_scene,
+    comparison_summary,
+)
 from coupling.report.comparison import Comparison, command_difference
 from coupling.report.verdict import verdict
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
+from coupling.run.stored_run import read_run
 
 TURN = 1e-3  # [rad]
 
@@ -24,13 +31,18 @@ TURN = 1e-3  # [rad]
 def runs(tmp_path_factory) -> tuple[Path, Path]:
     """A run, and the same with joint 2 turned, another feed and a process at its next version."""
     folder = tmp_path_factory.mktemp("compare")
-    case = line_case(folder, "native", ('method = "inverse"', 'method = "inverse"\nmax_rounds = 1'))
+    case = line_case(
+        folder,
+        "native",
+        ('method = "inverse"', 'method = "inverse"\nmax_rounds = 1'),
+        ("feed_m_s = 0.1", "feed_m_s = 0.025"),
+    )
     first, second = folder / "first", folder / "second"
     first.mkdir()
     write_run(first, case, run_compensation(case))
     shutil.copytree(first, second)
     text = (second / "case.toml").read_text()
-    (second / "case.toml").write_text(text.replace("feed_m_s = 0.1", "feed_m_s = 0.2"))
+    (second / "case.toml").write_text(text.replace("feed_m_s = 0.025", "feed_m_s = 0.2"))
     rows = (second / "command.csv").read_text().splitlines()
     column = rows[0].split(",").index("q2")
     turned = [rows[0]]
@@ -43,16 +55,16 @@ def runs(tmp_path_factory) -> tuple[Path, Path]:
 
 
 def test_what_differs_is_found_and_nothing_else(runs):
-    found = Comparison.of(*runs)
-    assert found.inputs() == [("tool_path.feed_m_s", "0.1", "0.2")]
-    ((_, first, second),) = found.robots()
+    found = Comparison.of(runs)
+    assert found.inputs() == [("tool_path.feed_m_s", "0.025", "0.2")]
+    ((_, (first, second)),) = found.robots()
     difference = command_difference(first, second)
     assert difference is not None
     others = np.delete(difference.angle, 1, axis=1)
     np.testing.assert_allclose(difference.angle[:, 1], TURN, rtol=1e-9)
     assert not others.any()
     same = Comparison.of(
-        runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)
+        [runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)]
     )
     assert same.inputs() == []
     assert [part for own in comparison_summary(same) for part in own.parts].count("Identical.") == 1
@@ -67,7 +79,7 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
     robot["files"] |= {"arm.urdf": "sha256 0"}
     robot["stiffness_range_Nm_rad"] = [1e5, 3e6]
     (changed / "result.json").write_text(json.dumps(result))
-    found = Comparison.of(runs[0], changed)
+    found = Comparison.of([runs[0], changed])
     assert name.endswith(".toml")
     assert found.inputs() == [("forming robot, file arm.urdf", "-", "sha256 0")]
     said = " ".join(map(str, verdict(found.runs[1].figures, "a wall").parts))
@@ -75,14 +87,14 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
 
 
 def test_lines_and_page_tell_both(runs):
-    found = Comparison.of(*runs)
-    first, second, figures, commands, inputs = comparison_summary(found)
+    found = Comparison.of(runs)
+    figures, first, second, commands, inputs = comparison_summary(found)
     own = json.loads((runs[0] / "result.json").read_text())
-    assert (first.title, second.title, first.good) == ("first", "second", True)
+    assert (first.title, second.title) == ("How first was computed", "How second was computed")
     after = f"{1e6 * own['deviation_after_m']['maximum']:.2f}"
     assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
-    assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.1", "0.2")]
+    assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
     page = comparison_page(found)
     assert len(page) < 3_000_000
     for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):
@@ -119,6 +131,68 @@ def test_what_is_no_run_is_refused_in_one_sentence(runs, tmp_path, command, spoi
     assert not (tmp_path / "page.html").exists()
 
 
+@pytest.fixture(scope="module")
+def measured(runs) -> tuple[Path, Path]:
+    """Paths measured under both runs, 30 ms late, shifted; 0.1 and 0.05 mm beside the desired ones."""
+    files = []
+    for folder, size in zip(runs, (1e-4, 5e-5), strict=True):
+        stored = read_run(folder).first
+        time = stored.achieved.time
+        away = size * np.sin(2.0 * np.pi * time / time[-1])[:, None] * [0.0, 0.0, 1.0]
+        position = stored.desired.position[0] + away + [1e-3, 0.0, -1e-3]
+        file = folder.with_name(f"{folder.name}.csv")
+        rows = np.column_stack([time + 0.03, position])
+        np.savetxt(file, rows, delimiter=",", header="time,x,y,z", comments="")
+        files.append(file)
+    return files[0], files[1]
+
+
+def test_any_number_of_runs_and_what_was_measured_are_in_one_scene(runs, measured, tmp_path):
+    third = shutil.copytree(runs[0], tmp_path / "third")
+    places = [runs[0], measured[0], runs[1], measured[1], third]
+    found = Comparison.of(places)
+    names = [track.name for track in comparison_scene(found).tracks]
+    assert names == [
+        "first: before compensation",
+        "first: after compensation",
+        "first: measured",
+        "second: after compensation",
+        "second: measured",
+        "third: after compensation",
+    ]
+    *_, last = [track for track in comparison_scene(found).tracks if "measured" in track.name]
+    assert np.linalg.norm(last.deviation, axis=1).max() == pytest.approx(5e-5, rel=0.05)
+    assert found.measured[0].run.clock == pytest.approx(-0.03, abs=2e-3)
+    assert "third: after compensation" in comparison_page(found)
+    assert len(comparison_summary(found)[1].parts[0].columns) == 4
+
+
+def test_what_was_measured_decides_which_run_is_best(runs, measured):
+    """The second run is measured to be better; without measurements the models of both are alike."""
+    answer = comparison_answer(Comparison.of([runs[0], measured[0], runs[1], measured[1]]))
+    assert answer.sentence.startswith("Of 2 runs second leaves least, up to")
+    assert "measured" in answer.sentence
+    words = answer.steps[0].command.split()
+    assert words[:2] == ["elastic-robot", "next"]
+    assert [Path(word).name for word in words[2:6]] == [
+        "first",
+        "first.csv",
+        "second",
+        "second.csv",
+    ]
+    assert not GLOSSARY.search(words_of(answer))
+
+
+def test_a_measured_path_without_its_run_is_refused(runs, measured):
+    for places, told in (
+        ([measured[0], runs[0]], "expected a run folder first"),
+        ([runs[0], measured[0], measured[1]], "expected one measured path behind"),
+        ([runs[0]], "expected another run, or a measured path"),
+    ):
+        with pytest.raises(ResultError, match=told):
+            Comparison.of(places)
+
+
 def test_a_run_beside_itself_is_refused(runs):
-    with pytest.raises(ResultError, match="expected another run than the first"):
-        Comparison.of(runs[0], runs[0] / ".." / runs[0].name)
+    with pytest.raises(ResultError, match="expected another run than those before"):
+        Comparison.of([runs[0], runs[0] / ".." / runs[0].name])

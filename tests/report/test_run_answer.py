@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import pytest
+from first_screens import GLOSSARY, words_of
 from line_case import line_case
 from outlooks import outlook
 from reported import compensated
@@ -18,8 +18,6 @@ from coupling.results.run_result import RunResult
 from coupling.results.section import Answer
 from coupling.run.stored_run import read_run
 
-# What a visitor would have to look up.
-GLOSSARY = re.compile(r"inverse|converge|rms|quasi-static|robin|spline|wind-up|urad|TCP|FMU", re.I)
 INTERVAL = {"low": 1e-5, "less_constant_low": 1e-5}
 
 
@@ -150,11 +148,9 @@ def test_a_first_screen_needs_no_glossary(finished):
     )
     for figures, tolerance in cases:
         answer = answered(figures, tolerance)
-        words = [answer.sentence, answer.reason, *(step.words for step in answer.steps)]
-        words += [f"{figure.label} {figure.value} {figure.note}" for figure in answer.figures]
         assert len(answer.figures) == 3
         assert answer.steps
-        assert not GLOSSARY.search(" ".join(words)), words
+        assert not GLOSSARY.search(words_of(answer)), words_of(answer)
 
 
 def test_commands_can_be_copied_from_the_page_whatever_the_names():

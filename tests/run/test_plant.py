@@ -21,7 +21,7 @@ from coupling.events import unwatched
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
@@ -178,7 +178,7 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     assert run.of(PLANT_REPLAY).coupling.converged
     rows = np.searchsorted(run.desired.time, case.desired.time)
     response = case.process.evaluate(run.of(PLANT_REPLAY).path.at_rows(rows)).wrench
-    expected = interpolated(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
+    expected = interpolate_rows(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
     met = run.of(PLANT_REPLAY).wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2")

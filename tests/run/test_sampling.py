@@ -18,7 +18,7 @@ from wall_case import WALL_CASE
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.interpolation import InterpolatedPath, divided
+from coupling.path.interpolation import InterpolatedPath, divide_steps
 from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.cell import Cell
@@ -80,7 +80,7 @@ def compensated(case: Case) -> Iterator[tuple[Cell, Loop, Correction]]:
 
 def error_by_samples(case: Case, loop: Loop, found: Correction) -> float:
     """Distance [m] from the path coupled to rest with the process, asked every millisecond."""
-    time, _ = divided(case.motion.path.time, 1e-3)
+    time, _ = divide_steps(case.motion.path.time, 1e-3)
 
     def told(path: ToolPath) -> ToolPath:
         return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
@@ -156,9 +156,9 @@ def test_what_is_told_belongs_to_the_desired_path(tmp_path):
 
 def test_a_program_of_unknown_corners_is_told_of_by_parabolas(tmp_path, monkeypatch):
     """Contact that begins between two samples: its corner is no sample, and the estimate says so."""
-    from coupling.toolpaths.instants import NONE
+    from coupling.toolpaths.instants import NO_CORNERS
 
-    monkeypatch.setattr(ElasticWallTable, "corners", lambda table, task: NONE)
+    monkeypatch.setattr(ElasticWallTable, "corners", lambda table, task: NO_CORNERS)
     monkeypatch.setattr(ElasticWallTable, "FORMULA", False)
     monkeypatch.setitem(LINE, "points_m", [[0.0, 0.0, 0.0022], [0.06, 0.02, -0.008]])
     run = seen(wall(tmp_path, 0.05, torque_curve="linear"))

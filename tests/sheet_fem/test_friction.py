@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("numba")
 
 from coupling.path.frame import Frame
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process import PROCESSES
 from coupling.sheet_fem.contact import elastic_slip
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
@@ -271,7 +271,7 @@ def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
     part = Frame(np.array([1.0, 0.2, 0.3]), Rotation.identity())
     time = np.linspace(0.0, 3.0, 31)
     corners = np.array([[-2e-3, 0, 1e-3], [-2e-3, 0, -4e-4], [2e-3, 0, -4e-4], [2e-3, 0, 1e-3]])
-    points = interpolated(time, np.arange(4.0), corners)
+    points = interpolate_rows(time, np.arange(4.0), corners)
     path = tool_path(part, time, points)
     wrenches = [
         PROCESSES["sheet-fem"]

@@ -17,7 +17,7 @@ pytest.importorskip("numba")
 from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process import PROCESSES, ProcessResponse
 from coupling.report.run_report import write_report
 from coupling.run.execute import run_coupling
@@ -162,7 +162,7 @@ def stroke(height: float) -> Task:
     corners = np.array(
         [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
     )
-    points = interpolated(at, np.arange(4.0), corners)
+    points = interpolate_rows(at, np.arange(4.0), corners)
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
     forming = tool_path(UPRIGHT, at, points)

@@ -14,7 +14,7 @@ from coupling.case.file import load_case
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
@@ -250,7 +250,7 @@ def test_straight_keeps_its_rows():
     time = np.cumsum(rng.uniform(0.1, 1.0, 20))
     values = rng.normal(size=(2, 20, 3, 3))
     more = np.sort(np.concatenate([time, rng.uniform(time[0], time[-1], 50)]))
-    found = interpolated(more, time, values, axis=1)
+    found = interpolate_rows(more, time, values, axis=1)
     np.testing.assert_array_equal(found[:, np.searchsorted(more, time)], values)
     expected = np.interp(more, time, values[1, :, 2, 0])
     np.testing.assert_allclose(found[1, :, 2, 0], expected, atol=1e-12)

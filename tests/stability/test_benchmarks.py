@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
 from coupling.stability.cut import SteadyCut
 from coupling.stability.floquet import growth_of, vibration_of
+from coupling.stability.limit import first_border, stable_islands
 from coupling.stability.structure import Structure
 
 # Modal mass, angular eigenfrequency, damping ratio, cutting coefficients of [Insperger2004].
@@ -48,3 +51,20 @@ def test_the_mode_of_922_hz_has_the_limits_of_an_independent_computation(
     assert beyond.border == border
     if border == "flip":
         assert beyond.frequency % (rpm / 30.0) == pytest.approx(rpm / 60.0, rel=1e-6)
+
+
+def test_stable_depths_beyond_a_flip_are_found():
+    """With a helix of 60 deg flips end where edges follow each other closely enough.
+
+    Growths [1/s] are those of a computation by Runge-Kutta steps and Arnoldi iteration.
+    """
+    helical = replace(down_milling(0.05, 18000, 1e-3).cutter, helix=float(np.deg2rad(60.0)))
+    cut, tip = replace(down_milling(0.05, 18000, 1e-3), cutter=helical), along_feed()
+    limit = first_border(tip, cut, 5e-3)
+    (island,) = stable_islands(tip, cut, limit, 5e-3)
+    assert 1e3 * np.array([limit, *island]) == pytest.approx([1.386, 2.90, 4.59], rel=5e-3)
+    growths = [growth_of(tip, cut.at_depth(1e-3 * depth)) for depth in (1.2, 2.0, 3.0, 4.7)]
+    assert growths == pytest.approx([-19.282, 28.362, -15.351, 3.821], rel=0.01, abs=0.05)
+    assert vibration_of(tip, cut.at_depth(2e-3)).border == "flip"
+    assert vibration_of(tip, cut.at_depth(4.7e-3)).border == "Hopf"
+    assert stable_islands(tip, cut, np.inf, 5e-3) == []

@@ -64,7 +64,7 @@ def run(*words: object) -> int:
 
 def judged(folder: Path, *words: object, more: str = "") -> dict:
     out = folder / f"out{len(list(folder.iterdir()))}"
-    assert run("stability", slot(folder, more=more), "-o", out, *words) == 0
+    assert run("stability", slot(folder, more=more), "-o", out, "-v", *words) == 0
     return json.loads((out / "stability.json").read_text())
 
 
@@ -269,6 +269,25 @@ def test_a_path_that_never_cuts_is_refused_by_the_command_and_passed_over_by_oth
     assert "stays off the stock" in capsys.readouterr().err
 
 
+def test_a_robot_that_sags_is_judged_as_deep_as_it_cuts(tmp_path):
+    """Programmed 0.5 mm, where it sags by 1.5 mm 2 mm, which chatters; vibrations are no depth."""
+    case = load_case(slot(tmp_path, 0.0005))
+    path = case.desired
+    shift = np.zeros((len(path.time), 6))
+    shift[:, 2] = -0.0015 + 0.001 * np.sin(2.0 * np.pi * 43.0 * path.time)
+    sagging = path.displaced(shift[None])
+    as_programmed, sagged = stability_in_brief(case, path), stability_in_brief(case, sagging)
+    assert as_programmed is not None
+    assert sagged is not None
+    assert (as_programmed.stable, sagged.stable) == (True, False)
+    assert as_programmed.depth_m == pytest.approx(0.0005, rel=0.02)
+    assert sagged.depth_m == pytest.approx(0.002, rel=0.03)
+    assert re.search(r"programmed 0.5 mm, (2|2.0\d|1.9\d) mm by a robot", sagged.sentence)
+    assert "the programmed 0.5 mm at 3000 1/min" in sagged.alternative
+    lifted = path.displaced(np.array([0.0, 0.0, 0.001, 0.0, 0.0, 0.0]))
+    assert stability_in_brief(case, lifted) is None
+
+
 def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
     assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
@@ -287,7 +306,8 @@ def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
     verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
     assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
     assert re.search(
-        r"stable would be less than 1\.\d+ mm at 3000 1/min, or 2 mm at \d+ 1", verdict
+        r"programmed 2 mm, [\d.]+ mm by a robot .* less than 1\.\d+ mm at 3000 1/min, or [\d.]+ mm at",
+        verdict,
     )
     assert "the iteration: converged in" in verdict
     stored = json.loads((folder / "result.json").read_text())["stability"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import itertools
 import json
 import re
@@ -17,12 +18,11 @@ from coupling.case.file import load_case
 from coupling.check import new_case as module
 from coupling.check.new_case import (
     CASE,
-    SPINDLE_MASS,
-    SPINDLE_REACH,
     STARTS,
     new_case,
     write_case,
 )
+from coupling.check.spindle import HEAVY_SPINDLE
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
@@ -153,12 +153,36 @@ def test_a_robot_that_mills_has_a_spindle_and_touches_off_its_part(tmp_path):
     loaded = load_case(write_case(case, tmp_path))
     (placed,) = loaded.robots
     assert placed.touch_off is not None
-    assert placed.description.tcp_position == (SPINDLE_REACH, 0.0, 0.0)
+    assert placed.description.tcp_position == (HEAVY_SPINDLE.reach, 0.0, 0.0)
     assert placed.description.payload is not None
-    assert placed.description.payload.mass == SPINDLE_MASS
+    assert placed.description.payload.mass == HEAVY_SPINDLE.mass
     assert placed.drive == "ideal"
     assert any("do not confirm the servos" in text for text in remarks(loaded))
     assert any("spindle" in text for text in case.remarks)
     other = new_case("icme2008", "milling-force", False, tmp_path / "other")
     assert "touch_off = true" in other.texts["case.toml"]
     assert not any("spindle" in text for text in other.remarks)  # it has a tool
+
+
+def test_a_terminal_is_asked_for_the_tolerance(tmp_path, monkeypatch, capsys):
+    """What is typed stands in the case; nothing typed leaves the question open."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("0,25 mm\n"))
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    with pytest.raises(SystemExit) as end:
+        main(["init", str(tmp_path / "cell")])
+    assert not end.value.code
+    assert tomllib.loads((tmp_path / "cell" / CASE).read_text())["part"]["tolerance_mm"] == 0.25
+    asked, *further_lines = capsys.readouterr().out.splitlines()
+    assert asked.startswith("How far may the tool be off its path [mm]?")
+    assert not any("State it as tolerance_mm" in line for line in further_lines)
+
+
+@pytest.mark.parametrize("typed", ["much", "-1", "nan", "0"])
+def test_a_tolerance_that_is_none_is_refused_by_its_name(typed, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.StringIO(f"{typed}\n"))
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    with pytest.raises(SystemExit) as end:
+        main(["init", str(tmp_path / "cell")])
+    assert end.value.code == 2
+    assert "tolerance" in capsys.readouterr().err
+    assert not (tmp_path / "cell").exists()

@@ -251,3 +251,26 @@ def test_hostile_names_make_a_file_that_can_be_read(tmp_path):
     made = new_robot(write(tmp_path, text), RobotChoice(), tmp_path)
     (tmp_path / made.file).write_text(made.texts[made.file], encoding="utf-8")
     assert len(load_robot(tmp_path / made.file).joints) == 6
+
+
+def test_a_robot_of_a_urdf_mills_with_a_spindle_of_its_class_along_its_last_axis(tmp_path):
+    """Its tip is as far before the flange as the spindle reaches, where the tool points."""
+    urdf = write(tmp_path, arm())
+    made = {}
+    for process in ("isf-force-law", "milling-force"):
+        new = new_case(urdf, process, False, tmp_path / process)
+        file = write_case(new, tmp_path / process)
+        made[process] = load_case(file).robots[0].description
+    bare, milling = made["isf-force-law"], made["milling-force"]
+    assert bare.payload is None
+    approach = pin.rpy.rpyToMatrix(*bare.tcp_rpy)[:, 0]
+    reach = np.array(milling.tcp_position) - bare.tcp_position
+    spindle = CLASSES["heavy"].spindle
+    np.testing.assert_allclose(reach, spindle.reach * approach, atol=1e-6)
+    assert milling.payload is not None
+    assert milling.payload.mass == spindle.mass
+    arm_of_weight = np.array(milling.payload.com) - bare.tcp_position
+    np.testing.assert_allclose(arm_of_weight, 0.5 * spindle.length * approach, atol=1e-6)
+    # A link that the user has named as the tip is the tool's.
+    named = new_case(urdf, "milling-force", False, tmp_path / "n", RobotChoice(tip="tool0"))
+    assert "[payload]" not in named.texts["arm.toml"]

@@ -20,8 +20,8 @@ from coupling.store.entry import (
     DamagedError,
     EntryInfo,
     as_stored,
-    decoded,
-    encoded,
+    decode_response,
+    encode_response,
     evaluation_key,
 )
 
@@ -50,7 +50,7 @@ def answer(**changes: object) -> ProcessResponse:
 
 
 def content(kept: ProcessResponse) -> bytes:
-    return bytes(encoded(as_stored(kept), ABOUT))
+    return bytes(encode_response(as_stored(kept), ABOUT))
 
 
 def parts(found: ProcessResponse) -> dict[str, np.ndarray]:
@@ -78,7 +78,7 @@ def require_equal(found: ProcessResponse, expected: ProcessResponse) -> None:
 @pytest.mark.parametrize("lacking", [(), ("workpiece",), ("stiffness", "period")])
 def test_every_bit_of_an_answer_survives(lacking):
     kept = answer(**dict.fromkeys(lacking))
-    require_equal(decoded(content(kept), KEY), kept)
+    require_equal(decode_response(content(kept), KEY), kept)
 
 
 @given(
@@ -91,7 +91,7 @@ def test_every_bit_of_an_answer_survives(lacking):
 )
 def test_any_numbers_in_any_order_survive(wrench, order):
     kept = answer(wrench=WrenchHistory(np.arange(3.0), np.asarray(wrench, order=order)))
-    require_equal(decoded(content(kept), KEY), as_stored(kept))
+    require_equal(decode_response(content(kept), KEY), as_stored(kept))
 
 
 def test_a_computed_answer_has_the_layout_of_a_kept_one():
@@ -110,7 +110,7 @@ def test_a_flipped_bit_is_noticed_or_changes_nothing():
         changed = bytearray(whole)
         changed[place] ^= 1 << (place // 2 % 8)
         try:
-            require_equal(decoded(bytes(changed), KEY), kept)
+            require_equal(decode_response(bytes(changed), KEY), kept)
         except DamagedError:
             noticed += 1
     assert noticed > 0.8 * len(places)
@@ -120,18 +120,18 @@ def test_every_truncation_is_noticed():
     whole = content(answer())
     for length in range(len(whole)):
         with pytest.raises(DamagedError):
-            decoded(whole[:length], KEY)
+            decode_response(whole[:length], KEY)
 
 
 @pytest.mark.parametrize("junk", [b"", b"\n", b"\0" * 4096, b"PK\3\4"])
 def test_what_is_no_entry_is_said_to_be_none(junk):
     with pytest.raises(DamagedError, match="is no entry"):
-        decoded(junk, KEY)
+        decode_response(junk, KEY)
 
 
 def test_an_entry_under_another_name_is_not_taken():
     with pytest.raises(DamagedError, match="another evaluation"):
-        decoded(content(answer()), "b" * 64)
+        decode_response(content(answer()), "b" * 64)
 
 
 def test_an_array_of_objects_is_refused():
@@ -139,7 +139,7 @@ def test_an_array_of_objects_is_refused():
     objects = np.array([{}, {}, {}, {}], dtype=object)
     piece = replace(answer().workpiece, point_fields={"x": objects})
     with pytest.raises(TypeError, match="point_fields 0: expected an array of numbers"):
-        encoded(answer(workpiece=piece), ABOUT)
+        encode_response(answer(workpiece=piece), ABOUT)
 
 
 FORGERIES = {

@@ -15,7 +15,7 @@ import pytest
 from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
 from coupling.results.study_result import StudySample
-from coupling.study.conduct import simulated
+from coupling.study.conduct import simulate_samples
 from coupling.study.sample_table import SampleTable
 from coupling.study.workers import Workers
 
@@ -109,9 +109,9 @@ def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.fsync", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
-        simulated(study, Workers(2), lambda _: None)
+        simulate_samples(study, Workers(2), lambda _: None)
     assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command continues"]
-    assert simulated(study, Workers(2), lambda _: None) == [sample(k) for k in range(9)]
+    assert simulate_samples(study, Workers(2), lambda _: None) == [sample(k) for k in range(9)]
     assert asked == [[*range(9)], [*range(2, 9)]]
 
 

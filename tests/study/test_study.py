@@ -28,7 +28,7 @@ from coupling.errors import CaseError, StudyError
 from coupling.events import unwatched
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.files.written_files import LIST, begin_folder, claimed
+from coupling.files.written_files import LIST, begin_folder, claim_file
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
@@ -37,8 +37,8 @@ from coupling.run.plant import PLANT_REPLAY
 from coupling.run.stored_run import read_run
 from coupling.store import Store
 from coupling.study.cluster import _client, _require_same, _version
-from coupling.study.conduct import changed_table, opened
-from coupling.study.folder import locked
+from coupling.study.conduct import changed_table, open_study
+from coupling.study.folder import lock_folder
 from coupling.study.parameters import StudyParameter, StudyParameters
 from coupling.study.workers import Workers
 from elastic_robot import __version__
@@ -72,7 +72,8 @@ def run(case, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
-    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
+    options = ("-v", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    done = command("study", case, "-o", folder, *options)
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"on {SAMPLES} robots with sampled" in done.stdout
     return folder
@@ -177,9 +178,9 @@ def test_a_latin_hypercube_does_not_grow(run, tmp_path):
     case = load_case(file)
     few, more = (changed_table(case.study, samples=samples) for samples in (20, 40))
     for _ in range(2):
-        assert len(opened(tmp_path, case, few, run, couple=False).points) == 20
+        assert len(open_study(tmp_path, case, few, run, couple=False).points) == 20
     with pytest.raises(StudyError, match="differs in samples"):
-        opened(tmp_path, case, more, run, couple=False)
+        open_study(tmp_path, case, more, run, couple=False)
 
 
 def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case, run, tmp_path):
@@ -250,10 +251,10 @@ def test_a_worker_of_another_version_is_named_before_it_simulates(
 def test_a_study_of_another_version_does_not_go_on(case, run, tmp_path, monkeypatch):
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=20)
-    opened(tmp_path, loaded, table, run, couple=False)
+    open_study(tmp_path, loaded, table, run, couple=False)
     monkeypatch.setattr("elastic_robot.__version__", "0.0.1")
     with pytest.raises(StudyError, match="holds a study that differs in version"):
-        opened(tmp_path, loaded, table, run, couple=False)
+        open_study(tmp_path, loaded, table, run, couple=False)
 
 
 def test_a_scheduler_that_is_killed_is_a_sentence_and_the_same_command_goes_on(
@@ -299,7 +300,7 @@ def test_a_worker_that_comes_later_is_asked_by_its_first_sample():
 
 
 def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkeypatch):
-    monkeypatch.setattr("coupling.study.cluster._PATIENCE", 1.0)
+    monkeypatch.setattr("coupling.study.cluster._CLUSTER_TIMEOUT", 1.0)
     options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
     done = command("study", case, *options)
     assert done.returncode == 2
@@ -375,7 +376,9 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_pat
     options = ("-o", tmp_path / "study", "--samples", 19, "--scheduler", cluster)
     done = command("study", file, *options)
     assert done.returncode == 1, done.stderr
-    assert "The command is NOT CONVERGED" in done.stdout
+    assert done.stdout.startswith(
+        "NOT FINISHED: the command of this study keeps its path on no robot"
+    )
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
     assert "The command is NOT CONVERGED" in page
     assert (tmp_path / "study" / "run" / "report.html").exists()
@@ -444,17 +447,17 @@ def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
 def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
     """And goes with it; what anybody else has put there stays."""
     place, theirs = tmp_path / "study", {"run.sh", "run.log", "run.old", "rows.jsonl.kept"}
-    with locked(place, overwrite=False):
+    with lock_folder(place, overwrite=False):
         for name in ("run", "run.unfinished", ".run.replaced"):
             begin_folder(place / name, "run")
-            claimed(place / name / "run.json").write_text("{}")
+            claim_file(place / name / "run.json").write_text("{}")
         for name in (".run.lock", "study.toml", f"study.json.{'0f' * 16}.partial"):
             (place / name).write_text("")
         for name in theirs - {"run.old"}:
             (place / name).write_text("mine")
         (place / "run.old").mkdir()
         (place / "run" / "notes.txt").write_text("mine")
-    with locked(place, overwrite=True):
+    with lock_folder(place, overwrite=True):
         assert {file.name for file in place.iterdir()} == theirs | {"run", LIST}
         assert {file.name for file in (place / "run").iterdir()} == {"notes.txt", LIST}
 
@@ -462,9 +465,9 @@ def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
 def test_a_study_of_an_earlier_version_has_no_list_and_goes_on(tmp_path):
     for name in ("study.toml", "rows.jsonl", "notes.txt"):
         (tmp_path / name).write_text("")
-    with locked(tmp_path, overwrite=False):
+    with lock_folder(tmp_path, overwrite=False):
         assert {"study.toml", "rows.jsonl", "notes.txt"} < {f.name for f in tmp_path.iterdir()}
-    with locked(tmp_path, overwrite=True):
+    with lock_folder(tmp_path, overwrite=True):
         assert {file.name for file in tmp_path.iterdir()} == {LIST, "notes.txt"}
 
 

@@ -14,7 +14,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.instants import LONGEST, PathTimes, inserted
+from coupling.toolpaths.instants import MAX_STEP, PathTimes, insert_corners
 from coupling.toolpaths.motion import follow
 from coupling.toolpaths.segments import polyline
 
@@ -67,7 +67,7 @@ def test_a_process_is_asked_at_rests_and_as_often_as_wanted(kind, tmp_path):
     task = made(kind, tmp_path, sample_s=0.02).task(FLAT)
     asked, speed = task.sampled.forming, InterpolatedPath(task.forming).position
     assert np.diff(asked.time).max() <= 0.02 * (1.0 + 1e-9)
-    assert np.diff(task.forming.time).max() <= LONGEST * (1.0 + 1e-9)
+    assert np.diff(task.forming.time).max() <= MAX_STEP * (1.0 + 1e-9)
     size = np.linalg.norm(speed(task.forming.time, 1), axis=1)
     rests = (
         np.flatnonzero((size[1:-1] < 1e-6) & (size[1:-1] <= np.minimum(size[:-2], size[2:]))) + 1
@@ -90,10 +90,10 @@ def test_instants_keep_what_they_promise(durations, period, corners):
     assert np.isin(rests, asked).all()
     assert np.diff(asked).min() > 0.0
     assert np.diff(asked).max() <= period * (1.0 + 1e-9)
-    assert np.diff(instants.time).max() <= min(period, LONGEST) * (1.0 + 1e-9)
+    assert np.diff(instants.time).max() <= min(period, MAX_STEP) * (1.0 + 1e-9)
     for corner in corners:
         if 0.0 < corner < rests[-1]:
-            assert np.abs(asked - corner).min() <= max(0.1 * period, LONGEST / 3.0)
+            assert np.abs(asked - corner).min() <= max(0.1 * period, MAX_STEP / 3.0)
 
 
 def test_corners_that_stand_free_are_instants():
@@ -161,7 +161,7 @@ def test_a_row_on_a_surface_is_when_it_is_crossed():
 
 def test_a_path_from_a_file_keeps_its_rows_and_gets_corners_beside_them():
     path = lifted(lambda t: 0.01 * np.cos(np.pi * t))
-    longer, asked = inserted(path, np.array([-1.0, 0.333, 0.5001, 0.99, 2.0]))
+    longer, asked = insert_corners(path, np.array([-1.0, 0.333, 0.5001, 0.99, 2.0]))
     np.testing.assert_array_equal(asked, np.arange(103))
     assert np.isin(path.time, longer.time).all()
     assert np.isin([0.333, 0.5001, 0.99], longer.time).tolist() == [True, False, True]

@@ -22,7 +22,7 @@ from coupling.run.execute import loop_of, run_compensation
 from coupling.run.models import Models, cell_of
 from coupling.solve.correction import Uncorrected
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
-from coupling.toolpaths.table import FASTEST
+from coupling.toolpaths.table import MAX_TURN_RATE
 from coupling.toolpaths.tilt import APPROACH
 from docs.scripts.runs import example
 
@@ -150,7 +150,7 @@ def test_in_corners_the_tool_rests_and_turns_smoothly_as_long_as_it_is_told(kind
     assert np.linalg.norm(rate[starts], axis=1).max() <= jerk * 0.01**2
     if kind != "iso9283":
         assert np.abs(rate[~resting]).max() < 1e-9
-    assert np.linalg.norm(rate, axis=1).max() <= FASTEST
+    assert np.linalg.norm(rate, axis=1).max() <= MAX_TURN_RATE
 
 
 def circle_csv(folder, orientation=lambda angle: None):

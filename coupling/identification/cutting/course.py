@@ -13,13 +13,14 @@ _ANGLES, _SLICES = 96, 6
 _ROUNDNESS = 8e-6
 
 
-def slot_amplitudes(
+def slot_forces(
     coefficients: CuttingCoefficients, run_out: float, cutter: SlotCutter, feed: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return amplitudes at the frequencies of the spindle and of the teeth, across, along, axial.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return means, and amplitudes at the frequencies of spindle and teeth, across, along, axial.
 
     A chip is what a tooth reaches beyond those before it, whose radii differ by the run-out of the axis:
-    a tooth that reaches less leaves its chip to the next, and its edge does not act.
+    a tooth that reaches less leaves its chip to the next, and its edge does not act, so that means are
+    not straight in the feed.
 
     Args:
         coefficients: Cutting coefficients.
@@ -28,7 +29,7 @@ def slot_amplitudes(
         feed: Feeds [m/s], (n,).
 
     Returns:
-        Both amplitudes [N], (n, 3) each.
+        Means and both amplitudes [N], (n, 3) each.
     """
     K = coefficients
     edges = ((K.K_tc, K.K_te), (K.K_rc, K.K_re), (K.K_ac, K.K_ae))
@@ -54,4 +55,4 @@ def slot_amplitudes(
         across, along = tangential * sin - radial * cos, -tangential * cos - radial * sin
         force += np.stack([across, along, axial], axis=-1).sum(axis=2) * cutter.depth / _SLICES
     spectrum = 2.0 * np.abs(np.fft.rfft(force, axis=1)) / _ANGLES
-    return spectrum[:, 1], spectrum[:, cutter.teeth]
+    return force.mean(axis=1), spectrum[:, 1], spectrum[:, cutter.teeth]

@@ -1,4 +1,4 @@
-"""Coefficients from mean forces, then run-out from the course over a revolution."""
+"""Coefficients and run-out from forces in slots: means and amplitudes, fitted together."""
 
 from __future__ import annotations
 
@@ -8,19 +8,25 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from coupling.errors import IdentifyError
-from coupling.identification.cutting.course import slot_amplitudes
+from coupling.identification.cutting.course import slot_forces
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.identification.verdict import quantile
 from coupling.process.cutting_force import CuttingCoefficients
 
 COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")
-# Errors of amplitudes, by themselves, at the spindle's and the teeth's frequency; what a dynamometer
-# shows of them is about all [1].
-_ONCE, _PASSING, _RATIO = 0.08, 0.05, 0.4
+# Errors: of means by the largest one, of amplitudes by themselves at the spindle's and the teeth's
+# frequency; what a dynamometer shows of them is about all [1].
+_MEAN, _ONCE, _PASSING, _RATIO = 0.025, 0.08, 0.05, 0.15
 # A smaller amplitude is none [N].
 _LEAST = 1.0
 # First run-outs [m].
 _FIRST = (8e-6, 1.5e-5)
+# Sizes of a coefficient of a cut [Pa], of an edge [N/m], of a run-out [m].
+_PER_CUT, _PER_LENGTH, _RUN_OUT = 1e9, 1e4, 1e-5
+# Means in a slot without run-out by K_c c and by K_e, across, along, axial [Altintas2012, eq. (2.38)].
+_PER_CHIP = np.array([0.25, 0.25, 1.0 / np.pi])
+_PER_EDGE = np.array([1.0 / np.pi, 1.0 / np.pi, 0.5])
+_SIGNS = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -49,18 +55,9 @@ class CuttingFit:
 
     def predicted(self, cutter: SlotCutter, feed: np.ndarray) -> MeasuredSlots:
         """Return what the dynamometer would show at feeds [m/s], (n,)."""
-        once, passing = slot_amplitudes(self.coefficients, self.run_out, cutter, feed)
-        by_chip, by_edge = self.values[:3] * _PER_CHIP, self.values[3:] * _PER_EDGE
-        edges = cutter.teeth * cutter.depth
-        mean = edges * _SIGNS * (cutter.chip(feed)[:, None] * by_chip + by_edge)
+        mean, once, passing = slot_forces(self.coefficients, self.run_out, cutter, feed)
         passing[:, :2] *= self.shown[3:]
         return MeasuredSlots(feed, mean, once * self.shown[:3], passing, ("", "", ""))
-
-
-# Means in a slot by K_c c and by K_e, across, along and axial [Altintas2012, eq. (2.38)].
-_PER_CHIP = np.array([0.25, 0.25, 1.0 / np.pi])
-_PER_EDGE = np.array([1.0 / np.pi, 1.0 / np.pi, 0.5])
-_SIGNS = np.array([1.0, -1.0, 1.0])
 
 
 def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
@@ -69,57 +66,51 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
     Raises:
         IdentifyError: If the mean across the feed does not rise with it.
     """
-    values, half = _of_means(cutter, slots)
-    coefficients = CuttingCoefficients(*values.tolist())
+    size = np.repeat([_PER_CUT, _PER_LENGTH], 3)
+    first = _without_run_out(cutter, slots) / size
+    mean_error = _MEAN * np.abs(slots.mean).max()
     measured_once = np.maximum(slots.once, _LEAST)
     # Axially the teeth of a slot nearly add up to a constant: what is left there says nothing.
     measured_passing = np.maximum(slots.passing[:, :2], _LEAST)
 
+    def fit_of(unknown: np.ndarray) -> CuttingFit:
+        values = unknown[:6] * size
+        return CuttingFit(values, 0.0 * values, _RUN_OUT * float(unknown[6]), 0.0, unknown[7:])
+
     def residual(unknown: np.ndarray) -> np.ndarray:
-        once, passing = slot_amplitudes(coefficients, 1e-5 * unknown[0], cutter, slots.feed)
+        expected = fit_of(unknown).predicted(cutter, slots.feed)
         return np.concatenate(
             [
-                ((once * unknown[1:4] / measured_once - 1.0) / _ONCE).ravel(),
-                ((passing[:, :2] * unknown[4:] / measured_passing - 1.0) / _PASSING).ravel(),
-                (unknown[1:] - 1.0) / _RATIO,
+                ((expected.mean - slots.mean) / mean_error).ravel(),
+                ((expected.once / measured_once - 1.0) / _ONCE).ravel(),
+                ((expected.passing[:, :2] / measured_passing - 1.0) / _PASSING).ravel(),
+                (unknown[7:] - 1.0) / _RATIO,
             ]
         )
 
     solutions = [
-        least_squares(residual, [1e5 * first, 1.0, 1.0, 1.0, 1.0, 1.0], bounds=(0.0, np.inf))
-        for first in _FIRST
+        least_squares(
+            residual, np.concatenate([first, [start / _RUN_OUT], np.ones(5)]), bounds=(0.0, np.inf)
+        )
+        for start in _FIRST
     ]
     best = min(solutions, key=lambda solution: float(solution.cost))
     freedom = len(best.fun) - len(best.x)
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(2.0 * best.cost / freedom, 1.0)
-    return CuttingFit(
-        values,
-        half,
-        1e-5 * float(best.x[0]),
-        1e-5 * quantile(freedom) * float(np.sqrt(covariance[0, 0])),
-        best.x[1:],
-    )
+    # Forces of one feed err together: feeds are counted, not forces.
+    half = quantile(len(slots.feed) - 2) * np.sqrt(np.diag(covariance))
+    fit = fit_of(best.x)
+    return CuttingFit(fit.values, half[:6] * size, fit.run_out, _RUN_OUT * half[6], fit.shown)
 
 
-def _of_means(cutter: SlotCutter, slots: MeasuredSlots) -> tuple[np.ndarray, np.ndarray]:
-    """Return coefficients and half their 95 % intervals: means are linear in the feed."""
+def _without_run_out(cutter: SlotCutter, slots: MeasuredSlots) -> np.ndarray:
+    """Return coefficients [Pa, N/m], (6,), by means that are straight in the feed."""
     chip, edges = cutter.chip(slots.feed), cutter.teeth * cutter.depth
-    values, half = np.empty(6), np.empty(6)
-    columns = np.column_stack([chip, np.ones(len(chip))])
-    inverse = np.linalg.inv(columns.T @ columns)
-    freedom = len(chip) - 2
-    for axis in range(3):
-        target = _SIGNS[axis] * slots.mean[:, axis]
-        line = inverse @ columns.T @ target
-        variance = float(np.sum((columns @ line - target) ** 2)) / freedom
-        spread = quantile(freedom) * np.sqrt(variance * np.diag(inverse))
-        factors = np.array([_PER_CHIP[axis], _PER_EDGE[axis]]) * edges
-        values[[axis, 3 + axis]] = line / factors
-        half[[axis, 3 + axis]] = spread / factors
-    if not values[0] > 0.0:
+    rise, intercept = np.polyfit(chip, _SIGNS * slots.mean, 1)
+    if not rise[0] > 0.0:
         raise IdentifyError(
             "expected a mean force across the feed that rises with it, got one that falls: look at the"
             " columns of the axes"
         )
     # Rubbing alone cannot pull a tool on.
-    return np.maximum(values, 0.0), half
+    return np.maximum(np.concatenate([rise / _PER_CHIP, intercept / _PER_EDGE]) / edges, 1.0)

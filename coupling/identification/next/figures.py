@@ -27,6 +27,8 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
     """
     return NextResult(
         absolute=plan.options.absolute,
+        tolerance_m=plan.history.runs[-1].source.tolerance,
+        warnings=tuple(_warnings(plan)),
         sentences=tuple(sentences(plan)),
         runs=tuple(map(_run, plan.history.runs)),
         step=plan.step,
@@ -80,10 +82,7 @@ def sentences(plan: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
     lines = [_verdict(plan)]
     lines.append(f"Next: {_move(plan)}.")
-    for run in plan.history.runs:
-        lines += filter(
-            None, (frame_sentence(run, plan.options.frame_accuracy), clock_sentence(run))
-        )
+    lines += _warnings(plan)
     if plan.learned is not None and plan.learned.refusal:
         lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
     if not plan.options.absolute:
@@ -92,6 +91,16 @@ def sentences(plan: CommandPlan) -> list[str]:
             " give its uncertainty by --frame-known to correct the absolute position too."
         )
     return lines
+
+
+def _warnings(plan: CommandPlan) -> list[str]:
+    """Return what is doubtful of the measurements."""
+    return [
+        text
+        for run in plan.history.runs
+        for text in (frame_sentence(run, plan.options.frame_accuracy), clock_sentence(run))
+        if text
+    ]
 
 
 def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:

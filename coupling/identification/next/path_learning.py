@@ -21,7 +21,7 @@ from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.path.discrepancy import Discrepancy
-from coupling.path.linear import interpolated
+from coupling.path.linear import interpolate_rows
 from coupling.results.next_result import DeviationSize, LearningStep
 
 # A run confirms its correction that leaves less than this part of the best one before.
@@ -161,7 +161,7 @@ def learn_path(history: History, model: CommandModel, step: LearningStep) -> Pat
 def _unmodelled_at(time: np.ndarray, history: History, number: int, x: np.ndarray) -> np.ndarray:
     """Return what a robot with log factors x [1], (P,), does not explain of a run [m, rad], (n, 6)."""
     low_pass = signal_filter(history.runs[number].measured.time)
-    return interpolated(time, low_pass.time, low_pass(history.unmodelled(number, x)))
+    return interpolate_rows(time, low_pass.time, low_pass(history.unmodelled(number, x)))
 
 
 def replace_outliers(runs: np.ndarray) -> np.ndarray:
@@ -207,7 +207,7 @@ def is_repeated(history: History, number: int, x: np.ndarray) -> bool:
         return True
     run, before = history.runs[number], history.runs[number - 1]
     time, low_pass = run.measured.time, signal_filter(run.measured.time)
-    earlier = interpolated(time, before.measured.time, history.unmodelled(number - 1, x))
+    earlier = interpolate_rows(time, before.measured.time, history.unmodelled(number - 1, x))
     change = (history.unmodelled(number, x) - earlier)[:, :3]
     noise = 3.0 * run.noise**2 * low_pass.of_noise
     return (

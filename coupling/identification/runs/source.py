@@ -56,6 +56,7 @@ class MeasuredFile:
         stored: Content of the folder; desired path and wrench in axes of the robot's base.
         discrepancy: Assumed deviation of the tool beyond the model, in these axes; None: nothing.
         forecast: Deviation that was expected of the command; None where nothing was measured before.
+        tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
 
     folder: Path
@@ -70,6 +71,7 @@ class MeasuredFile:
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
     forecast: RunForecast | None = None
+    tolerance: float | None = None
 
     def whole(self, own_frame: bool, model: ToolPath) -> MeasuredPath:
         """Return the measured run.
@@ -141,6 +143,7 @@ def read_source(folder: Path, measured: Measurement) -> MeasuredFile:
         ),
         placed.discrepancy and placed.discrepancy.transformed(base_from_world),
         run.figures.forecast,
+        case.tolerance,
     )
 
 

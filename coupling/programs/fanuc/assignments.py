@@ -10,18 +10,18 @@ from coupling.programs.fanuc.harmless import OUTCOME
 from coupling.programs.fanuc.memory import PositionRegister
 from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.fanuc.running import RunningProgram
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 _FLAGS = re.IGNORECASE
 REGISTER = re.compile(r"R\[(.+?)\]\s*=(?!=)\s*(.+)", _FLAGS)
 _ELEMENT = re.compile(r"PR\[([^,=]+),([^=]+)\]\s*=\s*(.+)", _FLAGS)
-_WHOLE = re.compile(r"PR\[([^,=]+)\]\s*=\s*(.+)", _FLAGS)
+_WHOLE_REGISTER = re.compile(r"PR\[([^,=]+)\]\s*=\s*(.+)", _FLAGS)
 _TERM = re.compile(
     r"\s*([-+]?)\s*(LPOS|JPOS|(PR|P|UFRAME|UTOOL)\[((?:[^\[\]]|\[[^\[\]]*\])*)\])", _FLAGS
 )
 _SET = re.compile(r"(UFRAME|UTOOL)\[([^=]+)\]\s*=\s*PR\[([^=]+)\]", _FLAGS)
-_CHOSEN = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
+_FRAME_NUMBER = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
 _OVERRIDE = re.compile(
     r"(?:OVERRIDE|\$MCR\.\$GENOVERRIDE|\$MCR_GRP\[1\]\.\$PRGOVERRIDE)\s*=\s*([^%]+)%?", _FLAGS
 )
@@ -47,7 +47,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
     if (match := _ELEMENT.fullmatch(words)) is not None:
         index, place = (running.index(part, where) for part in match.groups()[:2])
         registers.set_element(index, place, running.value(match[3], where), where)
-    elif (match := _WHOLE.fullmatch(words)) is not None:
+    elif (match := _WHOLE_REGISTER.fullmatch(words)) is not None:
         index = running.index(match[1], where)
         registers.set_position(index, _sum(running, match[2], where))
     elif (match := REGISTER.fullmatch(words)) is not None:
@@ -56,7 +56,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
     elif (match := _SET.fullmatch(words)) is not None:
         number, index = (running.index(part, where) for part in match.groups()[1:])
         registers.set_frame(match[1].upper(), number, index, where)
-    elif (match := _CHOSEN.fullmatch(words)) is not None:
+    elif (match := _FRAME_NUMBER.fullmatch(words)) is not None:
         registers.choose(match[1].upper(), int(running.require_number(match[2], where)))
     elif (match := _OVERRIDE.fullmatch(words)) is not None:
         _set_override(running, running.require_number(match[1], where), where)
@@ -64,7 +64,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
         _set_condition(running, match, where)
     else:
         raise ProgramError(
-            f"{where}: expected an instruction that is known, got {shortened(words)!r}: remove it if it"
+            f"{where}: expected an instruction that is known, got {shorten(words)!r}: remove it if it"
             " does not change the path"
         )
 
@@ -99,11 +99,11 @@ def _sum(running: RunningProgram, text: str, where: str) -> PositionRegister:
         term = _TERM.match(bare, at)
         if term is None or (total is not None and not term[1]) or (total is None and term[1]):
             raise ProgramError(
-                f"{where}: expected a position, or a sum of PR[], got {shortened(bare)!r}"
+                f"{where}: expected a position, or a sum of PR[], got {shorten(bare)!r}"
             )
         value = _term(running, term, where)
         sign = -1.0 if term[1] == "-" else 1.0
-        total = value if total is None else _added(total, value, sign, where)
+        total = value if total is None else _add_positions(total, value, sign, where)
         at = term.end()
         if not bare[at:].strip():
             break
@@ -143,7 +143,9 @@ def _term(running: RunningProgram, term: re.Match[str], where: str) -> PositionR
     return PositionRegister.of(TpPosition(cartesian_of(pose)), is_matrix=True)
 
 
-def _added(a: PositionRegister, b: PositionRegister, sign: float, where: str) -> PositionRegister:
+def _add_positions(
+    a: PositionRegister, b: PositionRegister, sign: float, where: str
+) -> PositionRegister:
     if bool(a.is_joint) != bool(b.is_joint) or a.is_matrix or b.is_matrix:
         raise ProgramError(
             f"{where}: expected positions of one kind to add, got X, Y, Z, W, P, R, joint angles or"

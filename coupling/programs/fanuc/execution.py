@@ -18,11 +18,11 @@ from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.program import RobotProgram
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # Programs that call each other, at most.
-_DEEPEST = 10
+_MAX_CALL_DEPTH = 10
 _FLAGS = re.IGNORECASE
 _CALL = re.compile(r"(CALL|RUN)\s+([\w-]+)\s*(?:\((.*)\))?", _FLAGS)
 _CALL_BY_STRING = re.compile(r"(?:CALL|RUN)\s+A?SR?\[.*", _FLAGS)
@@ -115,7 +115,7 @@ class FanucExecution:
             if not self._is_without_effect(running, instruction.text, here):
                 raise ProgramError(
                     f"{here}: expected outputs and waits alone in what runs during a motion, got"
-                    f" {shortened(instruction.text)!r}"
+                    f" {shorten(instruction.text)!r}"
                 )
             self.notes.leave_out("P-SPS")
         raise ProgramError(f"{where}: expected a line of dashes behind P-SPS, got none")
@@ -124,7 +124,7 @@ class FanucExecution:
         partner = running.text.partners.get(index)
         if partner is None:
             words = running.text.instructions[index].text
-            raise ProgramError(f"{where}: expected the end of {shortened(words)!r}, got none")
+            raise ProgramError(f"{where}: expected the end of {shorten(words)!r}, got none")
         return partner
 
     def _act(self, running: RunningProgram, index: int, words: str, where: str) -> int:
@@ -145,7 +145,7 @@ class FanucExecution:
             self._call(running, call, where)
         elif _CALL_BY_STRING.fullmatch(words):
             raise ProgramError(
-                f"{where}: expected the name of a program, got {shortened(words)!r}, which the"
+                f"{where}: expected the name of a program, got {shorten(words)!r}, which the"
                 " controller alone knows: write the name"
             )
         elif (word := left_out_word(words)) is not None:
@@ -172,15 +172,15 @@ class FanucExecution:
         if name.startswith("AR["):
             remedy = "read the program that calls this one, which gives it"
         return ProgramError(
-            f"{where}: expected a condition of what the program sets, got {shortened(name)} in"
-            f" {shortened(condition.strip())!r}: {remedy}"
+            f"{where}: expected a condition of what the program sets, got {shorten(name)} in"
+            f" {shorten(condition.strip())!r}: {remedy}"
         )
 
     def _if(self, running: RunningProgram, index: int, words: str, where: str) -> int:
-        condition, action = _parted(words[2:])
+        condition, action = _split_at_comma(words[2:])
         if not action:
             raise ProgramError(
-                f"{where}: expected a condition, a comma and an action, got {shortened(words)!r}"
+                f"{where}: expected a condition, a comma and an action, got {shorten(words)!r}"
             )
         truth = self._truth(running, condition, where)
         if truth is None:
@@ -208,7 +208,7 @@ class FanucExecution:
         if left_out_word(words) is not None or words.upper() in ("ELSE", "ENDIF"):
             return True
         if words.upper().startswith("IF"):
-            action = "" if _IF_THEN.fullmatch(words) else _parted(words[2:])[1]
+            action = "" if _IF_THEN.fullmatch(words) else _split_at_comma(words[2:])[1]
             return not action or self._is_without_effect(running, action, where)
         if (call := _CALL.fullmatch(words)) is not None:
             return is_harmless(call[2], self.files)
@@ -259,7 +259,7 @@ class FanucExecution:
     def _begin_loop(self, running: RunningProgram, index: int, words: str, where: str) -> int:
         loop = _FOR.fullmatch(words)
         if loop is None:
-            raise ProgramError(f"{where}: expected FOR R[]=.. TO .., got {shortened(words)!r}")
+            raise ProgramError(f"{where}: expected FOR R[]=.. TO .., got {shorten(words)!r}")
         register, start, word, end = loop.groups()
         number = whole_number(running.value(register, where), f"{where}: R[]")
         first = running.require_number(start, where)
@@ -300,7 +300,7 @@ class FanucExecution:
             match, other = _CASE.fullmatch(case), _ELSE_CASE.fullmatch(case)
             if match is None and other is None:
                 raise ProgramError(
-                    f"{where}: expected =value,action in SELECT, got {shortened(case)!r}"
+                    f"{where}: expected =value,action in SELECT, got {shorten(case)!r}"
                 )
             if match is None or value == running.require_number(match[1], where):
                 action = match[2] if match is not None else case.partition(",")[2].strip()
@@ -318,11 +318,11 @@ class FanucExecution:
             return
         if word == "RUN":
             raise moving_program(name, self.files, where)
-        if running.depth >= _DEEPEST:
+        if running.depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{where}: expected at most {_DEEPEST} calls in each other, got more"
+                f"{where}: expected at most {_MAX_CALL_DEPTH} calls in each other, got more"
             )
-        values = tuple(running.value(part, where) for part in _listed(arguments))
+        values = tuple(running.value(part, where) for part in _split_at_commas(arguments))
         inner = RunningProgram(
             text, self.registers, values, dict(running.offsets), running.depth + 1
         )
@@ -335,12 +335,12 @@ class FanucExecution:
 def _missing(words: str, name: str, where: str) -> ProgramError:
     """Return the refusal of a program that is not there."""
     return ProgramError(
-        f"{where}: expected a file {name}.ls beside the program, got none for {shortened(words)}: put it"
+        f"{where}: expected a file {name}.ls beside the program, got none for {shorten(words)}: put it"
         " there, or remove the line if it does not move the robot"
     )
 
 
-def _parted(text: str) -> tuple[str, str]:
+def _split_at_comma(text: str) -> tuple[str, str]:
     """Return what stands before and behind the first comma outside of brackets."""
     depth = 0
     for at, letter in enumerate(text):
@@ -350,10 +350,10 @@ def _parted(text: str) -> tuple[str, str]:
     return text.strip(), ""
 
 
-def _listed(text: str) -> list[str]:
+def _split_at_commas(text: str) -> list[str]:
     """Return the parts between commas outside of brackets."""
     parts, remaining = [], text.strip()
     while remaining:
-        part, remaining = _parted(remaining)
+        part, remaining = _split_at_comma(remaining)
         parts.append(part)
     return parts

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 
 from coupling.errors import ProgramError
-from coupling.programs.arithmetic import ORDER, computed
-from coupling.programs.text import real, shortened
+from coupling.programs.arithmetic import ORDER, compute_rounded
+from coupling.programs.text import real, shorten
 from coupling.programs.unknown import Unknown
 
 _TOKEN = re.compile(
@@ -15,7 +15,7 @@ _TOKEN = re.compile(
     r"|\$[\w$.]+(?:\[[^\[\]]*\][\w$.]*)*|[A-Za-z_]\w*)"
 )
 # Brackets in each other; the language allows five.
-_DEEPEST = 20
+_MAX_NESTING = 20
 # How tightly operators bind.
 _COMPARING = 3
 _PRECEDENCE = {
@@ -58,7 +58,7 @@ def evaluate(text: str, lookup: Lookup, where: str) -> Value:
         token = _TOKEN.match(bare, at)
         if token is None:
             raise ProgramError(
-                f"{where}: expected an expression, got {shortened(bare[at:])!r} in {shortened(bare)!r}"
+                f"{where}: expected an expression, got {shorten(bare[at:])!r} in {shorten(bare)!r}"
             )
         tokens.append(token[1])
         at = token.end()
@@ -78,8 +78,8 @@ class _Expression:
 
     def error(self, word: str) -> ProgramError:
         return ProgramError(
-            f"{self.where}: expected an expression of registers and numbers, got {shortened(word)!r}"
-            f" in {shortened(self.text)!r}"
+            f"{self.where}: expected an expression of registers and numbers, got {shorten(word)!r}"
+            f" in {shorten(self.text)!r}"
         )
 
     def _next(self, *words: str) -> str:
@@ -116,12 +116,12 @@ class _Expression:
         return (
             ORDER[word](left_value, right)
             if word in ORDER
-            else computed(word, left_value, right, self.where)
+            else compute_rounded(word, left_value, right, self.where)
         )
 
     def _factor(self) -> Value:
         self.depth += 1
-        if not self.tokens or self.depth > _DEEPEST:
+        if not self.tokens or self.depth > _MAX_NESTING:
             raise self.error(self.tokens[0] if self.tokens else "its end")
         token = self.tokens.pop(0)
         value = self._value(token)
@@ -175,5 +175,5 @@ def whole_number(value: Value, where: str) -> int:
             f"{where}: expected a number that the program sets, got {value.name}: set it before"
         )
     if isinstance(value, str) or value != int(value):
-        raise ProgramError(f"{where}: expected a whole number, got {shortened(str(value))}")
+        raise ProgramError(f"{where}: expected a whole number, got {shorten(str(value))}")
     return int(value)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from coupling.errors import ProgramError
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _INDEX = r"\[((?:[^\[\]]|\[[^\[\]]*\])*)\]"
 _BRACKETS = r"\[(?:[^\[\]]|\[[^\[\]]*\])*\]"
@@ -129,7 +129,7 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     """
     target = _TARGET.match(text)
     if target is None:
-        raise ProgramError(f"{where}: expected a motion to P[] or PR[], got {shortened(text)!r}")
+        raise ProgramError(f"{where}: expected a motion to P[] or PR[], got {shorten(text)!r}")
     letter = target[1].upper()
     if letter not in "JL":
         raise ProgramError(
@@ -142,7 +142,7 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     if speed is None:
         raise ProgramError(
             f"{where}: expected J or L to a position with a speed such as 50mm/sec, got"
-            f" {shortened(_first(text, position))!r} in {shortened(text)!r}"
+            f" {shorten(_first(text, position))!r} in {shorten(text)!r}"
         )
     if speed[2] == "%" and letter == "L":
         raise ProgramError(
@@ -152,7 +152,7 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     if end is None:
         raise ProgramError(
             f"{where}: expected FINE, CNT or CD behind the speed, got"
-            f" {shortened(_first(text, speed.end()))!r}"
+            f" {shorten(_first(text, speed.end()))!r}"
         )
     return MotionInstruction(
         letter,
@@ -176,7 +176,7 @@ def _options(text: str, at: int, where: str) -> tuple[MotionOption, ...]:
         )
         if option is None:
             raise ProgramError(
-                f"{where}: expected known options of a motion, got {shortened(_first(text, at))!r}:"
+                f"{where}: expected known options of a motion, got {shorten(_first(text, at))!r}:"
                 " remove it if it does not change the path"
             )
         match, kind, word = option

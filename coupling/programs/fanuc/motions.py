@@ -16,14 +16,14 @@ from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.frames import PoseFrames
 from coupling.programs.poses import product
 from coupling.programs.program import Motion, Pose, ProgramMove
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _RADIANS = 0.017453292519943295
 # Speeds in m/s for one unit, and times in seconds.
 _PACES = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _TIMES = {"sec": 1.0, "msec": 1e-3}
 # Axes beside the robot's that stand differ by rounding alone [mm], [deg].
-_STANDS = 1e-3
+_STANDSTILL = 1e-3
 
 
 @dataclass
@@ -111,7 +111,7 @@ class TpDriver:
 
     def _moved_others(self, position: TpPosition, where: str) -> tuple[tuple[str, float], ...]:
         for name, value in position.others:
-            if abs(value) > _STANDS:
+            if abs(value) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected {name} to stand, got an increment of {value:g}: the robot"
                     " alone is moved"
@@ -164,7 +164,7 @@ class TpDriver:
         """Refuse a target to which other axes than the robot's move."""
         for name, value in position.others:
             before = self.others.setdefault(name, value)
-            if abs(value - before) > _STANDS:
+            if abs(value - before) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected {name} to stand, got a move from {before:g} to {value:g}: the"
                     " robot alone is moved"
@@ -213,7 +213,7 @@ def moving_program(name: str, files: Mapping[str, TpText], where: str) -> Progra
     words = first_effect(name, files)
     return ProgramError(
         f"{where}: expected outputs and waits alone in {name}, which runs during a motion, got"
-        f" {shortened(words)!r}: call it before or after the motion"
+        f" {shorten(words)!r}: call it before or after the motion"
     )
 
 

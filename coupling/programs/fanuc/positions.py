@@ -11,7 +11,7 @@ import numpy as np
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_wpr, wpr_of
 from coupling.programs.program import Pose
-from coupling.programs.text import NUMBER, real, shortened
+from coupling.programs.text import NUMBER, real, shorten
 
 _GROUP = re.compile(r"\bGP(\d)\s*:")
 _HEAD = re.compile(r"CONFIG\s*:\s*'[^'\n]*'|\b(UF|UT)\s*:\s*(\w+)")
@@ -97,15 +97,15 @@ def _fields(text: str, where: str) -> dict[str, float]:
         field = _FIELD.fullmatch(word)
         if field is None:
             if _UNTAUGHT.fullmatch(word):
-                raise ProgramError(f"{where}: expected a taught position, got {shortened(word)!r}")
+                raise ProgramError(f"{where}: expected a taught position, got {shorten(word)!r}")
             if re.match(r"R[XYZWPR]\b", word):
                 raise ProgramError(
                     f"{where}: expected a position of a tool that the robot holds, got one of a tool"
-                    f" that stands, RTCP: {shortened(word)!r}"
+                    f" that stands, RTCP: {shorten(word)!r}"
                 )
             raise ProgramError(
                 f"{where}: expected X, Y, Z in mm, W, P, R or J1, J2, .. in deg, got"
-                f" {shortened(word)!r}"
+                f" {shorten(word)!r}"
             )
         unit = {"X": "mm", "Y": "mm", "Z": "mm", "W": "deg", "P": "deg", "R": "deg"}.get(field[1])
         if unit not in (None, field[3]):
@@ -144,5 +144,5 @@ def _number(text: str, where: str) -> int | None:
     if text.upper() == "F":
         return None
     if not re.fullmatch(r"\d{1,4}", text):
-        raise ProgramError(f"{where}: expected the number of a frame or F, got {shortened(text)!r}")
+        raise ProgramError(f"{where}: expected the number of a frame or F, got {shorten(text)!r}")
     return int(text)

@@ -28,7 +28,7 @@ def read(files: Sequence[ProgramFile]) -> RobotProgram:
     return reader.program(texts[0])
 
 
-def called(text: str) -> tuple[str, ...]:
+def find_called(text: str) -> tuple[str, ...]:
     """Return the names of the programs that a text calls or runs."""
     return tuple(
         name.upper() for name in re.findall(r"\b(?:CALL|RUN)\s+(\w+)", text, re.IGNORECASE)

@@ -9,7 +9,7 @@ from coupling.programs.fanuc.expressions import Value, evaluate, whole_number
 from coupling.programs.fanuc.memory import Registers
 from coupling.programs.fanuc.positions import TpPosition, position_of
 from coupling.programs.fanuc.syntax import TpText
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 
@@ -53,13 +53,13 @@ class RunningProgram:
         if isinstance(value, (Unknown, str)):
             name = value.name if isinstance(value, Unknown) else repr(value)
             raise ProgramError(
-                f"{where}: expected a number that the program sets, got {shortened(name)}: set it before"
+                f"{where}: expected a number that the program sets, got {shorten(name)}: set it before"
             )
         return float(value)
 
     def index(self, expression: str, where: str) -> int:
         """Return the number of a register or a position."""
-        return whole_number(self.value(expression, where), f"{where}: [{shortened(expression)}]")
+        return whole_number(self.value(expression, where), f"{where}: [{shorten(expression)}]")
 
     def taught(self, index: int, where: str) -> TpPosition:
         """Return a position of the program's own data."""

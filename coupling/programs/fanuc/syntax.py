@@ -9,7 +9,7 @@ from functools import cached_property
 
 from coupling.errors import ProgramError
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _PROGRAM = re.compile(r"^\s*/PROG\s+([^\s:;]+)", re.MULTILINE | re.IGNORECASE)
 _GROUPS = re.compile(r"^\s*DEFAULT_GROUP\s*=\s*([^\s,;]+)", re.MULTILINE)
@@ -17,7 +17,7 @@ _SECTION = re.compile(r"/[A-Z]+\b", re.IGNORECASE)
 # The number of a line; a line with none but a colon continues the one before.
 _NUMBERED = re.compile(r"\s*(\d*)\s*:")
 # A controller's lines are shorter by far.
-_LONGEST = 2000
+_MAX_LINE_LENGTH = 2000
 _COMMENTS = ("!", "//", "--eg")
 # What a user calls a register, a position or a label, behind its number.
 _NAME = re.compile(r":[^\[\]]*(?=\])")
@@ -76,9 +76,9 @@ class TpText:
         groups = _GROUPS.search(text)
         instructions = tuple(_instructions(sections["/MN"]))
         for instruction in instructions:
-            if len(instruction.text) > _LONGEST:
+            if len(instruction.text) > _MAX_LINE_LENGTH:
                 raise ProgramError(
-                    f"{file.name}: line {instruction.line}: expected at most {_LONGEST}"
+                    f"{file.name}: line {instruction.line}: expected at most {_MAX_LINE_LENGTH}"
                     f" characters in an instruction, got {len(instruction.text)}"
                 )
         return cls(
@@ -197,7 +197,7 @@ def _positions(file: str, text: str) -> dict[int, str]:
         if position is None:
             excerpt = text[at : at + 60].strip()
             raise ProgramError(
-                f"{file}: /POS: expected P[number]{{ .. }};, got {shortened(excerpt)!r}"
+                f"{file}: /POS: expected P[number]{{ .. }};, got {shorten(excerpt)!r}"
             )
         number = int(position[1])
         if number in positions:

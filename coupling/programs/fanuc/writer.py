@@ -21,7 +21,7 @@ from coupling.programs.program import (
     ProgramMove,
     RobotProgram,
 )
-from coupling.programs.text import fixed, numbers, require_lines, require_name
+from coupling.programs.text import format_fixed, numbers, require_lines, require_name
 
 # Characters of a name; lines and positions of one program, which are numbered with four digits.
 LONGEST_NAME, LONGEST_LINE, MOST_LINES = 36, 254, 9999
@@ -70,7 +70,7 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     frames = list(_frames(program))
     lines = [_instruction(program, k) for k in range(len(program.moves))]
     if len(lines) + len(frames) <= MOST_LINES:
-        files = [_file(program.name, [*frames, *_numbered(lines)], program.moves)]
+        files = [_file(program.name, [*frames, *_number_lines(lines)], program.moves)]
     else:
         # Each part's positions are its own.
         size = MOST_LINES
@@ -80,7 +80,7 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
         calls = [f"CALL {name}" for name in names]
         files = [_file(program.name, [*frames, *calls], ())]
         files += [
-            _file(name, _numbered(lines[part]), program.moves[part])
+            _file(name, _number_lines(lines[part]), program.moves[part])
             for name, part in zip(names, parts, strict=True)
         ]
     for file in files:
@@ -110,7 +110,7 @@ def _instruction(program: RobotProgram, k: int) -> tuple[str, str]:
     move = program.moves[k]
     word = "L" if move.motion == "linear" else "J"
     if move.duration is None:
-        speed = "10%" if word == "J" else f"{fixed(1e3 * (move.speed or 0.01), 1)}mm/sec"
+        speed = "10%" if word == "J" else f"{format_fixed(1e3 * (move.speed or 0.01), 1)}mm/sec"
         return f"{word} P[", f"] {speed} FINE"
     exact = 1e3 * move.duration
     ms = round(exact)
@@ -123,7 +123,7 @@ def _instruction(program: RobotProgram, k: int) -> tuple[str, str]:
     return f"{word} P[", f"] {ms}msec {end}"
 
 
-def _numbered(lines: Sequence[tuple[str, str]]) -> list[str]:
+def _number_lines(lines: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{before}{k}{after}" for k, (before, after) in enumerate(lines, start=1)]
 
 
@@ -147,7 +147,7 @@ def _position(number: int, move: ProgramMove, angles: np.ndarray | None) -> Iter
     if move.joints is not None:
         yield f"\tUF : {FRAME}, UT : {FRAME},"
         values = [
-            f"J{i}= {fixed(a, DEGREE_DECIMALS)} deg"
+            f"J{i}= {format_fixed(a, DEGREE_DECIMALS)} deg"
             for i, a in enumerate(np.rad2deg(move.joints), start=1)
         ]
         yield f"\t{', '.join(values[:3])},"
@@ -159,12 +159,14 @@ def _position(number: int, move: ProgramMove, angles: np.ndarray | None) -> Iter
         position = zip("XYZ", move.pose[:3], strict=False)
         yield (
             "\t"
-            + ", ".join(f"{key} = {fixed(1e3 * value, MM_DECIMALS)} mm" for key, value in position)
+            + ", ".join(
+                f"{key} = {format_fixed(1e3 * value, MM_DECIMALS)} mm" for key, value in position
+            )
             + ","
         )
         turns = zip("WPR", angles, strict=True)
         yield "\t" + ", ".join(
-            f"{key} = {fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns
+            f"{key} = {format_fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns
         )
     yield "};"
 

@@ -10,10 +10,10 @@ from coupling.programs.krl.declarations import declaration_of, structure_of
 from coupling.programs.krl.expressions import Expression, Reference
 from coupling.programs.krl.harmless import harmless_word
 from coupling.programs.krl.memory import Names
-from coupling.programs.krl.parser import leading, parsed
+from coupling.programs.krl.parser import leading, parse_expression
 from coupling.programs.krl.syntax import KrlLine, lines_of
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _WITHOUT_VALUE = frozenset(["ENUM", "SIGNAL", "EXT", "EXTFCT", "EXTP", "EXTFCTP"])
 _HEADINGS = frozenset(("DEFDAT", "ENDDAT"))
@@ -65,7 +65,7 @@ class Assignments:
             self.controller.notes.leave_out(word)
         elif not self.assign(line):
             raise ProgramError(
-                f"{line.where}: expected declarations and values in a .dat, got {shortened(line.text)!r}"
+                f"{line.where}: expected declarations and values in a .dat, got {shorten(line.text)!r}"
             )
 
     def declare(self, line: KrlLine) -> bool:
@@ -94,7 +94,7 @@ class Assignments:
                 variables.write((name, ()), (), argument, line.where)
         if declaration.value is not None:
             target, text = declaration.value
-            self._store(parsed(target, line.where), text, line)
+            self._store(parse_expression(target, line.where), text, line)
         return True
 
     def assign(self, line: KrlLine) -> bool:
@@ -117,5 +117,5 @@ class Assignments:
 
     def _store(self, target: Expression, text: str, line: KrlLine) -> None:
         if not isinstance(target, Reference):
-            raise ProgramError(f"{line.where}: expected a variable, got {shortened(line.text)!r}")
-        self.controller.store(target, self.controller.valued(parsed(text, line.where)))
+            raise ProgramError(f"{line.where}: expected a variable, got {shorten(line.text)!r}")
+        self.controller.store(target, self.controller.valued(parse_expression(text, line.where)))

@@ -8,22 +8,22 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.krl.expressions import Call, Expression, Reference
-from coupling.programs.krl.functions import FUNCTIONS, computed
+from coupling.programs.krl.functions import FUNCTIONS, call_function
 from coupling.programs.krl.harmless import is_harmless_call
-from coupling.programs.krl.memory import Components, Key, Variables, written
+from coupling.programs.krl.memory import Components, Key, Variables, format_variable
 from coupling.programs.krl.motions import MotionSettings
 from coupling.programs.krl.operators import AUTOMATIC
-from coupling.programs.krl.parser import parsed
+from coupling.programs.krl.parser import parse_expression
 from coupling.programs.krl.values import (
     UnknownValueError,
     Value,
-    copied,
-    described,
+    copy_value,
+    describe_value,
     null_frame,
     number,
 )
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # System variables that are executed.
@@ -81,9 +81,9 @@ class KrlController:
             return AUTOMATIC if name == "$MODE_OP" else False
         key, components = self.place(reference)
         if name.startswith("$") and name not in _SETTINGS and name not in _FIXED:
-            raise UnknownValueError(Unknown(written(key, components)))
+            raise UnknownValueError(Unknown(format_variable(key, components)))
         try:
-            return copied(self.variables.read(key, components))
+            return copy_value(self.variables.read(key, components))
         except UnknownValueError:
             if name not in _PACKAGES:
                 raise
@@ -105,14 +105,14 @@ class KrlController:
                 )
             return returned[0]
         if name in FUNCTIONS:
-            return computed(name, [self.valued(part) for part in arguments], self.where)
+            return call_function(name, [self.valued(part) for part in arguments], self.where)
         if name in _PENDANT_FUNCTIONS:
             return _PENDANT_FUNCTIONS[name](self, arguments)
         if is_harmless_call(name):
             self.forget(arguments)
             raise UnknownValueError(Unknown(f"{name}()"))
         raise ProgramError(
-            f"{self.where}: expected a function of the program, got {shortened(name)}: put the .src that"
+            f"{self.where}: expected a function of the program, got {shorten(name)}: put the .src that"
             " has it beside the program"
         )
 
@@ -203,27 +203,29 @@ class KrlController:
         name, where = key[0], self.where
         if name not in _SETTINGS or key[1]:
             raise ProgramError(
-                f"{where}: expected system variables that are known, got {written(key, components)}:"
-                " take the line out if it does not change the path"
+                f"{where}: expected system variables that are known, got"
+                f" {format_variable(key, components)}: take the line out if it does not change the path"
             )
         allowed = {"$ORI_TYPE": ("#VAR", "#CONSTANT"), "$IPO_MODE": ("#BASE",)}.get(name)
         if allowed is not None and (not isinstance(value, str) or value not in allowed):
             raise ProgramError(
-                f"{where}: expected {name}={' or '.join(allowed)}, got {described(value)}"
+                f"{where}: expected {name}={' or '.join(allowed)}, got {describe_value(value)}"
             )
         if name == "$OV_PRO":
             if isinstance(value, Unknown) or not 0.0 < number(value, where) <= 100.0:
                 raise ProgramError(
-                    f"{where}: expected $OV_PRO from 1 to 100, got {described(value)}"
+                    f"{where}: expected $OV_PRO from 1 to 100, got {describe_value(value)}"
                 )
             if value != 100:
                 self.notes.assume(f"the override is {number(value, where):g} %, as $OV_PRO says")
         if name == "$VEL":
             speed = value.get("CP") if isinstance(value, dict) else value
             if components not in ((), ("CP",)) or (not components and not isinstance(value, dict)):
-                raise ProgramError(f"{where}: expected $VEL.CP, got {written(key, components)}")
+                raise ProgramError(
+                    f"{where}: expected $VEL.CP, got {format_variable(key, components)}"
+                )
             if speed is not None and not isinstance(speed, Unknown) and number(speed, where) <= 0.0:
-                raise ProgramError(f"{where}: expected a speed > 0, got {described(speed)}")
+                raise ProgramError(f"{where}: expected a speed > 0, got {describe_value(speed)}")
 
     def set_system(self, name: str, value: Value) -> None:
         """Set a system variable that is executed.  Raises as `store`."""
@@ -240,7 +242,7 @@ class KrlController:
         index = int(number(value, self.where))
         if index <= 0:
             return null_frame()
-        return self.valued(parsed(f"{word}_DATA[{index}]", self.where))
+        return self.valued(parse_expression(f"{word}_DATA[{index}]", self.where))
 
     def settings(self, motion: str) -> MotionSettings:
         """Return what holds for a motion.
@@ -271,7 +273,7 @@ class KrlController:
 
     def saved(self) -> list[Value]:
         """Return the settings as they are."""
-        return [copied(self.variables.common.values[name, ()]) for name in _SETTINGS]
+        return [copy_value(self.variables.common.values[name, ()]) for name in _SETTINGS]
 
     def restore(self, saved: list[Value]) -> None:
         """Set the settings as they were."""

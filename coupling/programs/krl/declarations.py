@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from coupling.errors import ProgramError
 from coupling.programs.krl.syntax import KrlLine
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _SIMPLE = frozenset(["INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS"])
 # Types of the pendant's motions, which are declared without DECL at times.
@@ -51,7 +51,7 @@ def declaration_of(line: KrlLine) -> Declaration | None:
     if match is None or (not modified and match[3].lstrip().startswith(("=", "(", "."))):
         if modified:
             raise ProgramError(
-                f"{line.where}: expected a type and a name, got {shortened(line.text)!r}"
+                f"{line.where}: expected a type and a name, got {shorten(line.text)!r}"
             )
         return None
     words = match[1].upper().split()
@@ -59,7 +59,7 @@ def declaration_of(line: KrlLine) -> Declaration | None:
     for target, first in _declarators(match[3], line.where):
         name = _NAME.fullmatch(target)
         if name is None:
-            raise ProgramError(f"{line.where}: expected a name, got {shortened(target.strip())!r}")
+            raise ProgramError(f"{line.where}: expected a name, got {shorten(target.strip())!r}")
         names.append(name[1].upper())
         value = (target.strip(), first) if first else value
     return Declaration(match[2].upper(), "GLOBAL" in words, tuple(names), value)
@@ -94,7 +94,7 @@ def structure_of(line: KrlLine) -> tuple[str, dict[str, str]]:
         if not 1 <= len(words) <= 2 or not (kind or len(words) == 2):
             raise ProgramError(
                 f"{line.where}: expected STRUC, a name, types and components, got"
-                f" {shortened(line.text)!r}"
+                f" {shorten(line.text)!r}"
             )
         kind = words[0].upper() if len(words) == 2 else kind
         kinds[words[-1].upper()] = kind

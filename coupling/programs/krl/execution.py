@@ -16,16 +16,16 @@ from coupling.programs.krl.harmless import harmless_word, is_harmless_call
 from coupling.programs.krl.interrupts import Interrupts, is_still
 from coupling.programs.krl.memory import Names
 from coupling.programs.krl.motion_statements import MotionStatements
-from coupling.programs.krl.operators import applied
-from coupling.programs.krl.parser import leading, parsed
+from coupling.programs.krl.operators import apply_binary
+from coupling.programs.krl.parser import leading, parse_expression
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement
-from coupling.programs.krl.values import UnknownValueError, Value, described, number
+from coupling.programs.krl.values import UnknownValueError, Value, describe_value, number
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # Routines that call each other, at most.
-_DEEPEST = 30
+_MAX_CALL_DEPTH = 30
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -116,9 +116,10 @@ class Interpreter:
 
     def _run(self, routine: Routine, values: Sequence[Value]) -> tuple[Value | None, Names]:
         """Run a routine with its arguments; return its result and its variables."""
-        if self._depth >= _DEEPEST:
+        if self._depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{self.controller.where}: expected at most {_DEEPEST} calls in each other, got more"
+                f"{self.controller.where}: expected at most {_MAX_CALL_DEPTH} calls in each other,"
+                " got more"
             )
         local = Names()
         for k, (name, _) in enumerate(routine.parameters):
@@ -170,7 +171,7 @@ class Interpreter:
                 return
             raise ProgramError(
                 f"{line.where}: expected a condition that the program decides, got"
-                f" {shortened(line.text)!r}, and {cause.value.name} is not known: write the statements"
+                f" {shorten(line.text)!r}, and {cause.value.name} is not known: write the statements"
                 " that are executed"
             ) from cause
 
@@ -182,32 +183,33 @@ class Interpreter:
             self._execute(block.parts[1][1])
 
     def _holds(self, text: str, line: KrlLine) -> bool:
-        value = parsed(text, line.where).evaluate(self.controller)
+        value = parse_expression(text, line.where).evaluate(self.controller)
         if not isinstance(value, bool):
-            raise ProgramError(f"{line.where}: expected TRUE or FALSE, got {described(value)}")
+            raise ProgramError(f"{line.where}: expected TRUE or FALSE, got {describe_value(value)}")
         return value
 
     def _switch(self, block: KrlBlock) -> None:
-        selected = parsed(block.line.remaining, block.line.where)
+        selected = parse_expression(block.line.remaining, block.line.where)
         for line, statements in block.parts[1:]:
             if line.word == "DEFAULT":
                 self._execute(statements)
                 return
             for text in line.remaining.split(","):
-                case = parsed(text, line.where)
+                case = parse_expression(text, line.where)
                 if self._equal(selected, case, line):
                     self._execute(statements)
                     return
 
     def _equal(self, selected: Expression, case: Expression, line: KrlLine) -> bool:
         values = (selected.evaluate(self.controller), case.evaluate(self.controller))
-        return applied("==", *values, line.where) is True
+        return apply_binary("==", *values, line.where) is True
 
     def _for(self, block: KrlBlock) -> None:
         name, *texts = block.loop.groups()
         where = block.line.where
         begin, end, step = (
-            number(parsed(text or "1", where).evaluate(self.controller), where) for text in texts
+            number(parse_expression(text or "1", where).evaluate(self.controller), where)
+            for text in texts
         )
         if step == 0:
             raise ProgramError(f"{where}: expected a STEP other than 0, got 0")
@@ -248,7 +250,7 @@ class Interpreter:
         if is_still(block.parts[0][1], self._routine):
             raise ProgramError(
                 f"{block.line.where}: expected a loop that ends by itself, got"
-                f" {shortened(block.line.text)!r}, which waits for ever: take it out"
+                f" {shorten(block.line.text)!r}, which waits for ever: take it out"
             )
 
     def _loop(self, block: KrlBlock) -> None:
@@ -279,7 +281,9 @@ class Interpreter:
 
     def _return(self, line: KrlLine) -> None:
         value = (
-            self.controller.valued(parsed(line.remaining, line.where)) if line.remaining else None
+            self.controller.valued(parse_expression(line.remaining, line.where))
+            if line.remaining
+            else None
         )
         raise _ReturnError(value)
 
@@ -322,12 +326,12 @@ class Interpreter:
         if not isinstance(target, Call) or remaining:
             got = line.word if line.word else line.text
             raise ProgramError(
-                f"{line.where}: expected a statement of KRL that is known, got {shortened(got)!r}: take"
+                f"{line.where}: expected a statement of KRL that is known, got {shorten(got)!r}: take"
                 " it out if it does not change the path"
             )
         if self._called(target.name, target.arguments) is None:
             raise ProgramError(
-                f"{line.where}: expected a program that is at hand, got {shortened(target.name)}: put"
+                f"{line.where}: expected a program that is at hand, got {shorten(target.name)}: put"
                 " its .src beside this one, or take the call out if it does not move the robot"
             )
 

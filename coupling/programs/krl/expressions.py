@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from coupling.errors import ProgramError
-from coupling.programs.krl.operators import applied, negated
-from coupling.programs.krl.values import UnknownValueError, Value, copied
+from coupling.programs.krl.operators import apply_binary, apply_unary
+from coupling.programs.krl.values import UnknownValueError, Value, copy_value
 
 
 class Scope(Protocol):
@@ -42,7 +42,7 @@ class Constant:
 
     def evaluate(self, scope: Scope) -> Value:
         """Return the value."""
-        return copied(self.constant)
+        return copy_value(self.constant)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Operation:
         except UnknownValueError:
             self.right.evaluate(scope)  # for the routines that it calls
             raise
-        return applied(self.word, left_value, self.right.evaluate(scope), scope.where)
+        return apply_binary(self.word, left_value, self.right.evaluate(scope), scope.where)
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Negation:
 
     def evaluate(self, scope: Scope) -> Value:
         """Return the value."""
-        return negated(self.word, self.operand.evaluate(scope), scope.where)
+        return apply_unary(self.word, self.operand.evaluate(scope), scope.where)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from math import acos, atan2, cos, degrees, radians, sin, sqrt, tan
 
 from coupling.errors import ProgramError
-from coupling.programs.krl.values import Value, inverted, number
+from coupling.programs.krl.values import Value, invert_frame, number
 
 _OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
     "ABS": (1, abs),
@@ -20,14 +20,14 @@ _OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
 FUNCTIONS = frozenset((*_OF_NUMBERS, "INV_POS"))
 
 
-def computed(name: str, arguments: Sequence[Value], where: str) -> Value:
+def call_function(name: str, arguments: Sequence[Value], where: str) -> Value:
     """Return the result of one of FUNCTIONS; angles are degrees.
 
     Raises:
         ProgramError: If its arguments are none for it.
 
     Example:
-        >>> computed("SQRT", [9.0], "line 1")
+        >>> call_function("SQRT", [9.0], "line 1")
         3.0
     """
     count, function = _OF_NUMBERS.get(name, (1, None))
@@ -36,7 +36,7 @@ def computed(name: str, arguments: Sequence[Value], where: str) -> Value:
             f"{where}: expected {count} values for {name}, got {len(arguments)} of them"
         )
     if function is None:
-        return inverted(arguments[0], where)
+        return invert_frame(arguments[0], where)
     # An argument that is not known raises UnknownValueError.
     numbers = [number(value, where) for value in arguments]
     try:

@@ -13,10 +13,10 @@ from coupling.programs.krl.expressions import Call, Reference
 from coupling.programs.krl.harmless import harmless_word, is_harmless_call
 from coupling.programs.krl.parser import leading
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement, called_names
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
-_DECLARED = re.compile(
+_DECLARATION = re.compile(
     r"(?:GLOBAL\s+)?INTERRUPT\s+(?:WITH\s+\S+\s+)?DECL\s+(\S+)\s+WHEN\s+(.+?)\s+DO\s+(.+)",
     re.IGNORECASE,
 )
@@ -24,12 +24,12 @@ _SWITCHED = re.compile(r"INTERRUPT\s+(ON|OFF|ENABLE|DISABLE)\b\s*(\S*)", re.IGNO
 _TRIGGERED = re.compile(r"\bDO\s+(.+?)(?:\s+PRIO\s*=.*)?$", re.IGNORECASE)
 # Stops the robot on its path when a message does; every INI fold declares it.
 _STOPPING = "IR_STOPM"
-_DEEPEST = 10
+_MAX_CALL_DEPTH = 10
 # Words before brackets in conditions, and calls that give no variable a value.
-_ASKING = frozenset(
+_CONDITION_WORDS = frozenset(
     ["IF", "WHILE", "UNTIL", "SWITCH", "CASE", "AND", "OR", "NOT", "EXOR", "THEN", "VARSTATE"]
 )
-_TELLING = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE"))
+_MESSAGE_CALLS = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE"))
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Interrupts:
         Raises:
             ProgramError: If one is switched on that may move the robot.
         """
-        if (declared := _DECLARED.fullmatch(line.text)) is not None:
+        if (declared := _DECLARATION.fullmatch(line.text)) is not None:
             word, _, action = declared.groups()
             if self._is_still(action, line):
                 self._moving.pop(word, None)
@@ -65,11 +65,11 @@ class Interrupts:
             if way.upper() in ("ON", "ENABLE") and moving:
                 raise ProgramError(
                     f"{line.where}: expected interrupts that do not move the robot, got"
-                    f" {shortened(moving[0])!r}: take it out if it does not"
+                    f" {shorten(moving[0])!r}: take it out if it does not"
                 )
         else:
             raise ProgramError(
-                f"{line.where}: expected INTERRUPT DECL, ON or OFF, got {shortened(line.text)!r}"
+                f"{line.where}: expected INTERRUPT DECL, ON or OFF, got {shorten(line.text)!r}"
             )
         self.controller.notes.leave_out("INTERRUPT")
 
@@ -83,7 +83,7 @@ class Interrupts:
         if action is None or not self._is_still(action[1], line):
             raise ProgramError(
                 f"{line.where}: expected a TRIGGER that does not move the robot, got"
-                f" {shortened(line.text)!r}: take it out if it does not"
+                f" {shorten(line.text)!r}: take it out if it does not"
             )
         target, remaining = leading(action[1], line.where)
         if isinstance(target, Reference) and remaining.startswith("=") and target.name[0] != "$":
@@ -109,7 +109,7 @@ class Interrupts:
 def _asks_only(block: KrlBlock) -> bool:
     """Return whether the conditions of a block call nothing."""
     lines = [line for line, _ in block.parts] + [block.end]
-    return all(called_names(line.text) <= _ASKING for line in lines)
+    return all(called_names(line.text) <= _CONDITION_WORDS for line in lines)
 
 
 def _declares(line: KrlLine) -> bool:
@@ -122,7 +122,7 @@ def is_still(
     statements: Sequence[Statement], routine: Callable[[str], Routine | None], depth: int = 0
 ) -> bool:
     """Return whether statements neither move the robot nor change what a later motion depends on."""
-    if depth > _DEEPEST:
+    if depth > _MAX_CALL_DEPTH:
         return False
     for statement in statements:
         if not isinstance(statement, KrlLine):
@@ -133,7 +133,7 @@ def is_still(
         elif (called := routine(statement.word)) is not None:
             if not is_still(called.statements, routine, depth + 1):
                 return False
-        elif is_harmless_call(statement.word) and statement.word not in _TELLING:
+        elif is_harmless_call(statement.word) and statement.word not in _MESSAGE_CALLS:
             return False  # it may give a variable another value
         elif harmless_word(statement) is None and not _declares(statement):
             return False

@@ -12,8 +12,8 @@ from coupling.programs.krl.values import (
     Aggregate,
     UnknownValueError,
     Value,
-    copied,
-    described,
+    copy_value,
+    describe_value,
     is_number,
     single,
 )
@@ -80,7 +80,7 @@ class Variables:
             if value is None:
                 break
         if value is None:
-            raise UnknownValueError(Unknown(written(key, components)))
+            raise UnknownValueError(Unknown(format_variable(key, components)))
         if isinstance(value, Unknown):
             raise UnknownValueError(value)
         return value
@@ -94,12 +94,14 @@ class Variables:
         scope = self._scope(key[0])
         kind = scope.types.get(key[0], "")
         if not components:
-            scope.values[key] = self._of_kind(kind, copied(value), where)
+            scope.values[key] = self._of_kind(kind, copy_value(value), where)
             return
         whole = scope.values.get(key)
         if not isinstance(whole, dict):
             # Declared and without a value it is empty; declared elsewhere it has one.
-            whole = {} if kind else {k: Unknown(f"{written(key, ())}.{k}") for k in FRAME_KEYS}
+            whole = (
+                {} if kind else {k: Unknown(f"{format_variable(key, ())}.{k}") for k in FRAME_KEYS}
+            )
             scope.values[key] = whole
         inner = whole
         for component in components[:-1]:
@@ -113,7 +115,7 @@ class Variables:
         kind = (
             "REAL" if last in FRAME_KEYS and is_number(value) else self._component_kind(kind, last)
         )
-        inner[last] = self._of_kind(kind, copied(value), where)
+        inner[last] = self._of_kind(kind, copy_value(value), where)
 
     def _component_kind(self, kind: str, component: str) -> str:
         return self.structures.get(kind, {}).get(component, "")
@@ -138,11 +140,13 @@ class Variables:
             return value
         if kind in ("INT", "REAL"):
             if not is_number(value):
-                raise ProgramError(f"{where}: expected a number for {kind}, got {described(value)}")
+                raise ProgramError(
+                    f"{where}: expected a number for {kind}, got {describe_value(value)}"
+                )
             assert not isinstance(value, str | dict)
             return floor(value + 0.5) if kind == "INT" else single(value)
         if kind == "BOOL" and not isinstance(value, bool):
-            raise ProgramError(f"{where}: expected TRUE or FALSE, got {described(value)}")
+            raise ProgramError(f"{where}: expected TRUE or FALSE, got {describe_value(value)}")
         if isinstance(value, dict):
             return self._structured(self.structures.get(kind, {}), value, where)
         return value
@@ -151,7 +155,7 @@ class Variables:
         return {key: self._of_kind(kinds.get(key, ""), part, where) for key, part in value.items()}
 
 
-def written(key: Key, components: Components) -> str:
+def format_variable(key: Key, components: Components) -> str:
     """Return a variable as a program writes it."""
     name, indices = key
     element = f"[{','.join(str(i) for i in indices)}]" if indices else ""

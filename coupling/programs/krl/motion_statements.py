@@ -11,18 +11,18 @@ from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.expressions import Call, Constant, Expression, Reference
 from coupling.programs.krl.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
 from coupling.programs.krl.motions import Motions
-from coupling.programs.krl.parser import leading, parsed
+from coupling.programs.krl.parser import leading, parse_expression
 from coupling.programs.krl.syntax import KrlLine
 from coupling.programs.krl.values import (
     Aggregate,
     UnknownValueError,
     Value,
-    described,
+    describe_value,
     null_frame,
     number,
 )
 from coupling.programs.program import Motion
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 _MOTIONS: dict[str, Motion] = {
@@ -95,9 +95,9 @@ class MotionStatements:
         try:
             fields = self._fields(target, text, line)
         except UnknownValueError as cause:
-            self._leave(line, _written(text, behind), cause)
+            self._leave(line, _strip_behind(text, behind), cause)
             return
-        name = _written(text, behind)
+        name = _strip_behind(text, behind)
         if clauses:
             with self.controller.with_state_restored():
                 self._set(clauses[0], line)
@@ -123,7 +123,7 @@ class MotionStatements:
         value = target.evaluate(self.controller)
         if not isinstance(value, dict):
             raise ProgramError(
-                f"{line.where}: expected a motion to a point, got {shortened(described(value))!r}"
+                f"{line.where}: expected a motion to a point, got {shorten(describe_value(value))!r}"
             )
         return value
 
@@ -133,7 +133,7 @@ class MotionStatements:
         others = [word for word in options if word not in allowed]
         if others:
             raise ProgramError(
-                f"{line.where}: expected a motion to a point, got {shortened(others[0])!r} behind it"
+                f"{line.where}: expected a motion to a point, got {shorten(others[0])!r} behind it"
             )
         if line.word not in ("PTP", "SPTP", "PTP_REL", "SPTP_REL"):
             self._note_rounding(options)
@@ -146,7 +146,7 @@ class MotionStatements:
 
     def _leave(self, line: KrlLine, target: str, cause: UnknownValueError) -> None:
         """Leave out a motion that leads to or from the path, to where only the controller knows."""
-        text = f"{line.word} {shortened(target)}"
+        text = f"{line.word} {shorten(target)}"
         if line.word in ("PTP", "SPTP", "PTP_REL", "SPTP_REL") and self.motions.leave(text):
             self.controller.notes.leave_out(text)
             return
@@ -154,7 +154,7 @@ class MotionStatements:
             "" if cause.value.name == target.upper() else f", and {cause.value.name} is not known"
         )
         raise ProgramError(
-            f"{line.where}: expected a point that has a value, got {shortened(target)!r}{which}: give"
+            f"{line.where}: expected a point that has a value, got {shorten(target)!r}{which}: give"
             " the .dat"
         ) from cause
 
@@ -168,12 +168,12 @@ class MotionStatements:
             if not isinstance(target, Reference) or not behind.startswith("="):
                 raise ProgramError(
                     f"{line.where}: expected variables and values behind WITH, got"
-                    f" {shortened(remaining)!r}"
+                    f" {shorten(remaining)!r}"
                 )
             value, remaining = leading(behind[1:], line.where)
             if remaining and not remaining.startswith(","):
                 raise ProgramError(
-                    f"{line.where}: expected a comma between clauses, got {shortened(remaining)!r}"
+                    f"{line.where}: expected a comma between clauses, got {shorten(remaining)!r}"
                 )
             remaining = remaining[1:].strip()
             if target.name in HARMLESS_VARIABLES or HARMLESS_SPEEDS.intersection(
@@ -203,7 +203,7 @@ class MotionStatements:
         if not _ROUNDED.issuperset(options):
             raise ProgramError(
                 f"{line.where}: expected WITH or C_SPL behind {line.word}, got"
-                f" {shortened(text.strip())!r}"
+                f" {shorten(text.strip())!r}"
             )
         self._note_rounding(options)
 
@@ -211,14 +211,16 @@ class MotionStatements:
         match = _BLOCK.fullmatch(line.text)
         if match is None:
             raise ProgramError(
-                f"{line.where}: expected START, PART or END, got {shortened(line.text)!r}"
+                f"{line.where}: expected START, PART or END, got {shorten(line.text)!r}"
             )
         kind = match[1].split("=")[0].strip().upper()
         if kind == "START":
             self.motions.begin_times(line.where)
             return
         try:
-            value = number(parsed(match[2], line.where).evaluate(self.controller), line.where)
+            value = number(
+                parse_expression(match[2], line.where).evaluate(self.controller), line.where
+            )
         except UnknownValueError as cause:
             raise ProgramError(
                 f"{line.where}: expected a time that the program tells, got {cause.value.name}"
@@ -238,7 +240,7 @@ class MotionStatements:
         argument = call.arguments[1] if isinstance(call, Call) and len(call.arguments) > 1 else None
         value = None if argument is None else self.controller.valued(argument)
         if not isinstance(command, str) or remaining:
-            raise ProgramError(f"{line.where}: expected BAS(#..), got {shortened(line.text)!r}")
+            raise ProgramError(f"{line.where}: expected BAS(#..), got {shorten(line.text)!r}")
         if command in ("#ACC_CP", "#ACC_GLUE", "#ACC_PTP", "#VEL_PTP", "#OUT_SYNC", "#OUT_ASYNC"):
             self.controller.notes.leave_out(f"BAS({command})")
         elif command == "#INITMOV":
@@ -259,7 +261,7 @@ class MotionStatements:
             self.controller.notes.leave_out("BAS(#PTP_DAT)")
         else:
             raise ProgramError(
-                f"{line.where}: expected a command of BAS that is known, got {shortened(command)}"
+                f"{line.where}: expected a command of BAS that is known, got {shorten(command)}"
             )
 
     def _set_by_number(self, command: str, value: Value) -> None:
@@ -307,6 +309,6 @@ class MotionStatements:
         self.controller.set_system("$ORI_TYPE", rotation)
 
 
-def _written(text: str, behind: str) -> str:
+def _strip_behind(text: str, behind: str) -> str:
     """Return a target as it is written, without what stands behind it."""
     return text.strip().removesuffix(behind).strip()

@@ -15,15 +15,15 @@ from coupling.programs.krl.values import (
     Aggregate,
     UnknownValueError,
     Value,
-    composed,
-    described,
+    compose_frames,
+    describe_value,
     number,
 )
 from coupling.programs.program import Motion, ProgramMove
 from coupling.programs.unknown import Unknown
 
 # Motions of an external axis below this are none [mm or deg].
-_STILL = 1e-4
+_STANDSTILL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Motions:
             )
         shift: Aggregate = {key: number(step.get(key, 0.0), where) for key in "XYZ"}
         if in_tool:
-            target = composed(self._last, shift, where)
+            target = compose_frames(self._last, shift, where)
             target |= {key: self._last[key] for key in "ABC"}
         else:
             target = {
@@ -164,7 +164,7 @@ class Motions:
                 continue
             value = number(target[key], where)
             before = self._external.setdefault(key, value)
-            if motion != "joint" and abs(value - before) > _STILL:
+            if motion != "joint" and abs(value - before) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected external axes at rest, got {key} from {before:g} to {value:g}:"
                     " only the robot's own axes are computed"
@@ -252,9 +252,9 @@ class Motions:
 def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     """Return base or tool; one that is not known by what it is called."""
     if isinstance(value, Unknown):
-        return ControllerFrame(_called(value), None)
+        return ControllerFrame(_name_unknown(value), None)
     if not isinstance(value, dict):
-        raise ProgramError(f"{where}: expected a frame as {name}, got {described(value)}")
+        raise ProgramError(f"{where}: expected a frame as {name}, got {describe_value(value)}")
     missing = [key for key in FRAME_KEYS if key not in value]
     if missing:
         raise ProgramError(f"{where}: expected X, Y, Z, A, B, C of {name}, got no {missing[0]}")
@@ -262,10 +262,13 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
         return ControllerFrame(name, pose_of_abc([number(value[key], where) for key in FRAME_KEYS]))
     except UnknownValueError:
         parts = [value[key] for key in FRAME_KEYS]
-        words = (_called(part) if isinstance(part, Unknown) else described(part) for part in parts)
+        words = (
+            _name_unknown(part) if isinstance(part, Unknown) else describe_value(part)
+            for part in parts
+        )
         return ControllerFrame(f"{name} of {', '.join(words)}", None)
 
 
-def _called(value: Unknown) -> str:
+def _name_unknown(value: Unknown) -> str:
     """Return a name that tells a value from others."""
     return f"{value.name} (statement {value.step})" if value.step else value.name

@@ -6,12 +6,12 @@ import operator
 from collections.abc import Callable
 
 from coupling.errors import ProgramError
-from coupling.programs.arithmetic import LOGIC, ORDER, computed
+from coupling.programs.arithmetic import LOGIC, ORDER, compute_rounded
 from coupling.programs.krl.values import (
     UnknownValueError,
     Value,
-    composed,
-    described,
+    compose_frames,
+    describe_value,
     is_number,
 )
 from coupling.programs.unknown import Unknown
@@ -47,7 +47,7 @@ _BITS: dict[str, Callable[[int, int], int]] = {
 _LARGEST_INT = 2**31 - 1
 
 
-def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
+def apply_binary(word: str, left_value: Value, right: Value, where: str) -> Value:
     """Return what an operator makes of two values.
 
     Raises:
@@ -58,7 +58,7 @@ def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
         if isinstance(side, Unknown):
             raise UnknownValueError(side)
     if word == ":":
-        return composed(left_value, right, where)
+        return compose_frames(left_value, right, where)
     if word in ("==", "<>"):
         return _equal(left_value, right, where) == (word == "==")
     if word in LOGIC and isinstance(left_value, bool) and isinstance(right, bool):
@@ -67,8 +67,8 @@ def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
         return _BITS[word](left_value, right)
     if not (is_number(left_value) and is_number(right)):
         raise ProgramError(
-            f"{where}: expected values for {word}, got {described(left_value)} and {described(right)}:"
-            " write brackets around comparisons"
+            f"{where}: expected values for {word}, got {describe_value(left_value)} and"
+            f" {describe_value(right)}: write brackets around comparisons"
         )
     assert not isinstance(left_value, str | dict | Unknown)
     assert not isinstance(right, str | dict | Unknown)
@@ -77,8 +77,8 @@ def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
     if word not in ("+", "-", "*", "/"):
         raise ProgramError(f"{where}: expected TRUE or FALSE for {word}, got numbers")
     if not (type(left_value) is int and type(right) is int):
-        return computed(word, left_value, right, where)
-    result = computed(word, left_value, right, where, _LARGEST_INT)
+        return compute_rounded(word, left_value, right, where)
+    result = compute_rounded(word, left_value, right, where, _LARGEST_INT)
     if result != int(result):
         # Whether variables of other files are INT or REAL is not told.
         raise ProgramError(
@@ -88,8 +88,8 @@ def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
     return int(result)
 
 
-def negated(word: str, value: Value, where: str) -> Value:
-    """Return a value with a minus, NOT or B_NOT before it.  Raises as `applied`."""
+def apply_unary(word: str, value: Value, where: str) -> Value:
+    """Return a value with a minus, NOT or B_NOT before it.  Raises as `apply_binary`."""
     if isinstance(value, Unknown):
         raise UnknownValueError(value)
     if word == "NOT" and isinstance(value, bool):
@@ -99,7 +99,7 @@ def negated(word: str, value: Value, where: str) -> Value:
     if word == "-" and is_number(value):
         assert not isinstance(value, str | dict)
         return -value
-    raise ProgramError(f"{where}: expected a value for {word}, got {described(value)}")
+    raise ProgramError(f"{where}: expected a value for {word}, got {describe_value(value)}")
 
 
 def _equal(left_value: Value, right: Value, where: str) -> bool:
@@ -114,7 +114,7 @@ def _equal(left_value: Value, right: Value, where: str) -> bool:
         left_value, str
     ) != isinstance(right, str):
         raise ProgramError(
-            f"{where}: expected values of one kind beside ==, got {described(left_value)} and"
-            f" {described(right)}: write brackets around comparisons"
+            f"{where}: expected values of one kind beside ==, got {describe_value(left_value)} and"
+            f" {describe_value(right)}: write brackets around comparisons"
         )
     return left_value == right

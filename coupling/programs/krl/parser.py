@@ -18,7 +18,7 @@ from coupling.programs.krl.expressions import (
 )
 from coupling.programs.krl.operators import PRECEDENCE
 from coupling.programs.krl.values import REAL_KEYS, Aggregate, Value
-from coupling.programs.text import NUMBER, real, shortened
+from coupling.programs.text import NUMBER, real, shorten
 
 _TOKEN = re.compile(
     r"""\s*(?:([$A-Za-z_][\w$]*)            # a name
@@ -29,33 +29,36 @@ _TOKEN = re.compile(
     |(<=|>=|<>|==|[-+*/:<>=(){}\[\],.]))""",
     re.VERBOSE,
 )
-_PLAIN = re.compile(r"\s*\{\s*(?:[A-Za-z_]\w*\s*:)?([^{}\"':#]*)\}")
+_PLAIN_AGGREGATE = re.compile(r"\s*\{\s*(?:[A-Za-z_]\w*\s*:)?([^{}\"':#]*)\}")
 _FIELD = re.compile(rf"\s*([A-Za-z_]\w*)\s+({NUMBER})\s*")
-_WHOLE = re.compile(r"[-+]?\d+")
+_INTEGER = re.compile(r"[-+]?\d+")
 # Brackets in each other, and operators or components in a row, at most.
-_DEEPEST, _LONGEST = 40, 200
+_MAX_NESTING, _MAX_OPERANDS = 40, 200
 _BASES = {"B": 2, "H": 16, "D": 10}
 
 
-def parsed(text: str, where: str) -> Expression:
+def parse_expression(text: str, where: str) -> Expression:
     """Return the expression of a whole text.
 
     Raises:
         ProgramError: If it is none.
 
     Example:
-        >>> parsed("P[2]:{Y 40}", "line 1").word
+        >>> parse_expression("P[2]:{Y 40}", "line 1").word
         ':'
     """
     expression, remaining = leading(text, where)
     if remaining:
-        raise ProgramError(f"{where}: expected an expression, got {shortened(text.strip())!r}")
+        raise ProgramError(f"{where}: expected an expression, got {shorten(text.strip())!r}")
     return expression
 
 
 def leading(text: str, where: str) -> tuple[Expression, str]:
-    """Return the expression that a text begins with, and what stands behind it.  Raises as `parsed`."""
-    plain = _PLAIN.match(text)
+    """Return the expression that a text begins with, and what stands behind it.
+
+    Raises as `parse_expression`.
+    """
+    plain = _PLAIN_AGGREGATE.match(text)
     if plain is not None:
         behind = text[plain.end() :].strip()
         if not behind.startswith(":"):
@@ -84,7 +87,7 @@ def _plain_aggregate(text: str, where: str) -> Aggregate:
                 continue
             what = "a letter and a number" if len(words) != 2 else "a number"
             got = part.strip() if len(words) != 2 else words[1]
-            raise ProgramError(f"{where}: expected {what}, got {shortened(got)!r}")
+            raise ProgramError(f"{where}: expected {what}, got {shorten(got)!r}")
         key = field[1].upper()
         if key in fields:
             raise ProgramError(f"{where}: expected each component once, got {key} twice")
@@ -94,7 +97,7 @@ def _plain_aggregate(text: str, where: str) -> Aggregate:
 
 def _literal(text: str, where: str, is_real: bool = False) -> float:
     value = real(text, where)
-    return value if is_real or not _WHOLE.fullmatch(text) else int(text)
+    return value if is_real or not _INTEGER.fullmatch(text) else int(text)
 
 
 class _Parser:
@@ -125,25 +128,27 @@ class _Parser:
 
     def _remaining(self) -> str:
         remaining = self.text[self.begin :].strip()
-        return repr(shortened(remaining)) if remaining else "the end of the line"
+        return repr(shorten(remaining)) if remaining else "the end of the line"
 
     def expression(self, lowest: int = 0) -> Expression:
         """Return the expression whose operators bind at least so tightly."""
         self.depth += 1
-        if self.depth > _DEEPEST:
-            raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
+        if self.depth > _MAX_NESTING:
+            raise ProgramError(f"expected at most {_MAX_NESTING} brackets in each other, got more")
         left_operand = self._operand()
         while self.kind in (1, 6) and PRECEDENCE.get(self.word, -1) > lowest:
             self._count()
             word = self._take()
-            left_operand = _joined(word, left_operand, self.expression(PRECEDENCE[word]))
+            left_operand = _make_operation(word, left_operand, self.expression(PRECEDENCE[word]))
         self.depth -= 1
         return left_operand
 
     def _count(self) -> None:
         self.joined += 1
-        if self.joined > _LONGEST:
-            raise ProgramError(f"expected at most {_LONGEST} operators and components, got more")
+        if self.joined > _MAX_OPERANDS:
+            raise ProgramError(
+                f"expected at most {_MAX_OPERANDS} operators and components, got more"
+            )
 
     def _operand(self) -> Expression:
         kind, word = self.kind, self.word
@@ -226,8 +231,8 @@ class _Parser:
 
     def _aggregate(self) -> Aggregate:
         self.depth += 1
-        if self.depth > _DEEPEST:
-            raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
+        if self.depth > _MAX_NESTING:
+            raise ProgramError(f"expected at most {_MAX_NESTING} brackets in each other, got more")
         self._expect("{")
         fields: Aggregate = {}
         while True:
@@ -256,7 +261,7 @@ class _Parser:
         return index.constant
 
 
-def _joined(word: str, left_operand: Expression, right: Expression) -> Operation:
+def _make_operation(word: str, left_operand: Expression, right: Expression) -> Operation:
     """Return an operation; comparisons beside AND, OR without brackets are none.
 
     KRL's comparisons bind less than AND and OR, which few who write them mean.
@@ -280,4 +285,4 @@ def _digits(word: str) -> int:
     try:
         return int(word[1:] if word[0] in _BASES else word, base)
     except ValueError as cause:
-        raise ProgramError(f"expected digits of base {base}, got {shortened(word)!r}") from cause
+        raise ProgramError(f"expected digits of base {base}, got {shorten(word)!r}") from cause

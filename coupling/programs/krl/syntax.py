@@ -8,21 +8,21 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.program import ProgramFile
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 _WORD = re.compile(r"[$A-Za-z_][\w$]*")
 _HEADING = re.compile(
     r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[A-Za-z]\w*(?:\s*\[[^\]]*\])?\s+)?([$A-Za-z_][\w$]*)\s*(?:\(([^)]*)\))?",
     re.IGNORECASE,
 )
-_CALLED = re.compile(r"([A-Za-z_]\w*)\s*\(")
+_CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _FOR = re.compile(
     r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.+?)\s+TO\s+(.+?)(?:\s+STEP\s+(.+))?", re.IGNORECASE
 )
 # Blocks in each other, at most.
-_DEEPEST = 60
+_MAX_NESTING = 60
 # What ends a block, by what begins it.
-_ENDS = {
+_BLOCK_ENDS = {
     "IF": ("ENDIF",),
     "FOR": ("ENDFOR",),
     "WHILE": ("ENDWHILE",),
@@ -30,8 +30,8 @@ _ENDS = {
     "LOOP": ("ENDLOOP",),
     "SWITCH": ("ENDSWITCH",),
 }
-_PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
-_ALONE = frozenset(
+_BLOCK_PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
+_LONE_KEYWORDS = frozenset(
     (
         "ELSE",
         "ENDIF",
@@ -45,7 +45,9 @@ _ALONE = frozenset(
         "EXIT",
     )
 )
-_INNER = frozenset(word for words in (*_ENDS.values(), *_PARTS.values()) for word in words)
+_INNER_KEYWORDS = frozenset(
+    word for words in (*_BLOCK_ENDS.values(), *_BLOCK_PARTS.values()) for word in words
+)
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class KrlBlock:
         if loop is None:
             raise ProgramError(
                 f"{self.line.where}: expected FOR variable = begin TO end, got"
-                f" {shortened(self.line.text)!r}"
+                f" {shorten(self.line.text)!r}"
             )
         return loop
 
@@ -171,7 +173,7 @@ def routines_of(file: ProgramFile) -> list[Routine]:
             if current is None and line.word not in ("DECL", "EXT", "EXTFCT", "IMPORT"):
                 if routines:
                     raise ProgramError(
-                        f"{line.where}: expected DEF behind END, got {shortened(line.text)!r}"
+                        f"{line.where}: expected DEF behind END, got {shorten(line.text)!r}"
                     )
                 current = Routine("", module, (), [], True)
                 routines.append(current)
@@ -182,7 +184,7 @@ def routines_of(file: ProgramFile) -> list[Routine]:
 
 def called_names(text: str) -> set[str]:
     """Return the names, upper case, that stand before brackets in a text: of programs, among others."""
-    return {name.upper() for name in _CALLED.findall(text)}
+    return {name.upper() for name in _CALL.findall(text)}
 
 
 def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:
@@ -193,7 +195,7 @@ def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | 
         if line.word == "GLOBAL":
             return None
         raise ProgramError(
-            f"{line.where}: expected a name behind {line.word}, got {shortened(line.remaining)!r}"
+            f"{line.where}: expected a name behind {line.word}, got {shorten(line.remaining)!r}"
         )
     parameters = []
     for part in (heading[3] or "").split(","):
@@ -208,24 +210,24 @@ def _statements(
     lines: Iterator[KrlLine], begin: KrlLine | None, depth: int
 ) -> tuple[list[Statement], KrlLine | None]:
     """Return the statements of a block up to the line that ends this part of it, and that line."""
-    if depth > _DEEPEST and begin is not None:
+    if depth > _MAX_NESTING and begin is not None:
         raise ProgramError(
-            f"{begin.where}: expected at most {_DEEPEST} blocks in each other, got more"
+            f"{begin.where}: expected at most {_MAX_NESTING} blocks in each other, got more"
         )
     word = begin.word if begin is not None else ""
-    ends = (*_ENDS.get(word, ()), *_PARTS.get(word, ()))
+    ends = (*_BLOCK_ENDS.get(word, ()), *_BLOCK_PARTS.get(word, ()))
     statements: list[Statement] = []
     for line in lines:
-        if line.word in _ALONE and line.remaining.strip(" :") and not _is_variable(line):
+        if line.word in _LONE_KEYWORDS and line.remaining.strip(" :") and not _is_variable(line):
             raise ProgramError(
-                f"{line.where}: expected {line.word} alone in its line, got {shortened(line.text)!r}"
+                f"{line.where}: expected {line.word} alone in its line, got {shorten(line.text)!r}"
             )
         if line.word in ends:
             return statements, line
-        if line.word in _INNER and not _is_variable(line):
+        if line.word in _INNER_KEYWORDS and not _is_variable(line):
             opened = f"in {begin.word} of {begin.where}" if begin is not None else "without a begin"
             raise ProgramError(f"{line.where}: expected no {line.word} {opened}, got one")
-        statements.append(_block(lines, line, depth) if line.word in _ENDS else line)
+        statements.append(_block(lines, line, depth) if line.word in _BLOCK_ENDS else line)
     if begin is not None:
         raise ProgramError(f"{begin.where}: expected {ends[0]} behind it, got {begin.word} alone")
     return statements, None
@@ -243,6 +245,6 @@ def _block(lines: Iterator[KrlLine], begin: KrlLine, depth: int) -> KrlBlock:
         inner, end = _statements(lines, begin, depth + 1)
         parts.append((line, inner))
         assert end is not None
-        if end.word in _ENDS[begin.word]:
+        if end.word in _BLOCK_ENDS[begin.word]:
             return KrlBlock(begin, parts, end)
         line = end

@@ -10,7 +10,7 @@ from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
 from coupling.programs.poses import inverse, product
 from coupling.programs.program import Pose
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 FRAME_KEYS = tuple("XYZABC")
@@ -19,9 +19,9 @@ EXTERNAL_KEYS = tuple(f"E{i}" for i in range(1, 7))
 REAL_KEYS = frozenset((*FRAME_KEYS, *AXIS_KEYS, *EXTERNAL_KEYS))
 _MM = 1e3
 # Beyond this, as a controller's numbers end, a program is mistaken.
-_LARGEST = 1e8
+_MAX_NUMBER = 1e8
 # Cosine of B from which on A and C turn about one axis.
-_LOCKED = 1e-9
+_GIMBAL_LOCK_COSINE = 1e-9
 
 
 # A structure; names of its components are upper case.
@@ -47,9 +47,11 @@ def null_frame() -> Aggregate:
     return dict.fromkeys(FRAME_KEYS, 0.0)
 
 
-def copied(value: Value) -> Value:
+def copy_value(value: Value) -> Value:
     """Return a value that does not change with the first one."""
-    return {key: copied(part) for key, part in value.items()} if isinstance(value, dict) else value
+    return (
+        {key: copy_value(part) for key, part in value.items()} if isinstance(value, dict) else value
+    )
 
 
 def single(value: float) -> float:
@@ -72,21 +74,21 @@ def number(value: Value, where: str) -> float:
     if isinstance(value, Unknown):
         raise UnknownValueError(value)
     if not is_number(value):
-        raise ProgramError(f"{where}: expected a number, got {described(value)}")
+        raise ProgramError(f"{where}: expected a number, got {describe_value(value)}")
     assert not isinstance(value, str | dict)
-    if not abs(value) <= _LARGEST:
-        raise ProgramError(f"{where}: expected a number of at most {_LARGEST:g}, got {value:g}")
+    if not abs(value) <= _MAX_NUMBER:
+        raise ProgramError(f"{where}: expected a number of at most {_MAX_NUMBER:g}, got {value:g}")
     return value
 
 
-def described(value: Value) -> str:
+def describe_value(value: Value) -> str:
     """Return a value as a message shows it."""
     if isinstance(value, Unknown):
         return value.name
     if isinstance(value, dict):
-        inner = ",".join(f"{key} {described(part)}" for key, part in value.items())
-        return shortened("{" + inner + "}")
-    return shortened(str(value).upper() if isinstance(value, bool) else str(value))
+        inner = ",".join(f"{key} {describe_value(part)}" for key, part in value.items())
+        return shorten("{" + inner + "}")
+    return shorten(str(value).upper() if isinstance(value, bool) else str(value))
 
 
 def pose_of_frame(frame: Aggregate, where: str) -> Pose:
@@ -107,7 +109,7 @@ def frame_of_pose(pose: Pose) -> Aggregate:
     yx, yy = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z)
     zx, zy = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
     level = hypot(xx, xy)
-    a = atan2(xy, xx) if level > _LOCKED else atan2(-yx, yy)
+    a = atan2(xy, xx) if level > _GIMBAL_LOCK_COSINE else atan2(-yx, yy)
     b = atan2(-xz, level)
     # The turn that is left about the new X axis, for this A even where A is only just defined.
     c = atan2(sin(a) * zx - cos(a) * zy, cos(a) * yy - sin(a) * yx)
@@ -115,7 +117,7 @@ def frame_of_pose(pose: Pose) -> Aggregate:
     return dict(zip(FRAME_KEYS, values, strict=True))
 
 
-def composed(left_value: Value, right: Value, where: str) -> Aggregate:
+def compose_frames(left_value: Value, right: Value, where: str) -> Aggregate:
     """Return left:right, the frame `right` seen from `left`; components that are missing are zero.
 
     Status, turn and external axes are those of `right`.
@@ -127,14 +129,14 @@ def composed(left_value: Value, right: Value, where: str) -> Aggregate:
         if isinstance(side, Unknown):
             raise UnknownValueError(side)
         if not isinstance(side, dict) or any(key in side for key in AXIS_KEYS):
-            raise ProgramError(f"{where}: expected frames beside ':', got {described(side)}")
+            raise ProgramError(f"{where}: expected frames beside ':', got {describe_value(side)}")
     assert isinstance(left_value, dict)
     assert isinstance(right, dict)
     result = frame_of_pose(product(pose_of_frame(left_value, where), pose_of_frame(right, where)))
     return result | {key: part for key, part in right.items() if key not in FRAME_KEYS}
 
 
-def inverted(frame: Value, where: str) -> Aggregate:
-    """Return the inverse of a frame, INV_POS.  Raises as `composed`."""
-    checked = composed(frame, null_frame(), where)
+def invert_frame(frame: Value, where: str) -> Aggregate:
+    """Return the inverse of a frame, INV_POS.  Raises as `compose_frames`."""
+    checked = compose_frames(frame, null_frame(), where)
     return frame_of_pose(inverse(pose_of_frame(checked, where)))

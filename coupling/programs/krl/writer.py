@@ -21,7 +21,7 @@ from coupling.programs.program import (
     ProgramMove,
     RobotProgram,
 )
-from coupling.programs.text import fixed, numbers, require_lines, require_name
+from coupling.programs.text import format_fixed, numbers, require_lines, require_name
 
 # Characters of a name and of a line that the controller takes.
 LONGEST_NAME, LONGEST_LINE = 24, 255
@@ -70,14 +70,14 @@ def _source(program: RobotProgram) -> Iterator[str]:
     number = 0
     for move in way:
         if move.speed is not None:
-            yield f"$VEL.CP={fixed(move.speed, 4)}"
+            yield f"$VEL.CP={format_fixed(move.speed, 4)}"
         if move.joints is not None and move is not timed[0]:
             yield f"PTP {_axes(move)}"
             continue
         number += 1
         yield f"{'LIN' if move.pose else 'PTP'} P[{number}]"
     if poses:
-        yield f"$VEL.CP={fixed(_no_limit(timed), 4)}"
+        yield f"$VEL.CP={format_fixed(_no_limit(timed), 4)}"
     times = np.array([move.duration for move in timed[1:]], dtype=float)
     total = float(times.sum())
     yield block
@@ -85,7 +85,7 @@ def _source(program: RobotProgram) -> Iterator[str]:
     for k, share in enumerate(100.0 * times / total):
         yield f"{segment} P[{number + 1 + k}]"
         yield f"TIME_BLOCK PART={_share(share)}"
-    yield f"TIME_BLOCK END={fixed(total, 6)}"
+    yield f"TIME_BLOCK END={format_fixed(total, 6)}"
     yield "ENDSPLINE"
     yield "END"
 
@@ -127,13 +127,15 @@ def _axes(move: ProgramMove) -> str:
     assert move.joints is not None
     angles = np.rad2deg(move.joints)
     return (
-        "{" + ",".join(f"A{i + 1} {fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles)) + "}"
+        "{"
+        + ",".join(f"A{i + 1} {format_fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles))
+        + "}"
     )
 
 
 def _share(percent: float) -> str:
     """Return a share of the time with the digits that a number of the controller holds."""
-    return fixed(percent, max(0, 8 - math.floor(math.log10(percent))))
+    return format_fixed(percent, max(0, 8 - math.floor(math.log10(percent))))
 
 
 def _no_limit(timed: tuple[ProgramMove, ...]) -> float:

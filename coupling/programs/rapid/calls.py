@@ -19,7 +19,7 @@ from coupling.programs.rapid.syntax import (
 from coupling.programs.rapid.values import Data
 
 
-def bound(
+def bind_arguments(
     routine: RapidRoutine,
     arguments: tuple[Argument, ...],
     evaluation: RapidEvaluation,

@@ -31,7 +31,7 @@ from coupling.programs.rapid.syntax import (
 from coupling.programs.rapid.values import Data
 from coupling.programs.unknown import Unknown
 
-_UNSET = Data("", Unknown("data of a routine that is not executed"))
+_UNKNOWN_DATA = Data("", Unknown("data of a routine that is not executed"))
 # Instructions that give their first argument another value.
 COUNTING = frozenset(["INCR", "DECR", "ADD", "CLEAR"])
 
@@ -147,10 +147,10 @@ def _enter(
     visited.add(id(routine))
     inner = [item for item in statements_in(routine.body) if isinstance(item, DataDeclaration)]
     for name in (*(item.name for item in inner), *(item.name for item in routine.parameters)):
-        scope.data[name.upper()] = RapidVariable(_UNSET)
+        scope.data[name.upper()] = RapidVariable(_UNKNOWN_DATA)
     for item in statements_in(routine.body):
         if isinstance(item, For):
-            scope.data[item.name.upper()] = RapidVariable(_UNSET)
+            scope.data[item.name.upper()] = RapidVariable(_UNKNOWN_DATA)
     _add(routine.body, memory, scope, effects, visited, True)
 
 

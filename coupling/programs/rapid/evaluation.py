@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from coupling.errors import ProgramError
-from coupling.programs.rapid.functions import ASSUMED, RETURNING, WRITING, called, is_known
+from coupling.programs.rapid.functions import ASSUMED, RETURNING, WRITING, call_function, is_known
 from coupling.programs.rapid.memory import RapidMemory, RoutineScope
-from coupling.programs.rapid.operators import operated
+from coupling.programs.rapid.operators import apply_operator
 from coupling.programs.rapid.syntax import (
     Argument,
     Brackets,
@@ -20,8 +20,8 @@ from coupling.programs.rapid.syntax import (
     Name,
     OperatorExpression,
 )
-from coupling.programs.rapid.values import Data, Value, numbers_of, shown
-from coupling.programs.text import shortened
+from coupling.programs.rapid.values import Data, Value, format_value, numbers_of
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 
@@ -55,7 +55,7 @@ class RapidEvaluation:
             return self._element(expression, scope, where)
         if isinstance(expression, OperatorExpression):
             operands = [self.value(operand, scope, where) for operand in expression.operands]
-            return operated(expression.operator, operands, where)
+            return apply_operator(expression.operator, operands, where)
         if isinstance(expression, Brackets):
             items = (self.value(item, scope, where).value for item in expression.items)
             return Data("", tuple(items))
@@ -72,7 +72,7 @@ class RapidEvaluation:
         data = self.value(expression, scope, where)
         if isinstance(data.value, Unknown) or data.rank or data.kind not in ("", kind):
             got = data.value if isinstance(data.value, Unknown) else None
-            text = got.name if got else f"{data.kind} {shown(data.value)}"
+            text = got.name if got else f"{data.kind} {format_value(data.value)}"
             raise ProgramError(
                 f"{where}: expected a {kind} with a value, got {text}{self.memory.missing()}"
             )
@@ -84,7 +84,7 @@ class RapidEvaluation:
         value = self.value(expression, scope, where).value
         numbers = numbers_of(value, what, where)
         if len(numbers) != 1 or isinstance(value, bool):
-            raise ProgramError(f"{where}: expected a number as {what}, got {shown(value)}")
+            raise ProgramError(f"{where}: expected a number as {what}, got {format_value(value)}")
         return numbers[0]
 
     def assign(self, target: Expression, value: Data, scope: RoutineScope, where: str) -> None:
@@ -107,7 +107,7 @@ class RapidEvaluation:
                 return
         if variable.storage == "CONST":
             raise ProgramError(
-                f"{where}: expected data that are no constant, got {shortened(target.name)!r}"
+                f"{where}: expected data that are no constant, got {shorten(target.name)!r}"
             )
         variable.set(self._placed(variable.data, path[::-1], value, scope, where))
 
@@ -200,7 +200,7 @@ class RapidEvaluation:
         if not is_known(name):
             raise ProgramError(
                 f"{where}: expected a function of RAPID or of the program, got"
-                f" {shortened(call.name)}{self.memory.missing()}: put its module beside the program"
+                f" {shorten(call.name)}{self.memory.missing()}: put its module beside the program"
             )
         arguments, options = [], {}
         for argument in call.arguments:
@@ -216,7 +216,7 @@ class RapidEvaluation:
                 self.forget(argument, call.name, scope, where)
         if name in ASSUMED:
             self.memory.notes.assume(ASSUMED[name])
-        return called(call.name, arguments, options, where)
+        return call_function(call.name, arguments, options, where)
 
     def _present(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
         names = [a.value.name.upper() for a in call.arguments if isinstance(a.value, Name)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from coupling.errors import ProgramError
 from coupling.programs.budget import Budget
 from coupling.programs.endless import ProgramEnd, end_after_pass
-from coupling.programs.rapid.calls import bound
+from coupling.programs.rapid.calls import bind_arguments
 from coupling.programs.rapid.effects import (
     COUNTING,
     calls_in,
@@ -27,7 +27,7 @@ from coupling.programs.rapid.harmless import (
 from coupling.programs.rapid.memory import RapidMemory, RapidVariable, RoutineScope
 from coupling.programs.rapid.motion_statements import SETTINGS, Moving
 from coupling.programs.rapid.motions import RapidMotions
-from coupling.programs.rapid.operators import operated
+from coupling.programs.rapid.operators import apply_operator
 from coupling.programs.rapid.syntax import (
     Argument,
     Assignment,
@@ -48,13 +48,13 @@ from coupling.programs.rapid.syntax import (
     blocks_of,
 )
 from coupling.programs.rapid.undecided import Undecided
-from coupling.programs.rapid.values import Data, Value, shown
+from coupling.programs.rapid.values import Data, Value, format_value
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # Routines in each other, at most.
-_DEEPEST = 25
+_MAX_CALL_DEPTH = 25
 _SIGNS = {"INCR": "+", "DECR": "-", "ADD": "+"}
 
 
@@ -113,9 +113,10 @@ class RapidExecution:
 
     def _routine(self, routine: RapidRoutine, scope: RoutineScope) -> Data | None:
         """Execute a routine, and return the value of a function."""
-        if self._depth >= _DEEPEST:
+        if self._depth >= _MAX_CALL_DEPTH:
             raise ProgramError(
-                f"{routine.where}: expected at most {_DEEPEST} routines that call each other, got more"
+                f"{routine.where}: expected at most {_MAX_CALL_DEPTH} routines that call each other,"
+                " got more"
             )
         if routine.has_handler:
             self.notes.assume("no error comes up: what stands behind ERROR and UNDO is left out")
@@ -185,7 +186,7 @@ class RapidExecution:
         else:
             raise ProgramError(
                 f"{where}: expected an instruction or a procedure of the program, got"
-                f" {shortened(name)}{self.memory.missing()}: put its module beside the program"
+                f" {shorten(name)}{self.memory.missing()}: put its module beside the program"
             )
 
     def _computed_name(self, statement: RapidInstruction, scope: RoutineScope) -> str:
@@ -193,7 +194,7 @@ class RapidExecution:
         data = self._evaluation.value(statement.computed_name, scope, statement.where)
         if not isinstance(data.value, str):
             raise ProgramError(
-                f"{statement.where}: expected the name of a procedure, got {shown(data.value)}"
+                f"{statement.where}: expected the name of a procedure, got {format_value(data.value)}"
             )
         return data.value
 
@@ -205,7 +206,9 @@ class RapidExecution:
         scope: RoutineScope,
         where: str,
     ) -> Data | None:
-        inner = RoutineScope(module, bound(routine, arguments, self._evaluation, scope, where))
+        inner = RoutineScope(
+            module, bind_arguments(routine, arguments, self._evaluation, scope, where)
+        )
         return self._routine(routine, inner)
 
     def _function(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
@@ -238,7 +241,7 @@ class RapidExecution:
         if word != "CLEAR":
             step = Literal("num", 1.0) if word != "ADD" else values[1]
             sides = [self._evaluation.value(side, scope, where) for side in (target, step)]
-            new = operated(_SIGNS[word], sides, where)
+            new = apply_operator(_SIGNS[word], sides, where)
         self._evaluation.assign(target, new, scope, where)
 
     def _leave_out(self, statement: RapidInstruction, scope: RoutineScope) -> None:
@@ -330,7 +333,7 @@ class RapidExecution:
         for at, (values, block) in enumerate(statement.cases):
             for item in values or ():
                 sides = [value, self._evaluation.value(item, scope, where)]
-                equal = operated("=", sides, where).value
+                equal = apply_operator("=", sides, where).value
                 if isinstance(equal, Unknown):
                     further_statements = tuple(
                         part for _, inner in statement.cases[at:] for part in inner
@@ -347,7 +350,7 @@ class RapidExecution:
 
 def _truth(value: Value, where: str) -> bool:
     if not isinstance(value, bool):
-        raise ProgramError(f"{where}: expected a condition, got {shown(value)}")
+        raise ProgramError(f"{where}: expected a condition, got {format_value(value)}")
     return value
 
 

@@ -20,7 +20,7 @@ from coupling.programs.rapid.syntax import (
     OperatorExpression,
 )
 from coupling.programs.rapid.values import NO_AXIS, Value, single, text_of
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 
 # What stands between words, comments with it, and a word.
 _WORD = re.compile(
@@ -33,7 +33,7 @@ _WORD = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 # Brackets and operators in each other, at most.
-_DEEPEST = 40
+_MAX_NESTING = 40
 # How tightly operators hold their operands; NOT stands before all of an AND.
 _BINDING = {
     **dict.fromkeys(("OR", "XOR"), 1),
@@ -42,7 +42,7 @@ _BINDING = {
     **dict.fromkeys(("+", "-"), 5),
     **dict.fromkeys(("*", "/", "DIV", "MOD"), 6),
 }
-_NOT, _SIGNED = 2, 6
+_NOT_PRECEDENCE, _SIGN_PRECEDENCE = 2, 6
 
 
 def _refuse_constant(word: str) -> float:
@@ -112,14 +112,16 @@ class Words:
 
     def refuse(self, expected: str) -> None:
         """Raise what tells that something else was expected here."""
-        got = "the end of the file" if self.kind == "end" else repr(shortened(self.written))
+        got = "the end of the file" if self.kind == "end" else repr(shorten(self.written))
         raise ProgramError(f"{self.where}: expected {expected}, got {got}")
 
     def expression(self, binding: int = 0) -> Expression:
         """Go on by an expression whose operators hold tighter than `binding`."""
         self._depth += 1
-        if self._depth > _DEEPEST:
-            raise ProgramError(f"{self.where}: expected at most {_DEEPEST} brackets in each other")
+        if self._depth > _MAX_NESTING:
+            raise ProgramError(
+                f"{self.where}: expected at most {_MAX_NESTING} brackets in each other"
+            )
         left_operand = self._operand()
         while self.kind in ("name", "sign"):
             operator = self.word
@@ -177,14 +179,14 @@ class Words:
             self.require(")")
             return self._parts(inner)
         if self.takes("+"):
-            return self.expression(_SIGNED - 1)
+            return self.expression(_SIGN_PRECEDENCE - 1)
         if self.takes("-"):
-            operand = self.expression(_SIGNED - 1)
+            operand = self.expression(_SIGN_PRECEDENCE - 1)
             if isinstance(operand, Literal) and isinstance(operand.value, float):
                 return Literal("num", -operand.value)
             return OperatorExpression("-", (operand,))
         if self.takes("NOT"):
-            return OperatorExpression("NOT", (self.expression(_NOT - 1),))
+            return OperatorExpression("NOT", (self.expression(_NOT_PRECEDENCE - 1),))
         if self.takes("TRUE"):
             return Literal("bool", True)
         if self.takes("FALSE"):
@@ -201,8 +203,8 @@ class Words:
         count = 0
         while self.kind == "sign" and self.word in (".", "{"):
             count += 1
-            if count > _DEEPEST:
-                self.refuse(f"at most {_DEEPEST} components")
+            if count > _MAX_NESTING:
+                self.refuse(f"at most {_MAX_NESTING} components")
             if self.takes("."):
                 whole = Component(whole, self.name("a component"))
             else:
@@ -245,6 +247,6 @@ def _constant(item: Any, where: str, depth: int = 0) -> Value:
     """
     if isinstance(item, float):
         return item if item == NO_AXIS else single(item, where)
-    if isinstance(item, list) and item and depth < _DEEPEST:
+    if isinstance(item, list) and item and depth < _MAX_NESTING:
         return tuple(_constant(part, where, depth + 1) for part in item)
     raise ValueError("not of numbers alone")

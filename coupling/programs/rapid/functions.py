@@ -11,9 +11,9 @@ from coupling.programs.program import Pose
 from coupling.programs.rapid.values import (
     Data,
     Value,
+    format_value,
     numbers_of,
     pose_of,
-    shown,
     value_of,
 )
 from coupling.programs.unknown import Unknown
@@ -49,10 +49,10 @@ _CONTROLLER = {word.upper(): word for word in f"{_CONTROLLER_WORDS} {_WRITING_WO
 
 def is_known(name: str) -> bool:
     """Return whether RAPID has a function of this name."""
-    return name.upper() in _COMPUTED or name.upper() in _CONTROLLER
+    return name.upper() in _COMPUTED_FUNCTIONS or name.upper() in _CONTROLLER
 
 
-def called(name: str, arguments: list[Value], options: Options, where: str) -> Data:
+def call_function(name: str, arguments: list[Value], options: Options, where: str) -> Data:
     """Return the value of a function of RAPID.
 
     Args:
@@ -65,10 +65,10 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
         ProgramError: If it has no value of these arguments.
 
     Example:
-        >>> called("Sqrt", [16.0], {}, "here").value
+        >>> call_function("Sqrt", [16.0], {}, "here").value
         4.0
     """
-    compute = _COMPUTED.get(name.upper())
+    compute = _COMPUTED_FUNCTIONS.get(name.upper())
     if compute is None:
         return Data("", Unknown(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
     for value in (*arguments, *options.values()):
@@ -77,7 +77,7 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     try:
         kind, result = compute(arguments, options, where)
     except (ValueError, OverflowError, ZeroDivisionError) as cause:
-        got = ", ".join(shown(value) for value in arguments[:4])
+        got = ", ".join(format_value(value) for value in arguments[:4])
         raise ProgramError(f"{where}: expected arguments of {name}, got {got}") from cause
     return Data(kind, result)
 
@@ -195,7 +195,7 @@ def _distance(arguments: list[Value], options: Options, where: str) -> tuple[str
     return "num", math.dist(first, second)
 
 
-_COMPUTED: dict[str, _Function] = {
+_COMPUTED_FUNCTIONS: dict[str, _Function] = {
     "ABS": _scalar(abs),
     "SQRT": _scalar(math.sqrt),
     "EXP": _scalar(math.exp),

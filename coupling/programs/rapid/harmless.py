@@ -71,14 +71,15 @@ STOPS = {word.upper(): word for word in ("Stop", "Break", "EXIT", "ExitCycle", "
 
 _ARC = "an arc, and arcs are not read: write its points as lines"
 _SEARCH = "a motion that ends where a signal comes: write its end as a target"
-_MOVING = "what moves with a conveyor, an external axis or another robot"
+_MOVING_FRAMES = "what moves with a conveyor, an external axis or another robot"
 _SENSOR = "a correction while the robot moves: leave it out, the path is the programmed one"
 _REFUSED_WORDS = {
     _ARC: """MoveC MoveCDO MoveCAO MoveCGO MoveCSync TriggC ArcC ArcC1 ArcC2 ArcCStart ArcCEnd
         ArcC1Start ArcC1End PaintC DispC CapC TriggCIOs""",
     _SEARCH: "SearchL SearchC SearchJ SearchExtJ ArcLSearch FCPressL",
-    _MOVING: """MoveExtJ SyncMoveOn SyncMoveOff SyncMoveUndo WaitWObj DropWObj WaitSensor DropSensor
-        SyncToSensor SupSyncSensorOn EOffsOn EOffsSet IndAMove IndRMove IndDMove IndCMove IndReset""",
+    _MOVING_FRAMES: """MoveExtJ SyncMoveOn SyncMoveOff SyncMoveUndo WaitWObj DropWObj WaitSensor
+        DropSensor SyncToSensor SupSyncSensorOn EOffsOn EOffsSet IndAMove IndRMove IndDMove IndCMove
+        IndReset""",
     _SENSOR: """CorrCon CorrWrite CorrDiscon CorrClear EGMActPose EGMRunPose EGMActJoint EGMRunJoint
         EGMActMove EGMMoveL SoftAct ContactL FCAct FCDeact FCSPChgTunParam""",
     "motions that depend on a stop": """StopMove StartMove StopMoveReset StorePath RestoPath ClearPath

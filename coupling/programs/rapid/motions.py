@@ -13,15 +13,15 @@ from coupling.programs.rapid.predefined import HIGHEST
 from coupling.programs.rapid.values import (
     NO_AXIS,
     Value,
+    format_value,
     numbers_of,
     pose_of,
-    shown,
 )
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.unknown import Unknown
 
 # External axes closer than this stand still [mm or deg].
-_STILL = 1e-3
+_STANDSTILL = 1e-3
 # Radius of the smallest zone [mm], which is passed as if it were the target.
 _SMALLEST_ZONE = 0.3
 
@@ -162,13 +162,13 @@ class RapidMotions:
         place = f"{where}: work object {name}"
         if is_held is not False:
             raise ProgramError(
-                f"{place}: expected one in the world, robhold FALSE, got {shown(is_held)}: parts that"
-                " the robot holds are not read"
+                f"{place}: expected one in the world, robhold FALSE, got {format_value(is_held)}: parts"
+                " that the robot holds are not read"
             )
         if is_fixed is not True:
             raise ProgramError(
-                f"{place}: expected one that stands still, ufprog TRUE, got {shown(is_fixed)}, moved by"
-                f" {shown(unit)}: write targets in a work object that stands still"
+                f"{place}: expected one that stands still, ufprog TRUE, got {format_value(is_fixed)},"
+                f" moved by {format_value(unit)}: write targets in a work object that stands still"
             )
         return ControllerFrame(name, product(self._pose(user, place), self._pose(placed, place)))
 
@@ -180,8 +180,8 @@ class RapidMotions:
         place = f"{where}: tool {name}"
         if value[0] is not True:
             raise ProgramError(
-                f"{place}: expected one that the robot holds, robhold TRUE, got {shown(value[0])}:"
-                " stationary tools are not read"
+                f"{place}: expected one that the robot holds, robhold TRUE, got"
+                f" {format_value(value[0])}: stationary tools are not read"
             )
         return ControllerFrame(name, self._pose(value[1], place))
 
@@ -199,7 +199,7 @@ class RapidMotions:
             axis = f"external axis eax_{'abcdef'[at]}"
             (angle,) = numbers_of(value, axis, where)
             first = self._external.setdefault(at, angle)
-            if abs(angle - first) > _STILL:
+            if abs(angle - first) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: {axis}: expected it to stand still, got {angle:g} behind {first:g}:"
                     " external axes that move are not read"

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from coupling.errors import ProgramError
-from coupling.programs.arithmetic import LOGIC, ORDER, computed
+from coupling.programs.arithmetic import LOGIC, ORDER, compute_rounded
 from coupling.programs.rapid.values import (
     Data,
     Value,
-    shown,
+    format_value,
     text_of,
 )
 from coupling.programs.unknown import Unknown
 
 # The value that decides, whatever the other operand is.
-_DECISIVE = {"AND": False, "OR": True}
+_DECISIVE_VALUES = {"AND": False, "OR": True}
 
 
-def operated(operator: str, operands: list[Data], where: str) -> Data:
+def apply_operator(operator: str, operands: list[Data], where: str) -> Data:
     """Return what an operator makes of one or two operands.
 
     What is made of a value that is not known is not known, but for AND and OR that the other decides.
@@ -26,11 +26,11 @@ def operated(operator: str, operands: list[Data], where: str) -> Data:
 
     Example:
         >>> sides = [Data("num", 3.0), Data("pos", (1.0, 2.0, 0.0))]
-        >>> operated("*", sides, "here")
+        >>> apply_operator("*", sides, "here")
         Data(kind='pos', value=(3.0, 6.0, 0.0), rank=0)
     """
     for data in operands:
-        if operator in _DECISIVE and data.value is _DECISIVE[operator]:
+        if operator in _DECISIVE_VALUES and data.value is _DECISIVE_VALUES[operator]:
             return data
     for data in operands:
         if isinstance(data.value, Unknown):
@@ -50,7 +50,9 @@ def _of_one(operator: str, data: Data, where: str) -> Data:
         return Data("pos", tuple(-x for x in vector))
     if operator == "-" and isinstance(data.value, float) and not isinstance(data.value, bool):
         return Data(data.kind, -data.value)
-    raise ProgramError(f"{where}: expected an operand of {operator}, got {shown(data.value)}")
+    raise ProgramError(
+        f"{where}: expected an operand of {operator}, got {format_value(data.value)}"
+    )
 
 
 def _of_two(operator: str, a: Data, b: Data, where: str) -> tuple[str, Value]:
@@ -65,7 +67,7 @@ def _of_two(operator: str, a: Data, b: Data, where: str) -> tuple[str, Value]:
         assert isinstance(b.value, float)
         if operator in ORDER:
             return "bool", ORDER[operator](a.value, b.value)
-        return "dnum" if "dnum" in (a.kind, b.kind) else "num", computed(
+        return "dnum" if "dnum" in (a.kind, b.kind) else "num", compute_rounded(
             operator, a.value, b.value, where
         )
     elif operator == "+" and isinstance(a.value, str) and isinstance(b.value, str):
@@ -73,7 +75,8 @@ def _of_two(operator: str, a: Data, b: Data, where: str) -> tuple[str, Value]:
     elif (value := _of_space(operator, a, b, where)) is not None:
         return value
     raise ProgramError(
-        f"{where}: expected operands of {operator}, got {shown(a.value)} and {shown(b.value)}"
+        f"{where}: expected operands of {operator}, got {format_value(a.value)} and"
+        f" {format_value(b.value)}"
     )
 
 
@@ -98,5 +101,5 @@ def _of_space(operator: str, a: Data, b: Data, where: str) -> tuple[str, Value] 
     if operator == "*" and u is None and v is not None and isinstance(a.value, float):
         return "pos", tuple(a.value * x for x in v)
     if operator in ("*", "/") and u is not None and isinstance(b.value, float):
-        return "pos", tuple(computed(operator, x, b.value, where) for x in u)
+        return "pos", tuple(compute_rounded(operator, x, b.value, where) for x in u)
     return None

@@ -38,7 +38,7 @@ def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> 
     """
     file = name or "RAPID"
     try:
-        return _executed(text, file, others or {})
+        return _execute(text, file, others or {})
     except RecursionError:
         raise ProgramError(
             f"{file}: expected routines and statements less deep in each other, got more than can be"
@@ -46,7 +46,7 @@ def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> 
         ) from None
 
 
-def _executed(text: str, file: str, others: Mapping[str, str]) -> RobotProgram:
+def _execute(text: str, file: str, others: Mapping[str, str]) -> RobotProgram:
     modules = modules_of(text, file)
     execution = RapidExecution.of(modules, others)
     routine, module = entry_of(modules, execution.notes, file)

@@ -30,7 +30,7 @@ from coupling.programs.rapid.values import components
 _HEADER = re.compile(r"^[ \t]*%%%[ \t]*$.*?^[ \t]*%%%[ \t]*$", re.DOTALL | re.MULTILINE)
 _STORAGES = ("CONST", "PERS", "VAR")
 _HANDLERS = ("BACKWARD", "ERROR", "UNDO")
-_ENDS = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
+_ROUTINE_ENDS = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
 _CLOSING = frozenset(
     [
         "ENDPROC",
@@ -45,7 +45,7 @@ _CLOSING = frozenset(
     ]
 )
 # Statements in each other, at most.
-_DEEPEST = 30
+_MAX_NESTING = 30
 
 
 def modules_of(text: str, file: str) -> list[RapidModule]:
@@ -82,7 +82,7 @@ def _module(words: Words, file: str, is_wrapped: bool) -> RapidModule:
         if words.word == "MODULE" and not is_wrapped and words.kind == "name":
             break
         scope = words.word if words.takes("LOCAL", "TASK") else ""
-        if words.word in _ENDS and words.kind == "name":
+        if words.word in _ROUTINE_ENDS and words.kind == "name":
             routine = _routine(words, scope == "LOCAL")
             if module.routines.setdefault(routine.name.upper(), routine) is not routine:
                 raise ProgramError(
@@ -130,7 +130,7 @@ def _routine(words: Words, is_local: bool) -> RapidRoutine:
     if word != "TRAP":
         words.require("(", "brackets behind the name of a routine")
         parameters = _parameters(words)
-    end = _ENDS[word]
+    end = _ROUTINE_ENDS[word]
     body = _block(words, (where, word), (end, *_HANDLERS), 0)
     has_handler = False
     while not words.takes(end):
@@ -173,8 +173,8 @@ def _block(words: Words, opened: tuple[str, str], ends: tuple[str, ...], depth: 
         depth: Number of statements that they stand in.
     """
     where, opener = opened
-    if depth > _DEEPEST:
-        raise ProgramError(f"{where}: expected at most {_DEEPEST} statements in each other")
+    if depth > _MAX_NESTING:
+        raise ProgramError(f"{where}: expected at most {_MAX_NESTING} statements in each other")
     statements: list[Statement] = []
     while words.word not in ends or words.kind != "name":
         if words.kind == "end" or words.word in _CLOSING:
@@ -252,8 +252,8 @@ def _if(words: Words, where: str, depth: int) -> If:
     condition = words.expression()
     if not words.takes("THEN"):
         single: list[Statement] = []
-        if depth >= _DEEPEST:
-            words.refuse(f"at most {_DEEPEST} statements in each other")
+        if depth >= _MAX_NESTING:
+            words.refuse(f"at most {_MAX_NESTING} statements in each other")
         _statement(words, single, depth + 1)
         return If(where, ((condition, tuple(single)),))
     branches: list[tuple[Expression | None, Block]] = []

@@ -9,7 +9,7 @@ from coupling.programs.rapid.effects import effects_of, effects_of_routine
 from coupling.programs.rapid.memory import RapidMemory, RoutineScope
 from coupling.programs.rapid.syntax import Block, Connect
 from coupling.programs.reading import ReadingNotes
-from coupling.programs.text import shortened
+from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 
@@ -53,7 +53,7 @@ class Undecided:
         if trap is None:
             raise ProgramError(
                 f"{statement.where}: expected a trap of the program, got"
-                f" {shortened(statement.trap)!r}: put its module beside the program"
+                f" {shorten(statement.trap)!r}: put its module beside the program"
             )
         routine, module = trap
         effects = effects_of_routine(routine, self.memory, RoutineScope(module))

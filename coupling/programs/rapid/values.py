@@ -11,7 +11,7 @@ from typing import NoReturn
 from coupling.errors import ProgramError
 from coupling.programs.poses import pose_of_quaternion
 from coupling.programs.program import Pose
-from coupling.programs.text import LARGEST, shortened
+from coupling.programs.text import LARGEST, shorten
 from coupling.programs.unknown import Unknown
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
@@ -162,7 +162,7 @@ class Kinds:
             if component == name.lower():
                 return at, kind
         raise ProgramError(
-            f"{where}: expected a component of {data.kind or 'a record'}, got {shortened(name)!r}"
+            f"{where}: expected a component of {data.kind or 'a record'}, got {shorten(name)!r}"
         )
 
 
@@ -238,7 +238,7 @@ def value_of(pose: Pose) -> Value:
     return tuple(1e3 * p for p in pose[:3]), (w, x, y, z)
 
 
-def shown(value: Value) -> str:
+def format_value(value: Value) -> str:
     """Return a value for a message."""
     if isinstance(value, Unknown):
         return value.name
@@ -247,9 +247,9 @@ def shown(value: Value) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, str):
-        return f'"{shortened(value)}"'
-    return shortened(f"[{','.join(shown(item) for item in value[:9])}]")
+        return f'"{shorten(value)}"'
+    return shorten(f"[{','.join(format_value(item) for item in value[:9])}]")
 
 
 def _refuse(expected: str, value: Value, where: str) -> NoReturn:
-    raise ProgramError(f"{where}: expected {expected}, got {shown(value)}")
+    raise ProgramError(f"{where}: expected {expected}, got {format_value(value)}")

@@ -19,7 +19,7 @@ from coupling.programs.program import (
     ProgramMove,
     RobotProgram,
 )
-from coupling.programs.text import fixed, numbers, require_lines, require_name
+from coupling.programs.text import format_fixed, numbers, require_lines, require_name
 
 # Characters of a name, and of a line that the editor of the pendant shows whole.
 LONGEST_NAME, LONGEST_LINE = 32, 80
@@ -68,11 +68,11 @@ def _module(program: RobotProgram) -> Iterator[str]:
     way = program.moves[: len(program.moves) - len(timed) + 1]
     for move in way:
         speed = 1e3 * (0.05 if move.speed is None else move.speed)
-        yield from _move(move, f"[{fixed(speed, 3)},500,5000,1000],fine,", frames)
+        yield from _move(move, f"[{format_fixed(speed, 3)},500,5000,1000],fine,", frames)
     for k, move in enumerate(timed[1:], start=2):
         assert move.duration is not None
         zone = "fine" if k == len(timed) else "z0"
-        yield from _move(move, f"v100\\T:={fixed(move.duration, _SECONDS)},{zone},", frames)
+        yield from _move(move, f"v100\\T:={format_fixed(move.duration, _SECONDS)},{zone},", frames)
     yield "  ENDPROC"
     yield "ENDMODULE"
 

@@ -12,21 +12,21 @@ from coupling.robot.batch.rigid_robot import BatchPosture, RigidRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
 # A pose is reached when position and rotation agree to this, lengths in units of the reach.
-_REACHED = 1e-8
+_POSE_TOLERANCE = 1e-8
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
-_LEAST = 1e-12
+_MIN_DENOMINATOR = 1e-12
 # A posture is the one nearest to home when so little is left along the self-motion [rad].
-_NEAREST = 1e-9
+_SELF_MOTION_TOLERANCE = 1e-9
 # Postures around home that a search for the nearest one starts from, their spread [rad] and seed.
-_STARTS, _SPREAD, _SEED = 16, 1.0, 1
+_START_COUNT, _START_SPREAD, _SEED = 16, 1.0, 1
 # Angle by which accelerations of a redundant robot look ahead and back [rad].
-_AHEAD = 1e-4
+_DIFFERENCE_ANGLE = 1e-4
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
-_LED, _ITERATIONS_LED, _ITERATIONS = 8, 2, 30
+_LEAD_STEPS, _LEAD_ITERATIONS, _MAX_ITERATIONS = 8, 2, 30
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class Targets:
         return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows])
 
 
-def reached(
+def solve_poses(
     robot: RigidRobot,
     targets: Targets,
     start: np.ndarray,
-    iterations: int = _ITERATIONS,
-    tolerance: float = _REACHED,
+    iterations: int = _MAX_ITERATIONS,
+    tolerance: float = _POSE_TOLERANCE,
     near: NearHome | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
@@ -102,14 +102,14 @@ def angles_from_home(
     last = Rotation.from_matrix(np.stack(targets.tool, axis=1).transpose(2, 0, 1))
     turn = (last * first.inv()).as_rotvec()
     q = np.repeat(home[:, None], targets.position.shape[1], axis=1)
-    for k in range(1, _LED):
-        share = k / _LED
+    for k in range(1, _LEAD_STEPS):
+        share = k / _LEAD_STEPS
         rotation = (Rotation.from_rotvec(share * turn) * first).as_matrix()
         position = (1.0 - share) * begin.tip + share * targets.position
         tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
         on_the_way = Targets(position, tool, share * targets.tcp_shift)
-        q, _ = reached(robot, on_the_way, q, _ITERATIONS_LED)
-    return reached(robot, targets, q)
+        q, _ = solve_poses(robot, on_the_way, q, _LEAD_ITERATIONS)
+    return solve_poses(robot, targets, q)
 
 
 def self_motion(robot: RigidRobot, q: np.ndarray) -> np.ndarray:
@@ -144,13 +144,13 @@ def nearest_angles(
         (near.home.shape[-1], len(targets.position.T)),
     )
     homes = np.broadcast_to(near.home, (count, size))
-    around = _SPREAD * rng.normal(size=(_STARTS, 1, size))
+    around = _START_SPREAD * rng.normal(size=(_START_COUNT, 1, size))
     around[0] = 0.0
     starts = np.clip(homes + around, near.limits.lower, near.limits.upper).reshape(-1, size)
-    each = NearHome(np.tile(homes, (_STARTS, 1)), near.limits)
-    every = targets.chosen(np.tile(np.arange(count), _STARTS))
-    q, came = reached(robot, every, starts.T, near=each)
-    cost = np.where(came, each.cost(q.T), np.inf).reshape(_STARTS, count)
+    each = NearHome(np.tile(homes, (_START_COUNT, 1)), near.limits)
+    every = targets.chosen(np.tile(np.arange(count), _START_COUNT))
+    q, came = solve_poses(robot, every, starts.T, near=each)
+    cost = np.where(came, each.cost(q.T), np.inf).reshape(_START_COUNT, count)
     best = np.argmin(cost, axis=0) * count + np.arange(count)
     return q[:, best], came[best]
 
@@ -195,7 +195,7 @@ def following(
     else:
         jacobian = _jacobian(posture, robot.reach)
         inverse = np.linalg.inv(
-            jacobian @ jacobian.swapaxes(1, 2) + _LEAST * np.eye(jacobian.shape[1])
+            jacobian @ jacobian.swapaxes(1, 2) + _MIN_DENOMINATOR * np.eye(jacobian.shape[1])
         )
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
@@ -226,7 +226,7 @@ def _bending(
     near: NearHome,
 ) -> np.ndarray:
     """Return q'' [rad/s^2], (joints, n): central differences of the rates along the motion."""
-    ahead = _AHEAD / np.maximum(np.abs(rate).max(axis=0), _AHEAD)
+    ahead = _DIFFERENCE_ANGLE / np.maximum(np.abs(rate).max(axis=0), _DIFFERENCE_ANGLE)
     ends = []
     for time in (ahead, -ahead):
         there = q + time * rate
@@ -234,7 +234,7 @@ def _bending(
         velocity = motion.velocity + time * motion.acceleration
         spin = motion.spin + time * motion.spin_rate
         task = np.concatenate([velocity / robot.reach, spin]).T
-        of_task = task_step(jacobian, task, np.full(len(task), _LEAST))
+        of_task = task_step(jacobian, task, np.full(len(task), _MIN_DENOMINATOR))
         ends.append(of_task + SelfMotion.of(jacobian, there.T, near).rate(of_task))
     bending: np.ndarray = (ends[0] - ends[1]).T / (2.0 * ahead)
     return bending
@@ -254,11 +254,11 @@ def _step(
         step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
         return step, np.ones(len(size), dtype=bool)
     jacobian = _jacobian(posture, reach)
-    step = task_step(jacobian, error.T, _DAMPING * size + _LEAST)
+    step = task_step(jacobian, error.T, _DAMPING * size + _MIN_DENOMINATOR)
     if near is None:
         return step.T, np.ones(len(size), dtype=bool)
     along = SelfMotion.of(jacobian, posture.angle.T, near).step(step)
-    return (step + along).T, np.abs(along).max(axis=1) < _NEAREST
+    return (step + along).T, np.abs(along).max(axis=1) < _SELF_MOTION_TOLERANCE
 
 
 def _jacobian(posture: BatchPosture, reach: float) -> np.ndarray:
@@ -280,5 +280,5 @@ def _normal(
     transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
     normal = np.einsum("ikn,jkn->nij", transposed, transposed)
     each = np.arange(len(transposed))
-    normal[:, each, each] += (damping + _LEAST)[:, None]
+    normal[:, each, each] += (damping + _MIN_DENOMINATOR)[:, None]
     return normal, transposed

@@ -22,12 +22,12 @@ from elastic_robot.kinematics import tcp_force_gradient
 # Coordinates of a pose: more joints are redundant.
 POSE = 6
 # From this distance on joints are pushed away from their limits [rad]: at most this part of their range.
-_CLEAR, _PART = np.deg2rad(10.0), 0.25
+_LIMIT_DISTANCE, _LIMIT_RANGE_PART = np.deg2rad(10.0), 0.25
 # How hard: at a limit as hard as home pulls from so far away [rad].
 _PUSH = 40.0
 # Least curvature of c along a self-motion that a step is measured by [1]: with less, home lies across a
 # fold, and the posture nearest to it is another one.
-_LEAST = 0.05
+_MIN_CURVATURE = 0.05
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class NearHome:
     def _close(self, q: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return from where on the lower and the upper limits push [rad], and how near they are [1]."""
         lower, upper = self.limits.lower, self.limits.upper
-        clear = np.minimum(_CLEAR, _PART * (upper - lower))
+        clear = np.minimum(_LIMIT_DISTANCE, _LIMIT_RANGE_PART * (upper - lower))
         return [(clear, np.maximum(1.0 - margin / clear, 0.0)) for margin in (q - lower, upper - q)]
 
 
@@ -116,7 +116,7 @@ class SelfMotion:
         curvature, vectors = np.linalg.eigh(self._curvature)
         right = self.slope + (self.bend @ of_task[:, :, None])[:, :, 0]
         along = (vectors.swapaxes(1, 2) @ right[:, :, None])[:, :, 0]
-        along /= np.maximum(np.abs(curvature), _LEAST)
+        along /= np.maximum(np.abs(curvature), _MIN_CURVATURE)
         return -(self.directions @ (vectors @ along[:, :, None]))[:, :, 0]
 
     def rate(self, of_task: np.ndarray) -> np.ndarray:

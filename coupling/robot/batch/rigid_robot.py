@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.robot.batch.vectors import (
     Columns,
-    applied,
-    combined,
+    combine_columns,
     cross,
     dot,
     rotate_columns,
+    rotate_vector,
     seen_from,
 )
 from elastic_robot.balancers import BalancerCurve
@@ -103,12 +103,12 @@ class RigidRobot:
         axes, origins, lever = np.empty((3, len(q), 3, size))
         bodies = []
         for k, (axis, origin, angle) in enumerate(zip(self._axes, self._origins, q, strict=True)):
-            at = at + combined(columns, origin)
-            axes[k], origins[k] = combined(columns, axis), at
+            at = at + combine_columns(columns, origin)
+            axes[k], origins[k] = combine_columns(columns, axis), at
             columns = rotate_columns(columns, axis, angle)
             bodies.append(columns)
-        tool = [combined(columns, column) for column in self._tool.T.tolist()]
-        tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
+        tool = [combine_columns(columns, column) for column in self._tool.T.tolist()]
+        tip = at + combine_columns(columns, self._tcp) + rotate_vector(tool, tcp_shift)
         for k, axis in enumerate(axes):
             lever[k] = cross(axis, tip - origins[k])
         return BatchPosture(q, axes, origins, bodies, tip, tool, lever)
@@ -143,14 +143,16 @@ class RigidRobot:
                 if body.mass == 0.0:
                     continue
                 motion, columns = motions[k], posture.body[k]
-                arm = combined(columns, body.com)
+                arm = combine_columns(columns, body.com)
                 push = body.mass * _point_acceleration(motion, arm)
                 spin, spin_rate = (seen_from(columns, v) for v in (motion.spin, motion.spin_rate))
                 inertia = body.inertia_matrix
                 spin_moment = inertia @ spin_rate + cross(spin, inertia @ spin)
                 force = force + push
                 moment = (
-                    moment + applied(columns, spin_moment) + cross(posture.origin[k] + arm, push)
+                    moment
+                    + rotate_vector(columns, spin_moment)
+                    + cross(posture.origin[k] + arm, push)
                 )
             load[k] = dot(posture.axis[k], moment - cross(posture.origin[k], force))
         for k, curve in self._balancers:

@@ -21,7 +21,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("kn,kn->n", a, b)
 
 
-def combined(columns: Columns, weights: Sequence[float]) -> np.ndarray:
+def combine_columns(columns: Columns, weights: Sequence[float]) -> np.ndarray:
     """Return R v of rotations given by their columns and one vector v for the whole batch, (3, n).
 
     Args:
@@ -48,19 +48,19 @@ def rotate_columns(columns: Columns, axis: Sequence[float], angle: np.ndarray) -
             rotated = [columns[k]] * 3
             rotated[k - 2], rotated[k - 1] = cos * first + sin * second, cos * second - sin * first
             return rotated
-    along = combined(columns, axis)
+    along = combine_columns(columns, axis)
     x, y, z = axis
     across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
     rotated = []
     for column, part, other in zip(columns, (x, y, z), across, strict=True):
-        new = cos * column + sin * combined(columns, other)
+        new = cos * column + sin * combine_columns(columns, other)
         if part != 0.0:
             new += ((1.0 - cos) * part) * along
         rotated.append(new)
     return rotated
 
 
-def applied(columns: Columns, vector: np.ndarray) -> np.ndarray:
+def rotate_vector(columns: Columns, vector: np.ndarray) -> np.ndarray:
     """Return R v, any unit, (3, n)."""
     return columns[0] * vector[0] + columns[1] * vector[1] + columns[2] * vector[2]
 

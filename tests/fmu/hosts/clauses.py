@@ -165,6 +165,7 @@ def discarded_steps(fmu):
         else:
             assert last == H
         assert i.set(right) == OK
+        assert i.get("compliance.zz") == twin.get("compliance.zz")
     for one in (i, twin):
         assert one.step(H, H)[0] == OK
     assert i.get("tcp.x", "tcp.y", "tcp.z") == twin.get("tcp.x", "tcp.y", "tcp.z")

@@ -152,23 +152,24 @@ class Instance:
 
     def save(self):
         state = c_void_p()
-        assert self.call(self._state("GetFMUstate"), byref(state)) == OK
+        assert self.call(self.state_call("GetFMUstate"), byref(state)) == OK
         return state
 
     def restore(self, state):
-        return self.call(self._state("SetFMUstate"), state)
+        return self.call(self.state_call("SetFMUstate"), state)
 
     def bytes(self):
         """The serialised present state."""
         state, size = self.save(), c_size_t()
-        assert self.call(self._state("SerializedFMUstateSize"), state, byref(size)) == OK
+        assert self.call(self.state_call("SerializedFMUstateSize"), state, byref(size)) == OK
         data = create_string_buffer(size.value)
-        assert self.call(self._state("SerializeFMUstate"), state, data, size) == OK
-        assert self.call(self._state("FreeFMUstate"), byref(state)) == OK
+        assert self.call(self.state_call("SerializeFMUstate"), state, data, size) == OK
+        assert self.call(self.state_call("FreeFMUstate"), byref(state)) == OK
         return data.raw
 
-    def _state(self, name):
-        return name if self._two else name.replace("FMUstate", "FMUState")
+    def state_call(self, name):
+        """A function on states, by its name in FMI 2.0."""
+        return name if self._two else name.replace("FMUstate", "FMUState").replace("DeS", "Des")
 
     # Model exchange.
 

@@ -88,7 +88,8 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     A quarter is left at once, no run is worse than the best, and forecasts hold what is measured."""
     folder, _ = shop
     runs, left, said = measured
-    assert all("Expected deviation on your robot" in own for own in said)
+    assert all(own.startswith("Expect the tool within about") for own in said)
+    assert "The last run left" in said[1]
     assert left[0] > 1e-4
     assert left[1] < 0.25 * left[0]
     assert left[2] < 1.1 * left[1]
@@ -96,7 +97,7 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
         told = json.loads((folder / name / "result.json").read_text())["forecast"]
         assert told["low"] < own < told["high"]
     page = (folder / "third" / "report.html").read_text()
-    assert "Expected deviation on your robot" in page
+    assert "Measured under the last command" in page
     assert "Expected deviation on a real robot" not in page
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
     assert told["move"] == "path"

@@ -128,7 +128,7 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
 def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
     rng = np.random.default_rng(2)
     x = rng.uniform(-0.3, 0.3, len(robots.parameters))
-    other = robots.described(x)
+    other = robots.read_described_robot(x)
     np.testing.assert_allclose(factors_between(robots.parameters, other), x, atol=1e-12)
     again = {p.name: p.value for p in robot_parameters(other, "backlash", LEARNED)}
     assert again == pytest.approx(scaled_values(robots.parameters, x))
@@ -180,7 +180,7 @@ def test_the_command_learns_and_commands_again(command, run):
     """What was learned is a robot file, and its command leaves less on the plant that is not told."""
     inputs = run / "out_inputs"
     target = inputs / "robot.toml"
-    done = command("learn", run / "run", run / "m.csv", "-o", run / "out")
+    done = command("learn", run / "run", run / "m.csv", "-v", "-o", run / "out")
     assert done.returncode == 0, done.stderr + done.stdout
     assert "Torques and reversals of the gears" in done.stdout
     assert "backlash reversals" in done.stdout
