@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
+# Of a deviation that is slower a path has no period [Hz].
+_LOWEST_CUTOFF = 0.01
 # Exit status where no parameter is identifiable.
 REFUSED = 1
 # A frame that is known to a length is known to that over an arm of a metre.
@@ -149,8 +151,10 @@ def _options(
 
     if move not in KINDS:
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
-    if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0.0):
-        raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
+    if cutoff is not None and not _LOWEST_CUTOFF <= cutoff < math.inf:
+        raise LearnError(
+            f"--cutoff-Hz: expected a frequency of {_LOWEST_CUTOFF:g} Hz or more, got {cutoff:g}"
+        )
     repeatability_m = REPEATABILITY
     if repeatability is not None:
         repeatability_m = _length("--repeatability", repeatability, "0.05mm")

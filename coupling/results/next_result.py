@@ -85,6 +85,6 @@ class NextResult(ResultFile):
     robot: str
     repeated: bool
     parameters_refused: str
-    lowest_mode_Hz: float
+    lowest_mode_Hz: float | None
     correction: PathCorrectionResult | None
     forecast: RunForecast | None

@@ -22,8 +22,8 @@ from coupling.identification.next.path_learning import (
     learn_path,
     learning_step,
 )
-from coupling.identification.runs.learning import Learned, LearnOptions, learn
-from coupling.identification.runs.problem import FramePrior
+from coupling.identification.runs.learning import Learned, learn
+from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import LearningStep
 from coupling.run.models import Models
@@ -31,8 +31,6 @@ from coupling.run.models import Models
 # Parameters are fitted to the first runs, up to this number: the second command crosses the backlash of
 # gears at other times, which the first run does not show.
 _FITTED_RUNS = 2
-# Prior of the measuring frame where it is not known better.
-_FRAME = FramePrior()
 
 
 @dataclass(frozen=True)
@@ -120,10 +118,10 @@ def _robot(
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
     """Return the parameters that the runs identify."""
-    shift, turn = options.frame_accuracy.shift, options.frame_accuracy.turn
-    frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
+    shift, turn, usual = options.frame_accuracy.shift, options.frame_accuracy.turn, FramePrior()
+    frame = FramePrior(min(shift, usual.shift), min(turn, usual.turn))
     sources = [
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    return learn(sources, LearnOptions(bool(np.isinf(turn)), frame), models, watch)
+    return learn(sources, ANYWHERE if np.isinf(turn) else frame, models, watch)

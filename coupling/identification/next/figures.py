@@ -36,7 +36,7 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
         robot=plan.model.name,
         repeated=plan.repeated,
         parameters_refused="" if plan.learned is None else plan.learned.refusal,
-        lowest_mode_Hz=plan.model.lowest_mode,
+        lowest_mode_Hz=plan.model.lowest_mode if np.isfinite(plan.model.lowest_mode) else None,
         correction=_correction(plan),
         forecast=forecast,
     )
