@@ -46,8 +46,9 @@ from coupling.robot.robot_fmu import RobotFmu
 # Changes of a log factor for differences, one after the other: the valley is narrower than the local
 # minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Steps of a fit to a part and to the whole, restarts of the whole, and of so many gears' best sides.
-_PART_STEPS, _STEPS, _TRIES, _RESTART_GEARS = 12, 30, 2, 2
+# Steps of a fit to a part and to the whole; restarts of a part and of the whole, and of so many gears'
+# best sides.
+_PART_STEPS, _STEPS, _PART_TRIES, _TRIES, _RESTART_GEARS = 12, 30, 1, 2, 2
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
 # every unknown.
 _SETTLED = 0.15
@@ -118,7 +119,7 @@ class Fitter:
             progress(min(round(1e3 * before), longest), 2 * longest)
             seconds = _window(whole, now, before, _is_noise(part, here.point))
         progress(longest, 2 * longest)
-        return self._settled(_restarted(whole, now))
+        return self._settled(_restarted(whole, now, _STEPS, _TRIES))
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
         """Return what given parameters leave, behind the frame that fits them best.
@@ -225,25 +226,28 @@ def _refined(
         changes: Changes of a log factor for differences of simulations, one after the other [1].
     """
     # Far from the solution derivatives of the gears' equation lead towards it.
-    here = RunLinearisation(objective, start, objective.problem.effects, changes[0]).recompute()
+    problem = objective.problem
+    slopes = objective.slopes(start.z, problem.effects)
+    here = RunLinearisation(objective, start, problem.secants(changes[0]), changes[0], slopes)
     fit = estimate(here, _free(objective), most, _SETTLED)
-    for change in changes:
+    for change in changes[1:]:
         if _is_noise(objective, fit.linearisation.point):
             break
-        fit = estimate(_with_secants(fit.linearisation, change), _free(objective), most, _SETTLED)
+        here = _with_secants(fit.linearisation, change)
+        fit = estimate(here, _free(objective), most, _SETTLED)
     return fit
 
 
-def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
-    """Return what is found of whole runs, from some unknowns and from restarts beside them."""
-    best = _refined(objective, start, _STEPS, _CHANGES).linearisation
+def _restarted(objective: FitObjective, start: FitPoint, most: int, tries: int) -> RunLinearisation:
+    """Return what is found from some unknowns and from restarts beside them."""
+    best = _refined(objective, start, most, _CHANGES).linearisation
     restarts = _restart_points(best)
-    for _ in range(_TRIES):
+    for _ in range(tries):
         now = best.point
         neighbour = None if _is_noise(objective, now) else next(restarts, None)
         if neighbour is None:
             break
-        other = _refined(objective, neighbour, _STEPS, _CHANGES).linearisation
+        other = _refined(objective, neighbour, most, _CHANGES).linearisation
         there = other.point
         if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
             best, restarts = other, _restart_points(other)
