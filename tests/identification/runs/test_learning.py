@@ -128,7 +128,7 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
 def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
     rng = np.random.default_rng(2)
     x = rng.uniform(-0.3, 0.3, len(robots.parameters))
-    other = robots.read_described_robot(x)
+    other = robots.described(x)
     np.testing.assert_allclose(factors_between(robots.parameters, other), x, atol=1e-12)
     again = {p.name: p.value for p in robot_parameters(other, "backlash", LEARNED)}
     assert again == pytest.approx(scaled_values(robots.parameters, x))
