@@ -34,7 +34,7 @@ TRIALS = (
     (Trial(CONE, 52, 0.5, ANEW), "extras, and 10 um not repeatable"),
 )
 # Seeds of the robots whose parameters are learned.
-SEEDS = (11, 12, 13)
+SEEDS = (11, 12, 13, 14, 15)
 
 
 @cache

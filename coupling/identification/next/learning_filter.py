@@ -39,11 +39,11 @@ def weight_of_sample(step: float, cutoff: float) -> float:
 
 
 def low_passed(step: float, values: np.ndarray, cutoff: float) -> np.ndarray:
-    """Return values at even times behind Q, any unit, (n, ...); the end values hold beyond the ends.
+    """Return values at even times behind Q [m] or any unit, (n, ...); end values hold beyond the ends.
 
     Args:
         step: Time between them [s].
-        values: The values, (n, ...).
+        values: The values [m] or any unit, (n, ...).
         cutoff: Cutoff of Q [Hz].
     """
     width = width_in_time(cutoff) / step
