@@ -35,16 +35,18 @@ def rubbing(robot: Robot) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-@pytest.mark.parametrize("use", ["cs", "me"])
-@pytest.mark.parametrize("fmi", ["2", "3"])
-def test_so_it_is_with_motors_under_their_servos(example, tmp_path, run_host, fmi, use):
+@pytest.mark.parametrize(
+    ("fmi", "use", "drive"),
+    [("2", "cs", "servo"), ("3", "cs", "servo"), ("2", "me", "servo"), ("3", "me", "torque")],
+)
+def test_so_it_is_with_motors(example, tmp_path, run_host, fmi, use, drive):
     """The same of a robot whose motors and hysteresis move, behind errors of gears and balancers, and
     in model exchange with friction that grows with the load."""
     options = BuildOptions("native", fmi=fmi, dependencies="step")
     robot = driven(with_gear_parts(example, 1), np.random.default_rng(5))
     # Over a step differences of this friction are rounding where a torque is about zero.
     robot = rubbing(robot) if use == "me" else robot
-    run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, "servo")
+    run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, drive)
 
 
 @pytest.mark.parametrize(("fmi", "use"), [("2", "me"), ("3", "me"), ("2", "cs")])

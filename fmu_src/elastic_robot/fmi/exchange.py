@@ -92,7 +92,7 @@ def exchange(
             "Acceleration",
             "rad/s2",
             ACCELERATION,
-            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd"),
+            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd"),
             moving,
             tuned=TUNABLE,
         ),
