@@ -272,16 +272,6 @@ def test_an_element_at_its_slip_angle_sticks_where_its_gear_goes_back():
         np.testing.assert_array_equal(law.held(s, on).slope, np.zeros(1))
 
 
-def test_a_snapshot_goes_on_as_its_robot():
-    model = start("backlash", 300.0)
-    load_to(model, -100.0, 50.0)
-    copy = gear("backlash")
-    copy.snapshot = model.snapshot
-    for torque in (-200.0, 400.0):
-        assert load_to(model, torque) == load_to(copy, torque)
-    assert copy.elongation().tobytes() == model.elongation().tobytes()
-
-
 def test_elements_are_those_of_their_gears():
     robot = with_hysteresis(make_robot(3, 6), 3)
     of, names = Elements.of(robot), ElasticRobot(robot).chain.elastic_names
