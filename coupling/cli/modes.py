@@ -44,6 +44,7 @@ def modes(
     import numpy as np
 
     from coupling.case.file import load_case
+    from coupling.files.atomic_file import write_atomically
     from coupling.files.result_folder import begin_result
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
@@ -88,8 +89,10 @@ def modes(
             assert case is not None
             place = claimed_folder(folder / case.robots[number].name)
             begin_folder(place, "modes")
-        claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
+        write_atomically(claim_file(place / "modes.json"), analysis.result.text(), StabilityError)
         NamedStateSpace.of(analysis.softest.linear).write(place)
-        claim_file(place / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
+        write_atomically(
+            claim_file(place / "report.html"), modes_page(analysis.result), StabilityError
+        )
         print_sections(console, modes_summary(analysis.result))
         console.print(f"Modes: {place}  (report: {place / 'report.html'})")

@@ -49,6 +49,7 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
+    from coupling.files.atomic_file import write_atomically
     from coupling.files.result_folder import begin_result
     from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
@@ -87,10 +88,13 @@ def stability(
             result = stability_in_posture(cuts, placed, march)
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
+    result = result.model_copy(update={"case_file": name_path(case)})
     begin_result(folder, "stability", overwrite)
-    claim_file(folder / "stability.json").write_text(result.text(), encoding="utf-8")
-    answer = stability_answer(result, name_path(case))
-    claim_file(folder / "report.html").write_text(stability_page(result, answer), encoding="utf-8")
+    write_atomically(claim_file(folder / "stability.json"), result.text(), StabilityError)
+    answer = stability_answer(result)
+    write_atomically(
+        claim_file(folder / "report.html"), stability_page(result, answer), StabilityError
+    )
     remarks = warned((), result.remarks)
     print_result(console, answer, stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")
