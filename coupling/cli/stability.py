@@ -49,8 +49,8 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
-    from coupling.files.atomic_file import write_atomically
-    from coupling.files.result_folder import begin_result
+    from coupling.files.atomic_folder import require_free, whole_folder
+    from coupling.files.result_folder import result_folder_kind
     from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import stability_answer
@@ -72,6 +72,7 @@ def stability(
     if feed_deg is not None and not np.isfinite(feed_deg):
         raise StabilityError(f"--feed-deg: expected a finite angle, got {feed_deg:g}")
     folder = output or Path("results", f"{case.stem}_stability")
+    require_free(folder, kind := result_folder_kind("stability"), overwrite)
     with RunView(console) as view:
         cuts = CaseCuts(load_case(case, watch=view.watch))
         if posture_deg is None:
@@ -89,12 +90,11 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})
-    begin_result(folder, "stability", overwrite)
-    write_atomically(claim_file(folder / "stability.json"), result.text(), StabilityError)
     answer = stability_answer(result)
-    write_atomically(
-        claim_file(folder / "report.html"), stability_page(result, answer), StabilityError
-    )
+    with whole_folder(folder, kind, overwrite) as draft:
+        claim_file(draft / "stability.json").write_text(result.text(), encoding="utf-8")
+        page = stability_page(result, answer)
+        claim_file(draft / "report.html").write_text(page, encoding="utf-8")
     remarks = warned((), result.remarks)
     print_result(console, answer, stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

@@ -11,10 +11,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.case.case import Case
+from coupling.path.deviation_parts import DeviationParts
 from coupling.process.milling_force import MeanForce, MillingForce
 from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.execute import Run
-from coupling.run.tooth_passing import DeviationParts
 from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
 from coupling.stability.path_stability import PathStability
