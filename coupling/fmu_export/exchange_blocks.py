@@ -111,7 +111,7 @@ def exchange_blocks(
             "Acceleration",
             "rad/s2",
             ACCELERATION,
-            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd"),
+            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd"),
             moving,
             tuned=TUNABLE,
         ),
