@@ -43,7 +43,8 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
         if result.tolerance_m is not None:
             good = forecast.maximum <= result.tolerance_m
         words = (
-            f"expect the tool within about {in_words(forecast.maximum)} of its path in the next run"
+            f"expect the tool within at most about {in_words(forecast.maximum)} of its path in the next"
+            " run"
         )
         sentence = judged(words, good, result.tolerance_m)
     if result.step.worse:
@@ -61,7 +62,7 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
             KeyFigure(
                 "Expected next",
                 _length(None if forecast is None else forecast.maximum),
-                "largest, on your robot",
+                "at most about, on your robot",
             ),
             KeyFigure(
                 "On average",
