@@ -82,7 +82,7 @@ class _WindowProcess:
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to the paths within the window."""
         since = len(self.time) - len(path.time) + 1
-        self.pose[:, since:] = path.pose[:, 1:]
+        self.pose[:, since - 1 :] = path.pose
         means = self.process.means(self.time, self.pose, since)
         return ProcessResponse(
             WrenchHistory.of_means(path.time, np.concatenate([self.first, means], axis=1))

@@ -95,6 +95,20 @@ def by_itself(machine: VibratingRobot, depth: float) -> SlotInTime:
     return SlotInTime(TEETH, RPM * np.pi / 30.0, depth, TANGENTIAL, RADIAL, FEED, a, b)
 
 
+def test_a_cut_begins_where_its_robot_stands_wherever_the_first_guess_begins():
+    """To the windows' tolerance, in all rows: what a tooth meets first was made from there."""
+    task, process = slot(30, 8, 1e-3)
+    desired = task.desired
+    loop = Loop(SOFT, process, "dynamic", SCHEMES["anderson"](), Tolerance(1e-7, 5e-8, 1e-5))
+    command = JointPath(desired.time, (desired.position[0],))
+    aside = desired.displaced(np.array([0.0, 2e-4, 0.0, 0.0, 0.0, 0.0]))
+    here, there = (couple(loop, command, start) for start in (desired, aside))
+    np.testing.assert_allclose(there.path.position, here.path.position, atol=1e-7)
+    np.testing.assert_allclose(
+        there.response.wrench.wrench[:, 1:], here.response.wrench.wrench[:, 1:], atol=0.5
+    )
+
+
 def errors_of(steps: tuple[int, ...], depth: float, periods: int = 24, fine: int = 120):
     expected = by_itself(SOFT, depth).motion(periods, fine)
     for count in steps:
