@@ -80,8 +80,9 @@ masters: .venv/masters
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target .venv/cofmupy -r requirements-cofmupy.lock
 	touch $@
 
-# What the test of the notebook needs; skipped without.
+# Runs the notebooks; their test is skipped without what that needs.
 notebooks: .venv/notebooks
+	.venv/bin/pytest -q tests/docs/test_notebook.py
 
 .venv/notebooks: .venv/installed requirements-notebook.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-notebook.lock

@@ -71,7 +71,12 @@ def parts_of(checkout: Path, command: str, folder: Path) -> dict[str, float]:
         name = "page.html" if command.startswith("check") else "out"
         words = [*filled, *(() if command == "start" else ("-o", str(Path(place, name))))]
         script = [sys.executable, str(ROOT / "benchmarks" / "command_parts.py"), str(checkout)]
-        done = subprocess.run([*script, *words], cwd=place, capture_output=True, text=True)
+        # Processes that a command starts are of its checkout as well.
+        folders = os.pathsep.join(str(Path(checkout, part)) for part in (".", "fmu_src"))
+        environment = {**os.environ, "PYTHONPATH": folders}
+        done = subprocess.run(
+            [*script, *words], cwd=place, env=environment, capture_output=True, text=True
+        )
     lines = done.stdout.splitlines()
     if done.returncode != 0 or not lines:
         raise RuntimeError(f"{checkout}: {' '.join(words)}: {done.stderr}")

@@ -13,10 +13,11 @@ import numpy as np
 
 from benchmarks.stopwatch import timed
 from coupling.fmu.driver import load
+from coupling.native.desk_library import loaded_library
 
 if __name__ == "__main__":
     folder, job = pickle.loads(Path(sys.argv[1]).read_bytes())
-    driver = load(folder)
+    driver = load(folder, loaded_library())
     spent, poses = timed(lambda: driver.run(job, lambda done, total: None))
     np.savez(sys.argv[2], spent=spent, poses=poses)
     os._exit(0)  # past the destructors of PythonFMU's binary

@@ -36,6 +36,7 @@ from coupling.fmu.worker import unpack
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
+from coupling.native.desk_library import loaded_library
 from coupling.path.controller import Controller
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import SCALARS, save_trajectory
@@ -124,7 +125,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         folder = Path(name)
         save_trajectory(folder / "command.npz", command)
         unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu")
-        driver = load(folder / "fmu")
+        driver = load(folder / "fmu", loaded_library())
         inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
 
         def native(mode: Mode) -> float:

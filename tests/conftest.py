@@ -25,6 +25,8 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from _pytest.doctest import DoctestModule
+from drawn_robots import REPLAYS, leave_out_drawn_robots
 from fixture_store import prune
 from fresh_processes import Fresh
 from hypothesis import settings
@@ -32,13 +34,33 @@ from places import HELPERS, HOSTS, REFERENCE
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import build_fmu
+from coupling.run import drawn_plants
 from elastic_robot.description import Robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("project")
 
+leave_out_drawn_robots()
+
 # Scripts that tests run in processes of their own; not to be imported for doctests.
 collect_ignore = ["fmu/hosts"]
+
+
+class FilesWithExamples:
+    """Other files need not be imported to find their doctests, of which they have none."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collect_file(self, file_path: Path):
+        collectors = yield
+        if file_path.suffix == ".py" and ">>>" not in file_path.read_text(encoding="utf-8"):
+            return [one for one in collectors if not isinstance(one, DoctestModule)]
+        return collectors
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(
+        FilesWithExamples()
+    )  # for all folders, not that of the tests alone
 
 
 def pytest_collection_finish() -> None:
@@ -49,6 +71,21 @@ def pytest_collection_finish() -> None:
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if not hasattr(session.config, "workerinput"):  # once, after the workers
         prune()
+
+
+@pytest.fixture(scope="module")
+def drawn_robots() -> Iterator[None]:
+    """Runs replay their command on drawn robots, as users' runs do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawn_plants, "drawn_replays", REPLAYS)
+        yield
+
+
+@pytest.fixture(scope="module")
+def few_drawn_robots(drawn_robots: None) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawn_plants, "draw_counts", lambda *_: (8, 2))
+        yield
 
 
 def reference(name: str) -> np.ndarray:

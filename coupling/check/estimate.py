@@ -20,6 +20,8 @@ from coupling.store import EvaluatedProcess
 _START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 2.5e-4
 # The same of each robot that is drawn, and how much longer servos take.
 _DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 1e-3, 7e-6, 1.6
+# A process that is marched, by step of its time, and how often it is: before and behind the inverse.
+_PER_MARCHED_STEP, _MARCHES = 3.5e-4, 2.0
 # Most memory that they held, in all, and by row of the path of one tool [GB]: 0.36 GB with 40 s of path
 # (10 000 rows 4 ms apart), 0.50 GB with 160 s, 0.91 GB with 480 s.
 _MEMORY, _MEMORY_PER_ROW = 0.3, 5e-6
@@ -41,6 +43,7 @@ def estimate_run(
     each: float | None,
     draws: int = 0,
     has_servos: bool = False,
+    marched_steps: float = 0.0,
 ) -> str:
     """Return time and memory of a compensation by the inverse of the moving robot, in words.
 
@@ -51,12 +54,14 @@ def estimate_run(
         each: Time of one evaluation of the process [s], None where it was not measured.
         draws: Number of robots that are drawn.
         has_servos: Whether a robot's motors follow as their servos do.
+        marched_steps: Steps of a process that is coupled marching in time; 0: of none.
     """
     duration = float(desired.time[-1] - desired.time[0])
     rows = len(desired.time)
     work = _PER_SECOND * duration + _PER_SAMPLE * rows
     work += draws * (_DRAW_PER_SECOND * duration + _DRAW_PER_SAMPLE * rows)
     work *= len(desired.pose) * (_SERVOS if has_servos else 1.0)
+    work += _MARCHES * _PER_MARCHED_STEP * marched_steps
     low, high, improved = _START + work / _TIME_FACTOR, _START + work * _TIME_FACTOR, ""
     if controller.cycle > _CLOSE_ROWS:
         simulations = rounds * Inverter.simulations

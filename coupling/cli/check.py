@@ -112,7 +112,10 @@ def check(
 
 def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
+    import numpy as np
+
     from coupling.check.estimate import estimate_run, time_evaluation
+    from coupling.process.base import marched
     from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
@@ -121,8 +124,10 @@ def _time(case: Case, each: float | None) -> str:
     if isinstance(case.method, InverseCorrection):
         draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
         servos = any(placed.drive == "servo" for placed in case.robots)
+        marching = marched(case.process) if case.process_table.FORMULA else None
+        steps = 0.0 if marching is None else np.ptp(case.desired.time) / marching.memory.step
         return estimate_run(
-            case.desired, case.controller, case.method.max_rounds, each, draws, servos
+            case.desired, case.controller, case.method.max_rounds, each, draws, servos, float(steps)
         )
     return (
         "Estimated time of a compensation: none for this method, which iterates robot and process"

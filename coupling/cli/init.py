@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from collections.abc import Iterator
@@ -75,7 +76,7 @@ def init(
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to create, or --list, got neither")
-    if tolerance_mm is None and sys.stdin is not None and sys.stdin.isatty():
+    if tolerance_mm is None and _can_ask():
         tolerance_mm = asked_tolerance(typer.prompt(_ASKED, default="", show_default=False))
     links = RobotChoice(base, tip, payload_class)
     case = new_case(robot, process, two_robots, folder, links, tolerance_mm)
@@ -92,6 +93,11 @@ def init(
         console.print(line)
     if not has_case:
         raise typer.Exit(1)
+
+
+def _can_ask() -> bool:
+    """Return whether somebody can answer; a notebook's terminal takes no answers."""
+    return sys.stdin is not None and sys.stdin.isatty() and "JPY_PARENT_PID" not in os.environ
 
 
 _ASKED = "How far may the tool be off its path [mm]? Reports judge by it (Enter: not known yet)"

@@ -44,7 +44,8 @@ def modes(
     import numpy as np
 
     from coupling.case.file import load_case
-    from coupling.files.result_folder import begin_result
+    from coupling.files.atomic_folder import require_free, whole_folder
+    from coupling.files.result_folder import result_folder_kind
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
     from coupling.files.written_files import begin_folder, claim_file, claimed_folder
@@ -54,8 +55,10 @@ def modes(
     from coupling.report.modes_report import modes_page, modes_summary
     from coupling.report.terminal import print_sections
 
-    responses = () if measured is None else read_measured(measured)
     file = Path(case_or_robot)
+    folder = output or Path("results", f"{file.stem}_modes")
+    require_free(folder, kind := result_folder_kind("modes"), overwrite)
+    responses = () if measured is None else read_measured(measured)
     is_case = file.suffix == ".toml" and "tool_path" in load_toml(file, StabilityError)
     case = load_case(file) if is_case else None
     if posture_deg is None and case is None:
@@ -66,10 +69,11 @@ def modes(
         raise StabilityError("--force-n: expected it beside --posture-deg")
     if posture_deg is None:
         assert case is not None
-        analyses = [
-            modes_of_case(case, () if number else responses, number)
-            for number in range(len(case.robots))
-        ]
+        # The second robot of a cell in a folder of its name.
+        analyses = {
+            robot.name if number else "": modes_of_case(case, () if number else responses, number)
+            for number, robot in enumerate(case.robots)
+        }
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
         robot, curve = (
@@ -79,17 +83,18 @@ def modes(
         )
         posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
         wrench = np.append(force, np.zeros(3))
-        analyses = [modes_in_posture(robot, curve, posture, wrench, responses)]
-    folder = output or Path("results", f"{file.stem}_modes")
-    begin_result(folder, "modes", overwrite)
-    for number, analysis in enumerate(analyses):
-        place = folder
-        if number:
-            assert case is not None
-            place = claimed_folder(folder / case.robots[number].name)
-            begin_folder(place, "modes")
-        claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
-        NamedStateSpace.of(analysis.softest.linear).write(place)
-        claim_file(place / "report.html").write_text(modes_page(analysis.result), encoding="utf-8")
+        analyses = {"": modes_in_posture(robot, curve, posture, wrench, responses)}
+    with whole_folder(folder, kind, overwrite) as draft:
+        for name, analysis in analyses.items():
+            place = draft
+            if name:
+                place = claimed_folder(draft / name)
+                begin_folder(place, kind.name)
+            claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
+            NamedStateSpace.of(analysis.softest.linear).write(place)
+            page = modes_page(analysis.result)
+            claim_file(place / "report.html").write_text(page, encoding="utf-8")
+    for name, analysis in analyses.items():
+        place = folder / name
         print_sections(console, modes_summary(analysis.result))
         console.print(f"Modes: {place}  (report: {place / 'report.html'})")

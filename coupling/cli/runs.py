@@ -58,17 +58,23 @@ def compensate(
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="Folder of a run, a study or a placement.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of a run, a study or a placement, or of many of them.")
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
-    """Write the report of a run folder, a study or a placement anew."""
+    """Write the report of a run folder, a study or a placement anew, or an index of many."""
     from coupling.place.folder import FIGURES as PLACED
     from coupling.report import write_report
+    from coupling.report.index_report import write_index
     from coupling.report.place_report import write_place_report
     from coupling.report.study_report import write_study_report
+    from coupling.run.run_log import is_run
+    from coupling.run.stored_run import RESULT
     from coupling.study.folder import FIGURES
 
-    write = write_report
+    holds_many = folder.is_dir() and not (folder / RESULT).exists() and not is_run(folder)
+    write = write_index if holds_many else write_report
     for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
         if (folder / figures).exists():
             write = of_another

@@ -49,7 +49,8 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
-    from coupling.files.result_folder import begin_result
+    from coupling.files.atomic_folder import require_free, whole_folder
+    from coupling.files.result_folder import result_folder_kind
     from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import stability_answer
@@ -71,6 +72,7 @@ def stability(
     if feed_deg is not None and not np.isfinite(feed_deg):
         raise StabilityError(f"--feed-deg: expected a finite angle, got {feed_deg:g}")
     folder = output or Path("results", f"{case.stem}_stability")
+    require_free(folder, kind := result_folder_kind("stability"), overwrite)
     with RunView(console) as view:
         cuts = CaseCuts(load_case(case, watch=view.watch))
         if posture_deg is None:
@@ -87,10 +89,12 @@ def stability(
             result = stability_in_posture(cuts, placed, march)
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
-    begin_result(folder, "stability", overwrite)
-    claim_file(folder / "stability.json").write_text(result.text(), encoding="utf-8")
-    answer = stability_answer(result, name_path(case))
-    claim_file(folder / "report.html").write_text(stability_page(result, answer), encoding="utf-8")
+    result = result.model_copy(update={"case_file": name_path(case)})
+    answer = stability_answer(result)
+    with whole_folder(folder, kind, overwrite) as draft:
+        claim_file(draft / "stability.json").write_text(result.text(), encoding="utf-8")
+        page = stability_page(result, answer)
+        claim_file(draft / "report.html").write_text(page, encoding="utf-8")
     remarks = warned((), result.remarks)
     print_result(console, answer, stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

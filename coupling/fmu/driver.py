@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
@@ -38,49 +38,116 @@ from coupling.fmu.job import FmuError, Progress, SimulationJob
 # Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
 # reports no refusal.
 _WARNING = 1
-# Between two reports of progress [s], and steps after which the time is looked at.
+# Between two reports of progress [s].
 _REPORT_EVERY = 0.1
-_LOOK_EVERY = 100
-
-
+# ER_STEPS_STOPPED of desk/fmi_steps.h.
+_STOPPED = 4
 _REALS = ("Real", "Float64")
 
 
-class Series:
-    """Rows of reals, each set or read in place by one call.
+class Series(ctypes.Structure):
+    """Reals that are set before each step or read behind it: er_series of desk/fmi_steps.h.
 
-    FMPy's own calls make lists of every row, which costs more than a step of a fast FMU.
+    Attributes:
+        reference: Value references of the variables.
+        references: Number of these.
+        width: Number of their values.
+    """
+
+    _fields_ = (
+        ("reference", ctypes.POINTER(ctypes.c_uint32)),
+        ("references", ctypes.c_uint64),
+        ("width", ctypes.c_uint64),
+    )
+
+
+class _Steps(ctypes.Structure):
+    """An instance that is stepped: er_steps of desk/fmi_steps.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("instance", "set", "step", "get")),
+        ("inputs", Series),
+        ("outputs", Series),
+        *((name, ctypes.c_int64) for name in ("number", "status", "has_ended")),
+    )
+
+
+class Stepper:
+    """Sets, steps and reads an instance of an FMU, row by row, in C.
+
+    A call of Python for each costs more than a step of a fast FMU.
 
     Args:
-        slave: Has an instance.
-        function: Name of the standard's function that sets or gets reals.
-        references: Value references of the columns' variables.
-        rows: Values in C order, which can be written, (n, k).
-        counted: Whether the function takes the number of values as well.
+        driver: The FMU; it has an instance.
+        inputs, outputs: Names of real variables.
+        widths: Numbers of the values of these, an array counts as all its elements.
     """
 
     def __init__(
         self,
-        slave: FMU2Slave | FMU3Slave,
-        function: str,
-        references: Sequence[int],
-        rows: np.ndarray,
-        counted: bool,
+        driver: Driver,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        widths: tuple[int, int],
     ) -> None:
-        self._name, self._call = function, slave.dll[function]
-        self._component, count = ctypes.c_void_p(slave.component), ctypes.c_size_t(rows.shape[1])
-        self._references = (ctypes.c_uint32 * len(references))(*references)
-        self._count = ctypes.c_size_t(len(references))
-        self._counted = (count,) if counted else ()
-        self._rows = (ctypes.c_double * rows.shape[1] * len(rows)).from_buffer(rows)
+        slave = driver.slave
+        self._functions, self._dll = (driver.setter, driver.do_step, driver.getter), slave.dll
+        self._counted = driver.counted
+        self._call = driver.library[f"er_fmi{driver.version}_steps"]
+        self._call.restype = ctypes.c_int64
+        addresses = [
+            ctypes.cast(slave.dll[name], ctypes.c_void_p).value for name in self._functions
+        ]
+        # ctypes keeps the arrays that a structure points to.
+        series = [
+            Series((ctypes.c_uint32 * len(names))(*map(driver.reference, names)), len(names), width)
+            for names, width in zip((inputs, outputs), widths, strict=True)
+        ]
+        self._steps = _Steps(slave.component, *addresses, *series)
 
-    def move(self, k: int) -> None:
-        """Move row `k` to the FMU, or from it."""
-        status = self._call(
-            self._component, self._references, self._count, self._rows[k], *self._counted
+    def set_inputs(self, row: np.ndarray) -> None:
+        """Set the inputs, any unit, (inputs,)."""
+        self._move(0, self._steps.inputs, row)
+
+    def read(self) -> np.ndarray:
+        """Return the outputs, any unit, (outputs,)."""
+        row = np.empty(self._steps.outputs.width)
+        self._move(2, self._steps.outputs, row)
+        return row
+
+    def advance(self, time: np.ndarray, rows: np.ndarray, answers: np.ndarray) -> None:
+        """Take steps.
+
+        Args:
+            time: Their starts, and the end of the last one [s], (n + 1,).
+            rows: Inputs over each of them, any unit, (n, inputs), in C order.
+            answers: Filled with the outputs at their ends, any unit, (n, outputs), in C order.
+
+        Raises:
+            FmuError: If the FMU has ended its simulation.
+            FMICallException: If it refuses a call.
+        """
+        steps, arrays = self._steps, [array.ctypes.data for array in (time, rows, answers)]
+        count = ctypes.c_int64(len(rows))
+        end = self._call(ctypes.byref(steps), count, *map(ctypes.c_void_p, arrays))
+        if end == _STOPPED:
+            raise FmuError(
+                f"has ended its simulation at {time[steps.number]:.6g} s, before the end of the path"
+            )
+        if end:
+            raise FMICallException(function=self._functions[end - 1], status=steps.status)
+
+    def _move(self, function: int, series: Series, row: np.ndarray) -> None:
+        count = (ctypes.c_size_t(series.width),) if self._counted else ()
+        status = self._dll[self._functions[function]](
+            ctypes.c_void_p(self._steps.instance),
+            series.reference,
+            ctypes.c_size_t(series.references),
+            ctypes.c_void_p(row.ctypes.data),
+            *count,
         )
         if status > _WARNING:
-            raise FMICallException(function=self._name, status=status)
+            raise FMICallException(function=self._functions[function], status=status)
 
 
 class Driver(ABC):
@@ -89,24 +156,27 @@ class Driver(ABC):
     Args:
         folder: Folder with the unpacked FMU.
         description: Its model description.
+        library: The desk library.
 
     Attributes:
         variables: Names of its variables.
+        library: The desk library.
         version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
         slave: FMPy's FMU.
-        setter, getter: Names of the standard's functions that set and get reals.
+        setter, do_step, getter: Names of the standard's functions that set reals, step and get reals.
         counted: Whether these take the number of values as well.
     """
 
     version: ClassVar[str]
     slave_type: ClassVar[type]
     setter: ClassVar[str]
+    do_step: ClassVar[str]
     getter: ClassVar[str]
     counted: ClassVar[bool]
 
-    def __init__(self, folder: Path, description: ModelDescription) -> None:
-        self._description = description
+    def __init__(self, folder: Path, description: ModelDescription, library: ctypes.CDLL) -> None:
+        self._description, self.library = description, library
         _require_plain_name(description.coSimulation.modelIdentifier)
         # References of FMI 2 count per type: that of a Real says nothing of an Integer.
         self._references = {
@@ -169,41 +239,31 @@ class Driver(ABC):
             raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
 
     def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
-        time, last, slave = job.time.tolist(), len(job.time) - 1, self.slave
-        answers = np.empty((last + 1, job.width))
-        inputs = self.series(self.setter, job.inputs, np.array(job.rows, dtype=float, order="C"))
-        outputs = self.series(self.getter, job.outputs, answers)
-        step = self.stepper()
+        rows = np.array(job.rows, dtype=float, order="C")
+        time, answers = np.array(job.time, dtype=float), np.empty((len(rows), job.width))
+        steps = Stepper(self, job.inputs, job.outputs, (rows.shape[1], job.width))
         self.enter_initialization(job)
-        inputs.move(0)
-        slave.exitInitializationMode()
-        outputs.move(0)
-        said = monotonic()
-        for k in range(1, last + 1):
-            inputs.move(k)
-            step(time[k - 1], time[k] - time[k - 1])
-            outputs.move(k)
-            if k % _LOOK_EVERY == 0 and monotonic() - said > _REPORT_EVERY:
-                said = monotonic()
-                progress(k, last)
+        steps.set_inputs(rows[0])
+        self.slave.exitInitializationMode()
+        answers[0] = steps.read()
+        first, count, last = 0, 1, len(rows) - 1
+        while first < last:
+            began, end = monotonic(), min(first + count, last)
+            steps.advance(
+                time[first : end + 1], rows[first + 1 : end + 1], answers[first + 1 : end + 1]
+            )
+            # As many steps at a time as take about as long as it shall be between two reports.
+            is_fast = monotonic() - began < 0.5 * _REPORT_EVERY
+            count = 2 * count if is_fast else max(count // 2, 1)
+            first = end
+            progress(first, last)
         progress(last, last)
-        slave.terminate()
+        self.slave.terminate()
         return answers
 
-    def stepper(self) -> Callable[[float, float], Any]:
-        """Return the function that steps from a time [s] by a size [s], or raises FMPy's errors."""
-        return self.slave.doStep
-
-    def series(self, function: str, names: Sequence[str], rows: np.ndarray) -> Series:
-        """Return what sets or gets named reals, row by row, while the instance is there.
-
-        Args:
-            function: `setter` or `getter`.
-            names: Variables of the columns.
-            rows: Values, any unit, in C order, (n, k).
-        """
-        references = [self._references[name] for name in names]
-        return Series(self.slave, function, references, rows, self.counted)
+    def reference(self, name: str) -> int:
+        """Return the value reference of a real variable."""
+        return self._references[name]
 
     def _set_parameters(self, job: SimulationJob) -> None:
         apply_start_values(self.slave, self._description, dict(job.parameters))
@@ -216,7 +276,8 @@ class Driver(ABC):
 
 class _Fmi2(Driver):
     version, slave_type = "2", FMU2Slave
-    setter, getter, counted = "fmi2SetReal", "fmi2GetReal", False
+    setter, do_step, getter = "fmi2SetReal", "fmi2DoStep", "fmi2GetReal"
+    counted = False
 
     def instantiate(self) -> None:
         callbacks = fmi2CallbackFunctions(
@@ -232,26 +293,14 @@ class _Fmi2(Driver):
         self._set_parameters(job)
         self.slave.enterInitializationMode()
 
-    def stepper(self) -> Callable[[float, float], Any]:
-        # Past FMPy's layers, which cost as much as the call.
-        types = [ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int]
-        call = ctypes.CFUNCTYPE(*types)(("fmi2DoStep", self.slave.dll))
-        component = self.slave.component
-
-        def step(start: float, size: float) -> None:
-            status = call(component, start, size, 1)
-            if status > _WARNING:
-                raise FMICallException(function="fmi2DoStep", status=status)
-
-        return step
-
     def free(self) -> None:
         self.slave.fmi2FreeInstance(self.slave.component)
 
 
 class _Fmi3(Driver):
     version, slave_type = "3", FMU3Slave
-    setter, getter, counted = "fmi3SetFloat64", "fmi3GetFloat64", True
+    setter, do_step, getter = "fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64"
+    counted = True
 
     def instantiate(self) -> None:
         self.slave.instantiate(loggingOn=True, logMessage=self._log)
@@ -259,19 +308,6 @@ class _Fmi3(Driver):
     def enter_initialization(self, job: SimulationJob) -> None:
         self._set_parameters(job)
         self.slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
-
-    def stepper(self) -> Callable[[float, float], Any]:
-        has_ended = False
-
-        def step(start: float, size: float) -> None:
-            nonlocal has_ended
-            if not has_ended:
-                _, has_ended, is_early, _ = self.slave.doStep(start, size)
-                if not is_early:
-                    return
-            raise FmuError(f"has ended its simulation at {start:.6g} s, before the end of the path")
-
-        return step
 
     def free(self) -> None:
         self.slave.fmi3FreeInstance(self.slave.component)
@@ -286,8 +322,11 @@ def _require_plain_name(identifier: str) -> None:
         raise FmuError(f"expected a modelIdentifier of letters, digits and _, got {identifier!r}")
 
 
-def load(folder: Path) -> Driver:
+def load(folder: Path, library: ctypes.CDLL) -> Driver:
     """Return the driver of the unpacked FMU in a folder.
+
+    Args:
+        library: The desk library, which takes its steps.
 
     Raises:
         FmuError: If it is no FMU for co-simulation by FMI 2 or 3 that runs here.
@@ -296,7 +335,7 @@ def load(folder: Path) -> Driver:
         description = fmpy.read_model_description(str(folder), validate=False)
         driver = _DRIVERS.get(description.fmiVersion[0])
         if description.coSimulation is not None and driver is not None:
-            return driver(folder, description)
+            return driver(folder, description, library)
     except FmuError:
         raise
     except Exception as cause:  # whatever FMPy finds wrong with the file

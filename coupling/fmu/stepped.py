@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import Driver, load
+from coupling.fmu.driver import Driver, Stepper, load
 from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import unpack
+from coupling.native.desk_library import loaded_library
 
 
 class SteppedInstance:
@@ -34,18 +35,16 @@ class SteppedInstance:
         self.time = float(job.time[0])
         self._driver = driver
         self._kept: tuple[Any, float] | None = None
-        self._inputs, self._outputs = np.array(job.rows, dtype=float), np.zeros((1, job.width))
+        row, self._width = np.array(job.rows[0], dtype=float), job.width
         self._is_there = False
         driver.require(job.inputs, job.outputs, parameters=job.parameters)
         try:
             with driver.explained():
                 driver.instantiate()
                 self._is_there = True
-                self._step = driver.stepper()
-                self._in = driver.series(driver.setter, job.inputs, self._inputs)
-                self._out = driver.series(driver.getter, job.outputs, self._outputs)
+                self._steps = Stepper(driver, job.inputs, job.outputs, (len(row), job.width))
                 driver.enter_initialization(job)
-                self._in.move(0)
+                self._steps.set_inputs(row)
                 driver.slave.exitInitializationMode()
         except BaseException:
             self.close()
@@ -65,8 +64,7 @@ class SteppedInstance:
             FmuError: If the FMU refuses.
         """
         with self._driver.explained():
-            self._out.move(0)
-        return self._outputs[0].copy()
+            return self._steps.read()
 
     def step(self, inputs: np.ndarray, size: float) -> np.ndarray:
         """Move on by a step and return the outputs, any unit, (outputs,).
@@ -78,12 +76,8 @@ class SteppedInstance:
         Raises:
             FmuError: If the FMU refuses.
         """
-        self._inputs[0] = inputs
-        with self._driver.explained():
-            self._in.move(0)
-            self._step(self.time, size)
-        self.time += size
-        return self.read()
+        time = np.array([self.time, self.time + size])
+        return self._advance(time, np.array(inputs, dtype=float)[None])[0]
 
     def run(self, window: StepWindow) -> np.ndarray:
         """Move on by the steps of a window and return the outputs at their ends, any unit, (n, outputs).
@@ -95,16 +89,14 @@ class SteppedInstance:
             self.go_back()
         else:
             self.keep()
-        answers = np.empty((len(window.rows), self._outputs.shape[1]))
-        time = window.time.tolist()
+        return self._advance(window.time, window.rows)
+
+    def _advance(self, time: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        answers = np.empty((len(rows), self._width))
         with self._driver.explained():
-            for k, row in enumerate(window.rows):
-                self._inputs[0] = row
-                self._in.move(0)
-                self._step(time[k], time[k + 1] - time[k])
-                self._out.move(0)
-                answers[k] = self._outputs[0]
-        self.time = time[-1]
+            times, values = (np.ascontiguousarray(array, dtype=float) for array in (time, rows))
+            self._steps.advance(times, values, answers)
+        self.time = float(time[-1])
         return answers
 
     def keep(self) -> None:
@@ -138,6 +130,7 @@ class SteppedFmu(SteppedInstance):
 
     Raises:
         FmuError: If the file is no FMU that runs here, or refuses a name or a value.
+        CompilerError: If the desk library is neither shipped nor can be compiled here.
     """
 
     def __init__(
@@ -158,7 +151,7 @@ class SteppedFmu(SteppedInstance):
             rows, time = np.zeros((1, len(inputs))), np.array([start, inf])
             names = tuple(inputs), tuple(outputs)
             job = MarchJob(parameters, time, names[0], rows, names[1], len(outputs))
-            super().__init__(load(self._folder.path), job)
+            super().__init__(load(self._folder.path, loaded_library()), job)
         except BaseException:
             self._folder.close()
             raise

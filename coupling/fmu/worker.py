@@ -28,6 +28,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from coupling.fmu.job import FmuError, Progress, SimulationJob, StepWindow
+from coupling.native.compiler import host_platform
+from coupling.native.desk_library import desk_library
 from coupling.process_tree import ProcessTree, marked_environment
 
 # Of what an FMU has said before its end, which may be more than memory holds [bytes].
@@ -67,6 +69,7 @@ class WorkerProcess:
 
     Raises:
         FmuError: If the FMU cannot be loaded in this time.
+        CompilerError: If the desk library is neither shipped nor can be compiled here.
     """
 
     def __init__(self, folder: Path, time_limit: float = math.inf) -> None:
@@ -76,7 +79,10 @@ class WorkerProcess:
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
         self._process = subprocess.Popen(
             # Without -P a random.py of the user in the working folder would be imported.
-            [sys.executable, "-P", "-m", f"{__package__}.worker_main", str(folder)],
+            [
+                *(sys.executable, "-P", "-m", f"{__package__}.worker_main"),
+                *(str(folder), str(desk_library(host_platform()))),
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,

@@ -1,8 +1,9 @@
-"""The program that a worker runs: python -m elastic_robot.coupling.fmu.worker_main FOLDER."""
+"""A worker: python -m elastic_robot.coupling.fmu.worker_main FOLDER DESK_LIBRARY."""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import io
 import os
 import pickle
@@ -64,15 +65,15 @@ def receive(stream: BinaryIO, jobs: queue.SimpleQueue[Job]) -> None:
         os._exit(0)
 
 
-def serve(folder: Path, jobs: queue.SimpleQueue[Job], answers: BinaryIO) -> None:
-    """Answer jobs on the FMU in a folder."""
+def serve(folder: Path, library: Path, jobs: queue.SimpleQueue[Job], answers: BinaryIO) -> None:
+    """Answer jobs on the FMU in a folder, whose steps the desk library takes."""
 
     def send(*answer: object) -> None:
         pickle.dump(answer, answers)
         answers.flush()
 
     try:
-        driver = load(folder)
+        driver = load(folder, ctypes.CDLL(str(library)))
     except FmuError as error:
         send("error", str(error))
         return
@@ -99,7 +100,7 @@ if __name__ == "__main__":
     # A thread, which runs while the FMU computes: calls into its library hold no lock of Python.
     threading.Thread(target=receive, args=(sys.stdin.buffer, jobs), daemon=True).start()
     try:
-        serve(Path(sys.argv[1]), jobs, answers)
+        serve(Path(sys.argv[1]), Path(sys.argv[2]), jobs, answers)
     except (BrokenPipeError, KeyboardInterrupt):
         pass
     except BaseException:

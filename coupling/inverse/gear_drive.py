@@ -187,21 +187,10 @@ class GearDrive:
         if not elements.count:
             return self
         wind_up = self.in_c.wind_ups(coefficients, misses)
-        n, parts, _ = wind_up.shape
-        fine = np.einsum("npq,hfq->nphf", wind_up, _FINE).reshape(n, parts, -1)
-        path = np.concatenate([wind_up[..., :1], fine], axis=2)
         a, before = elements.slip_angle, self.memory
-        start = np.clip(path[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
-        elongation = elements.along(path.ravel(), start).reshape(*path.shape, -1)
-        inside = elongation[:, :, 1:].reshape(n, parts, 2, -1, elements.count)
-        half, share = 0.5 * self.step, 1.0 / inside.shape[3]
-        slope = half * share * elements.slope(inside)
-        memory = Memory(
-            wind_up,
-            half * elements.torque(inside).mean(axis=-1),
-            np.einsum("nphf,hfq->nphq", slope, _FINE),
-            elongation[:, :, 0],
-        )
+        start = np.clip(wind_up[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
+        held = self.in_c.held(elements.in_c, wind_up, start)
+        memory = Memory(wind_up, *held)
         return replace(self, memory=memory)
 
     def torque_changes(self, other: GearDrive, least: float) -> np.ndarray:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from coupling.native.desk_elements import DeskElements
 from elastic_robot.hysteresis import Elements
 from elastic_robot.parameters import Parameters
-
-# Changes of the wind-up that turn nothing [rad]: far above rounding, worth micronewton metres.
-_NO_TURN = 1e-12
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,11 @@ class GearElements:
         """Number of elements."""
         return len(self.slip_angle)
 
+    @cached_property
+    def in_c(self) -> DeskElements:
+        """They in C."""
+        return DeskElements(self.slip_torque, self.slip_angle)
+
     @property
     def stiffness(self) -> np.ndarray:
         """Stiffness of each while it sticks [N m/rad], (e,)."""
@@ -54,18 +58,7 @@ class GearElements:
             wind_up: Wind-up [rad], (n,), between which it moves one way.
             start: Elongations at the first of them [rad], (e,).
         """
-        grid = np.round(wind_up / _NO_TURN)
-        moves = np.flatnonzero(np.diff(grid))
-        way = np.sign(np.diff(grid)[moves])
-        turns = np.append(0, moves[1:][way[1:] != way[:-1]])
-        at_turns = np.empty((len(turns), self.count))
-        s = at_turns[0] = start
-        a = self.slip_angle
-        for k, move in enumerate(np.diff(wind_up[turns]).tolist()):
-            s = at_turns[k + 1] = np.minimum(np.maximum(s + move, -a), a)
-        stay = np.diff(np.append(turns, len(wind_up)))
-        moved = wind_up - np.repeat(wind_up[turns], stay)
-        return np.clip(np.repeat(at_turns, stay, axis=0) + moved[:, None], -a, a)
+        return self.in_c.along(wind_up, start)
 
     def torque(self, elongation: np.ndarray) -> np.ndarray:
         """Return the torque of all of them [N m], (...), at elongations (..., e)."""

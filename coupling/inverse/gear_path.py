@@ -85,7 +85,7 @@ class GearLaw:
 
     def _in_c(self, elements: GearElements) -> DeskGear:
         spring = self.angle, self.torque, self.slope
-        return DeskGear(*spring, elements.slip_torque, elements.slip_angle)
+        return DeskGear(*spring, elements.in_c)
 
     def path(
         self,

@@ -6,6 +6,7 @@ import ctypes
 
 import numpy as np
 
+from coupling.native.desk_elements import DeskElements
 from coupling.native.desk_library import loaded_library
 from coupling.native.desk_robot import address, finite_numbers, numbers
 
@@ -19,15 +20,6 @@ class _Law(ctypes.Structure):
     )
 
 
-class _Elements(ctypes.Structure):
-    """er_gear_elements of desk/gear_path.h."""
-
-    _fields_ = (
-        ("count", ctypes.c_int64),
-        *((name, ctypes.c_void_p) for name in ("slip_torque", "slip_angle")),
-    )
-
-
 class DeskGear:
     """A gear.
 
@@ -35,8 +27,7 @@ class DeskGear:
         angle: Angles at the corners of its spring's law, rising [rad], (m,).
         torque: Torque there [N m], (m,).
         slope: Slope of each piece, the outer ones endless [N m/rad], (m + 1,).
-        slip_torque: Torque at which each of its elements slips [N m], (e,).
-        slip_angle: Elongation at which it does [rad], (e,), > 0.
+        elements: Elements of its hysteresis.
 
     Raises:
         ValueError: If an array has another shape than the others ask for, is not finite, or does not
@@ -48,25 +39,19 @@ class DeskGear:
         angle: np.ndarray,
         torque: np.ndarray,
         slope: np.ndarray,
-        slip_torque: np.ndarray,
-        slip_angle: np.ndarray,
+        elements: DeskElements,
     ) -> None:
-        corners, count = len(angle), len(slip_angle)
+        corners = len(angle)
         law = (
             finite_numbers("angles", angle, (corners,)),
             finite_numbers("torques", torque, (corners,)),
             finite_numbers("slopes", slope, (corners + 1,)),
         )
-        elements = (
-            finite_numbers("slip torques", slip_torque, (count,)),
-            finite_numbers("slip angles", slip_angle, (count,)),
-        )
-        if not corners or (np.diff(law[0]) <= 0.0).any() or (elements[1] <= 0.0).any():
-            raise ValueError("expected rising angles of a law and slip angles above zero")
+        if not corners or (np.diff(law[0]) <= 0.0).any():
+            raise ValueError("expected rising angles of a law")
         # The arrays stay as long as C reads them.
-        self._read, self._room = (law, elements), corners + 2 * count
-        self._law = _Law(corners, *map(address, law))
-        self._elements = _Elements(count, *map(address, elements))
+        self._read, self._room = law, corners + 2 * elements.count
+        self._law, self._elements = _Law(corners, *map(address, law)), elements
 
     def law_from(
         self, start: float, elongation: np.ndarray
@@ -81,7 +66,7 @@ class DeskGear:
         angle, torque, slope = np.empty(self._room), np.empty(self._room), np.empty(self._room + 1)
         count = loaded_library().er_gear_law_with_elements(
             ctypes.byref(self._law),
-            ctypes.byref(self._elements),
+            ctypes.byref(self._elements.struct),
             ctypes.c_double(start),
             *map(address, (begin, angle, torque, slope)),
         )
@@ -105,7 +90,7 @@ class DeskGear:
         angle, rate = np.empty_like(pulls), np.empty_like(pulls)
         followed = loaded_library().er_gear_path(
             ctypes.byref(self._law),
-            ctypes.byref(self._elements),
+            ctypes.byref(self._elements.struct),
             ctypes.c_double(damping),
             ctypes.c_double(spacing),
             ctypes.c_int64(len(pulls)),

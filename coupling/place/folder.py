@@ -21,6 +21,7 @@ from coupling.results.placement_result import (
     PlacementResult,
     SettingResult,
 )
+from coupling.results.shown import Shown
 
 FIGURES, MAP = "place.json", "map.csv"
 _MAP_COLUMNS = ("map", "across_m", "up_m", "admitted", "moved_m", "exposure_m", "changing")
@@ -128,7 +129,7 @@ def _setting(
 
 
 @dataclass(frozen=True)
-class StoredPlacement:
+class StoredPlacement(Shown):
     """A placement read back from its folder.
 
     Attributes:

@@ -113,11 +113,12 @@ class MarchedProcess(Process, Protocol):
     def memory(self) -> ProcessMemory:
         """How far it looks back."""
 
-    def means(self, path: ToolPath, since: int) -> np.ndarray:
+    def means(self, time: np.ndarray, pose: np.ndarray, since: int) -> np.ndarray:
         """Return the mean wrenches over the steps that end at the rows from one on [N, N m].
 
         Args:
-            path: Actual paths, from `memory` before that row on, or from their beginning.
+            time: Times from `memory` before that row on, or from the beginning [s], (n,).
+            pose: Actual poses of the tools there, as of `ToolPath` [m, 1], (tools, n, 7).
             since: Number of that row; at row 0 the wrench in initialisation.
 
         Returns:

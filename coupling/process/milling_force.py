@@ -28,8 +28,35 @@ SAMPLES_PER_TOOTH = 6
 _LONGEST = 5e-4
 # Gauss points and weights of the mean over a step.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+# Rows whose cuts are computed at once.
+_AT_ONCE = 4096
 # A tool slower than this has no direction of feed of its own [m/s].
 _STANDING = 1e-6
+
+
+@dataclass(frozen=True)
+class ActualTip:
+    """Where the tip's centre really is, straight between its times, held beyond them.
+
+    Attributes:
+        part: base_from_part.
+        time: Rising times [s], (n,).
+        position: Positions in the base [m], (n, 3).
+    """
+
+    part: Frame
+    time: np.ndarray
+    position: np.ndarray
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return where it is in the part at times [s], (m,), [m], (m, 3)."""
+        return self.part.coordinates(interpolate_rows(time, self.time, self.position))
+
+    def way(self, begin: float, end: float) -> Way:
+        """Return its way in the part's plane between two times [s], and a row beyond each."""
+        first, last = np.searchsorted(self.time, [begin, end])
+        near = slice(max(first - 1, 0), last + 1)
+        return Way(self.time[near], self.part.coordinates(self.position[near])[:, :2])
 
 
 @dataclass(frozen=True)
@@ -77,7 +104,7 @@ class Milling:
         return self.feed_directions()
 
     def cuts(
-        self, path: ToolPath, time: np.ndarray, feed: np.ndarray
+        self, tip: ActualTip, time: np.ndarray, feed: np.ndarray
     ) -> Iterator[tuple[np.ndarray, Engagement]]:
         """Yield the engagement of the arcs that are in the cut on an actual path, one at a time.
 
@@ -86,17 +113,15 @@ class Milling:
         well.
 
         Args:
-            path: Actual path.
+            tip: Actual path of the tip.
             time: Instants [s], (m,).
             feed: Directions of the desired feed there, (m, 2).
 
         Yields:
             Numbers of the instants at which an arc is in the cut, (k,), and its engagement there.
         """
-        actual = self.part.coordinates(path.position[0])
-        now = interpolate_rows(time, path.time, actual)
-        before = interpolate_rows(time - self.cutter.tooth_period, path.time, actual)
-        way = (now - before)[:, :2]
+        now = tip.at(time)
+        way = (now - tip.at(time - self.cutter.tooth_period))[:, :2]
         leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
         offset = now - interpolate_rows(time, self.desired.time, self.tips)
@@ -106,8 +131,8 @@ class Milling:
             """Return how much farther the tool is off than what made a surface was [m], (k, 3)."""
             earlier = np.flatnonzero(made >= 0.0)
             more = np.where(np.isnan(made)[:, None], 0.0, offset[rows])
-            at, was = made[earlier], interpolate_rows(made[earlier], path.time, actual)
-            more[earlier] -= was - interpolate_rows(at, self.desired.time, self.tips)
+            at = made[earlier]
+            more[earlier] -= tip.at(at) - interpolate_rows(at, self.desired.time, self.tips)
             return more
 
         for arc in range(arcs.start.shape[1]):
@@ -153,14 +178,17 @@ class MeanForce(MillingForce):
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""
         milling = self.milling
-        feed = milling.feed_at(path.time)
-        wrench = np.zeros((len(path.time), 6))
-        for rows, cut in milling.cuts(path, path.time, feed):
+        tip = ActualTip(milling.part, path.time, path.position[0])
+        wrench = np.concatenate([self._at(tip, time) for time in _in_parts(path.time)])
+        return ProcessResponse(WrenchHistory(path.time, wrench), period=milling.cutter.tooth_period)
+
+    def _at(self, tip: ActualTip, time: np.ndarray) -> np.ndarray:
+        """Return the wrench in base axes at times [s], (m,), [N, N m], (m, 6)."""
+        milling, wrench = self.milling, np.zeros((len(time), 6))
+        feed = milling.feed_at(time)
+        for rows, cut in milling.cuts(tip, time, feed):
             wrench[rows] += mean_wrench(milling.cutter, milling.coefficients, cut)
-        in_base = milling.in_base(wrench, feed)
-        return ProcessResponse(
-            WrenchHistory(path.time, in_base), period=milling.cutter.tooth_period
-        )
+        return milling.in_base(wrench, feed)
 
 
 @dataclass(frozen=True)
@@ -184,32 +212,43 @@ class ToothPassing(MillingForce):
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""
         # Teeth come and go within a step: their impulse over it counts.
-        history = WrenchHistory.of_means(path.time, self.means(path, 0)[0])
+        history = WrenchHistory.of_means(path.time, self.means(path.time, path.pose, 0)[0])
         return ProcessResponse(history, period=self.milling.cutter.period)
 
-    def means(self, path: ToolPath, since: int) -> np.ndarray:
+    def means(self, time: np.ndarray, pose: np.ndarray, since: int) -> np.ndarray:
         """Return the mean wrenches over the steps that end at the rows from one on [N, N m].
 
         Args:
-            path: Actual path, from `memory` before that row on, or from its beginning.
+            time: Times from `memory` before that row on, or from the beginning [s], (n,).
+            pose: Actual poses of the tip there [m, 1], (1, n, 7).
             since: Number of that row.
 
         Returns:
             Wrenches in base axes, (1, n - since, 6).
         """
-        milling = self.milling
-        ends = path.time[since:]
-        steps = ends - path.time[np.maximum(np.arange(since, len(path.time)) - 1, 0)]
+        tip = ActualTip(self.milling.part, time, pose[0, :, :3])
+        parts = [self._over_steps(tip, rows) for rows in _in_parts(np.arange(since, len(time)))]
+        return np.concatenate(parts)[None]
+
+    def _over_steps(self, tip: ActualTip, rows: np.ndarray) -> np.ndarray:
+        """Return the mean wrenches in base axes over steps by their last rows [N, N m], (m, 6)."""
+        milling, ends = self.milling, tip.time[rows]
+        steps = ends - tip.time[np.maximum(rows - 1, 0)]
         time = (ends[:, None] - 0.5 * (1.0 - _NODES) * steps[:, None]).ravel()
         feed = milling.feed_at(time)
-        way = Way(path.time, milling.part.coordinates(path.position[0])[:, :2])
+        way = tip.way(time[0] - milling.cutter.memory, ends[-1])
         wrench = np.zeros((len(time), 6))
-        for rows, cut in milling.cuts(path, time, feed):
-            wrench[rows] += tooth_wrench(
-                milling.cutter, milling.coefficients, cut, way, feed[rows], time[rows]
+        for at, cut in milling.cuts(tip, time, feed):
+            wrench[at] += tooth_wrench(
+                milling.cutter, milling.coefficients, cut, way, feed[at], time[at]
             )
         in_base = milling.in_base(wrench, feed).reshape(len(ends), len(_NODES), 6)
-        return np.einsum("g,ngw->nw", 0.5 * _WEIGHTS, in_base)[None]
+        return np.einsum("g,ngw->nw", 0.5 * _WEIGHTS, in_base)
+
+
+def _in_parts(rows: np.ndarray) -> list[np.ndarray]:
+    """Return rows of any kind, (n,), in parts whose cuts are computed at once: they take memory."""
+    return np.array_split(rows, len(rows) // _AT_ONCE + 1)
 
 
 FORCES: dict[str, type[MeanForce | ToothPassing]] = {

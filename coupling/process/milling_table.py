@@ -26,6 +26,8 @@ from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.spindle import ProgrammedSpindle
 from coupling.toolpaths.task import Task
 
+# A sample is as long as it is stated, to so much of it.
+_ROUNDED = 1e-6
 # Speeds are one if they differ by less.
 _SAME_SPEED = 1e-3
 # A whole turn of pitch angles, to so much [deg].
@@ -175,7 +177,7 @@ class MillingForceTable(ProcessSchema):
         )
         longest = float(np.diff(task.desired.time).max())
         limit = cutter.tooth_period / SAMPLES_PER_TOOTH
-        if self.force == "tooth-passing" and longest > limit:
+        if self.force == "tooth-passing" and longest > (1.0 + _ROUNDED) * limit:
             raise CaseError(
                 f"process: expected samples at most {1e3 * limit:.4g} ms apart, as a tooth passes"
                 f" every {1e3 * cutter.tooth_period:.4g} ms, got {1e3 * longest:.4g} ms: lower"

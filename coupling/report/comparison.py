@@ -16,6 +16,7 @@ from coupling.identification.runs.measurement import SimulatedPath, read_measure
 from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
 from coupling.report.background import case_content
+from coupling.results.shown import Shown
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 # Times per row at which commands are compared.
@@ -78,7 +79,7 @@ class MeasuredTool:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Shown):
     """Runs of the same robots.
 
     Attributes:

@@ -18,7 +18,7 @@ import plotly.graph_objects as go
 from coupling.report.colours import ON_DARK
 from coupling.report.scene_page import scene_html, scene_numbers
 from coupling.results.scene import Scene
-from coupling.results.section import Answer, Note, Part, Section, Table
+from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
@@ -71,6 +71,7 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
         shown += f'<div class="figures">{cells}</div>' if cells else ""
         body += f"<section>{shown}</section>"
     title = html.escape(title)
+    heading = f"<h1>{title}</h1>" if title else ""
     figures = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
     numbers = _text({name: scene_numbers(scene) for name, scene in scenes.items()})
     packed = {"figures": _packed(figures), "scenes": _packed(numbers)}
@@ -86,15 +87,34 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
         '<meta name="generator" content="elastic-robot">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE}</style></head>'
-        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>{data}"
+        f"<body><main>{f'<h1>{title}</h1>' if title else ''}{_TROUBLE}{body}</main>{data}"
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
         f"<script>{_SCENE}{_SCRIPT}</script></body></html>"
     )
 
 
+def _card(card: Card) -> str:
+    """Return a result among others as HTML."""
+    title, answer = html.escape(card.title), card.answer
+    heading = f'<a href="{html.escape(card.target)}">{title}</a>' if card.target else title
+    figures = "".join(
+        f"<div><dt>{html.escape(figure.label)}</dt><dd>{html.escape(figure.value)}</dd></div>"
+        for figure in answer.figures
+    )
+    picture = f'<figure class="thumb">{card.picture}</figure>' if card.picture else ""
+    return (
+        f'<article class="card"><h3>{heading}</h3>{picture}<p class="verdict {_state(answer)}">'
+        f'{html.escape(answer.sentence)}</p><dl class="three">{figures}</dl></article>'
+    )
+
+
+def _state(answer: Answer) -> str:
+    """Return the class of a verdict."""
+    return {True: "yes", False: "no", None: "open"}[answer.good]
+
+
 def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     """Return the first screen, and enter its scene."""
-    state = {True: "yes", False: "no", None: "open"}[answer.good]
     reason = f"<p>{html.escape(answer.reason)}</p>" if answer.reason else ""
     figures = "".join(
         f"<div><dt>{html.escape(figure.label)}</dt><dd>{html.escape(figure.value)}</dd>"
@@ -108,10 +128,13 @@ def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     if answer.scene is not None:
         scenes["first_scene"] = answer.scene
         scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
+    if not answer.sentence:
+        return f"<section>{scene}</section>"
+    verdict = f'<p class="verdict {_state(answer)}"><b>{html.escape(answer.sentence)}</b></p>'
+    todo = f'<h2>What to do now</h2><ol class="steps">{steps}</ol>' if steps else ""
     return (
-        f'<section class="answer"><div><p class="verdict {state}"><b>{html.escape(answer.sentence)}'
-        f'</b></p>{reason}<dl class="three">{figures}</dl>'
-        f'<h2>What to do now</h2><ol class="steps">{steps}</ol></div>{scene}</section>'
+        f'<section class="answer"><div>{verdict}{reason}<dl class="three">{figures}</dl>{todo}</div>'
+        f"{scene}</section>"
     )
 
 
@@ -133,9 +156,11 @@ def _section(section: Section) -> str:
 
 
 def _part(part: Part) -> str:
-    """Return a sentence, a table or a note as HTML."""
+    """Return a sentence, a table, a note or a card as HTML."""
     if isinstance(part, Table):
         return _table(part)
+    if isinstance(part, Card):
+        return _card(part)
     note = part if isinstance(part, Note) else Note(part)
     text = html.escape(note.text)
     if note.as_it_stands:

@@ -245,8 +245,9 @@ def study_answer(study: StoredStudy) -> Answer:
     )
 
 
-def stability_answer(result: StabilityResult, case: str) -> Answer:
-    """Return the first screen of a case's stability, by its file as commands name it."""
+def stability_answer(result: StabilityResult) -> Answer:
+    """Return the first screen of a case's stability."""
+    case = result.case_file
     worst, tolerance = result.points[result.worst], result.tolerance_m
     is_stable = all(point.stable for point in result.points)
     limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,8 +22,13 @@ _SHOWN = 0.1
 _INWARD, _NONE, _OUTWARD = np.array([[0, 90, 181], [170, 170, 170], [220, 80, 0]], dtype=float)
 
 
-def stills(scene: Scene) -> list[str]:
-    """Return a scene's pictures as SVG, one for each path, or of its robots where it has none."""
+def stills(scene: Scene, pieces: int = _PIECES) -> list[str]:
+    """Return a scene's pictures as SVG, one for each path, or of its robots where it has none.
+
+    Args:
+        scene: The scene.
+        pieces: Number of pieces that a path has at most.
+    """
     names = list(dict.fromkeys(track.name for track in scene.tracks))
     if not names:
         return [_shapes(scene)] if scene.robots or scene.lines or scene.surfaces else []
@@ -32,9 +38,23 @@ def stills(scene: Scene) -> list[str]:
     factor = exaggeration(extent, distance)
     scale = max(largest, 1e-9)
     return [
-        _paths(scene, [t for t in scene.tracks if t.name == name], name, scale, factor)
+        _paths(
+            scene,
+            [_thinned(t, pieces) for t in scene.tracks if t.name == name],
+            name,
+            scale,
+            factor,
+        )
         for name in names[:2]
     ]
+
+
+def _thinned(track: SceneTrack, pieces: int) -> SceneTrack:
+    if len(track.time) <= pieces:
+        return track
+    rows = np.unique(np.linspace(0, len(track.time) - 1, pieces).astype(int))
+    arrays = {key: getattr(track, key)[rows] for key in ("time", "desired", "deviation", "signed")}
+    return replace(track, **arrays)
 
 
 def exaggeration(extent: float, largest: float) -> float:
@@ -72,9 +92,6 @@ def _paths(
 
 def _coloured(points: np.ndarray, values: np.ndarray) -> Iterator[str]:
     """Yield a path in pieces of one colour each."""
-    if len(points) > _PIECES:
-        rows = np.unique(np.linspace(0, len(points) - 1, _PIECES).astype(int))
-        points, values = points[rows], values[rows]
     steps = np.clip(np.round(_STEPS * values), -_STEPS, _STEPS).astype(int)
     ends = np.flatnonzero(np.diff(steps)) + 1
     for piece in np.split(np.arange(len(points)), ends):

@@ -8,7 +8,7 @@ from rich import table
 from rich.console import Console
 from rich.text import Text
 
-from coupling.results.section import Answer, Note, Part, Section, Table
+from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Warnings and remarks that are printed beside a first screen.
 _WARNINGS = 3
@@ -68,7 +68,7 @@ def print_sections(console: Console, sections: Iterable[Section]) -> None:
                     console.print(Text(part), style="yellow" if section.good is False else None)
                 case Table():
                     console.print(_columns(part))
-                case Note():
+                case Note() | Card():
                     pass
 
 

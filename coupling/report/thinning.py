@@ -55,18 +55,22 @@ def rows_within(
         [0, 30, 100]
     """
     count = len(time)
-    rows = np.unique([0, count - 1])
+    rows, samples = np.unique([0, count - 1]), np.arange(count)
     scaled = values / tolerance
     while len(rows) < min(most, count):
-        begins = np.searchsorted(rows, np.arange(count), side="right").clip(1, len(rows) - 1) - 1
-        first, last = rows[begins], rows[begins + 1]
-        share = ((time - time[first]) / (time[last] - time[first]))[:, None]
-        error = np.abs(scaled - (1.0 - share) * scaled[first] - share * scaled[last]).max(axis=1)
-        largest = np.maximum.reduceat(error, rows[:-1])
+        interval = np.searchsorted(rows, samples, side="right").clip(1, len(rows) - 1) - 1
+        first, last = rows[interval], rows[interval + 1]
+        share = ((time[samples] - time[first]) / (time[last] - time[first]))[:, None]
+        lines = (1.0 - share) * scaled[first] + share * scaled[last]
+        error = np.abs(scaled[samples] - lines).max(axis=1)
+        starts = np.flatnonzero(np.diff(interval, prepend=-1))
+        largest, sizes = np.maximum.reduceat(error, starts), np.diff(starts, append=len(samples))
         far = np.flatnonzero(largest > 1.0)
         if not len(far):
             break
         far = far[np.argsort(-largest[far], kind="stable")][: most - len(rows)]
-        new = [rows[k] + int(error[rows[k] : rows[k + 1]].argmax()) for k in far]
-        rows = np.union1d(rows, new)
+        new = [starts[k] + int(error[starts[k] : starts[k] + sizes[k]].argmax()) for k in far]
+        rows = np.union1d(rows, samples[new])
+        # Lines that are close enough stay so.
+        samples = samples[np.repeat(largest > 1.0, sizes)]
     return rows

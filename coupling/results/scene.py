@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.frame import AT_THE_ORIGIN, Frame
+from coupling.results.shown import Shown
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ class SceneSurface:
 
 
 @dataclass(frozen=True)
-class Scene:
+class Scene(Shown):
     """What a page shows in space, world frame.
 
     Attributes:

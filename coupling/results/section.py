@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from coupling.results.scene import Scene
+from coupling.results.shown import Shown
 
 if TYPE_CHECKING:  # heavy, and only pages draw
     import plotly.graph_objects as go
@@ -49,31 +50,6 @@ class Table:
     groups: Sequence[tuple[str, int]] = ()
 
 
-Part = str | Table | Note
-
-
-@dataclass(frozen=True)
-class Section:
-    """Part of the report of a result.
-
-    Attributes:
-        title: Its heading; empty for none.
-        parts: Sentences, tables and notes in their order.
-        name: Name of its figures in a page.
-        figures: Figures that a page draws below, side by side.
-        good: Whether it is good news, of which the first sentence is the most important one; None for
-            what judges nothing.
-        scene: Picture in space that a page shows above its figures.
-    """
-
-    title: str
-    parts: Sequence[Part]
-    name: str = ""
-    figures: Sequence[go.Figure] = ()
-    good: bool | None = None
-    scene: Scene | None = None
-
-
 @dataclass(frozen=True)
 class NextStep:
     """What to do next.
@@ -103,7 +79,7 @@ class KeyFigure:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Answer(Shown):
     """First screen of a result: what to expect, whether that is good enough, and what to do now.
 
     Attributes:
@@ -120,6 +96,48 @@ class Answer:
     good: bool | None = None
     figures: Sequence[KeyFigure] = ()
     steps: Sequence[NextStep] = ()
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True)
+class Card:
+    """A result among others, for pages: its picture, its verdict and its figures.
+
+    Attributes:
+        title: Name of the result.
+        target: Page that it leads to; empty for none.
+        answer: First screen of the result.
+        picture: Picture as SVG; empty for none.
+    """
+
+    title: str
+    target: str
+    answer: Answer
+    picture: str = ""
+
+
+Part = str | Table | Note | Card
+
+
+@dataclass(frozen=True)
+class Section:
+    """Part of the report of a result.
+
+    Attributes:
+        title: Its heading; empty for none.
+        parts: Sentences, tables and notes in their order.
+        name: Name of its figures in a page.
+        figures: Figures that a page draws below, side by side.
+        good: Whether it is good news, of which the first sentence is the most important one; None for
+            what judges nothing.
+        scene: Picture in space that a page shows above its figures.
+    """
+
+    title: str
+    parts: Sequence[Part]
+    name: str = ""
+    figures: Sequence[go.Figure] = ()
+    good: bool | None = None
     scene: Scene | None = None
 
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
 from coupling.results.modes_result import Grid
+from coupling.results.shown import Shown
 
 Numbers = tuple[float, ...]
 Limits = tuple[float | None, ...]
@@ -77,7 +78,7 @@ class MarchResult(ResultPart):
     out_of_cut: float
 
 
-class StabilityResult(ResultFile):
+class StabilityResult(Shown, ResultFile):
     """Stability of a case's cuts; docs/milling.md says what the figures are."""
 
     what = "the stability of cuts"
@@ -91,6 +92,7 @@ class StabilityResult(ResultFile):
     )
 
     case: str
+    case_file: str
     robot: str
     tolerance_m: float | None = None
     sentence: str

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import is_not
 from pathlib import Path
 from typing import BinaryIO
 
@@ -131,7 +132,7 @@ class RobotFmu:
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._robot = UnpackedRobot(self._folder.path)
         self._processes: list[WorkerProcess] = []
-        self._saved: JointPath | None = None
+        self._saved: tuple[np.ndarray, ...] = ()
         self._started(1)
 
     def __enter__(self) -> RobotFmu:
@@ -312,9 +313,11 @@ class RobotFmu:
     ) -> dict[str, float | str]:
         """Write what an instance reads when it is made, and return its parameters by name."""
         trajectory = Path(self._folder.path, "trajectory.npz")
-        if command is not self._saved:
+        # Of the same arrays: a cell makes its robots' paths anew for each simulation.
+        arrays = (command.time, *command.q, *command.qd, *command.qdd)
+        if len(arrays) != len(self._saved) or any(map(is_not, arrays, self._saved)):
             save_trajectory(trajectory, command)
-            self._saved = command
+            self._saved = arrays
         self._robot.describe(robot)
         return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.run.models import Models
+from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.robustness import StiffnessRanges
 from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction
@@ -144,14 +146,14 @@ def drawn_replays(
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
-    loaded = correction.response.wrench
-    has_force = bool(np.any(loaded.wrench))
+    has_force = bool(np.any(correction.response.wrench.wrench))
     basis = basis_of(models, ranges, force_factors, has_force, assumed)
     if assumed:
         ranges = [{**limits, **more} for limits, more in zip(ranges, assumed, strict=True)]
     pushes = has_force and force_factors is not None
     if not (pushes or any(ranges)) or all(model.robot.is_rigid for model in models):
         return DrawnReplays(basis)
+    command = ReplayedCommand.of(cell, correction)
 
     def replay(
         name: str,
@@ -162,24 +164,27 @@ def drawn_replays(
         """Return what the command leaves on robots that differ, under a factor of the force."""
         pairs = zip(robots, differences, strict=True)
         differing = [robot.differing(difference, name) for robot, difference in pairs]
-        path = cell.with_robots(differing).simulate(
-            correction.joints, loaded.scaled(force), "dynamic"
-        )
-        return Replay.of(name, path, correction.desired)
+        return command.on(name, differing, force)
 
     count, completed_count = counts
     draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))
-    stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
     values = left_out(models)
-    each = [
-        replay(draw.name, completed(models, [draw], simulate), [AS_THE_MODEL for _ in models], 1.0)
-        for draw in values
-    ]
-    whole = completed(models, values, simulate) if values else []
-    both = [
-        replay("a drawn robot with usual values", whole, *draw)
-        for draw in (draws[:completed_count] if values else [])
-    ]
+
+    def with_values() -> tuple[list[Replay], list[Replay]]:
+        """Replay on robots with each of the values that files leave out, and on those with all."""
+        same = [AS_THE_MODEL for _ in models]
+        each = [
+            replay(value.name, completed(models, [value], simulate), same, 1.0) for value in values
+        ]
+        whole = completed(models, values, simulate) if values else []
+        some = draws[:completed_count] if values else []
+        return each, [replay("a drawn robot with usual values", whole, *draw) for draw in some]
+
+    # Side by side: these robots have FMUs of their own, each in its process.
+    with ThreadPoolExecutor(1) as beside:
+        of_values = beside.submit(with_values)
+        stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
+        each, both = of_values.result()
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))
 
 
@@ -188,7 +193,7 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
     rows = len(command.correction.desired.time) * len(case.robots)
     # The FMU in Python takes too long for what is only assumed.
     assumed = [] if case.fmu == "python" else [assumed_ranges(placed) for placed in case.robots]
-    with Models(case.fmu, command.watch) as others:
+    with Models(case.fmu) as others:
         return drawn_replays(
             command.cell,
             command.models,

@@ -18,6 +18,7 @@ from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.results.repeatability import Repeatability
 from coupling.results.run_result import Kind
+from coupling.results.shown import Shown
 from coupling.robot.cell import Cell
 from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
@@ -49,7 +50,7 @@ class RunBegins(Event):
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Shown):
     """All that a run leaves.
 
     Attributes:

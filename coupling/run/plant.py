@@ -73,9 +73,9 @@ class ScaledMarch(ScaledProcess):
         """That of the other one."""
         return self.process.memory
 
-    def means(self, path: ToolPath, since: int) -> np.ndarray:
+    def means(self, time: np.ndarray, pose: np.ndarray, since: int) -> np.ndarray:
         """Return the other one's mean wrenches, times the factor, as `MarchedProcess.means`."""
-        return self.factor * self.process.means(path, since)
+        return self.factor * self.process.means(time, pose, since)
 
 
 @dataclass(frozen=True)

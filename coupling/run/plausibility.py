@@ -46,7 +46,8 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
         texts += unsure_stiffness(placed)
         texts += _upward_gravity(placed.description, placed.world_from_base.rotation)
         texts += _home_beyond_limits(placed)
-    return tuple(dict.fromkeys((*texts, *_of_rigid_robots(case), *_of_ideal_drives(case))))
+    # Drives first: whether they follow exactly decides every figure.
+    return tuple(dict.fromkeys((*_of_ideal_drives(case), *texts, *_of_rigid_robots(case))))
 
 
 def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:

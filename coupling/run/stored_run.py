@@ -25,6 +25,7 @@ from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
+from coupling.results.shown import Shown
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric
 
@@ -43,7 +44,7 @@ def workpiece_file(folder: Path, state: str) -> Path:
 
 
 @dataclass(frozen=True)
-class StoredRobot:
+class StoredRobot(Shown):
     """One robot's files of a run.
 
     Attributes:
@@ -79,7 +80,7 @@ class StoredRobot:
 
 
 @dataclass(frozen=True)
-class StoredRun:
+class StoredRun(Shown):
     """A run read back from its folder.
 
     Attributes:

@@ -12,6 +12,7 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
+from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
@@ -77,7 +78,8 @@ class InverseCorrection(Schema):
     process on the path that they really take.  These are the keys of its table.
 
     Attributes:
-        tolerance_m: Largest deviation from the desired path, in the validation.
+        tolerance_m: Largest deviation from the desired path, in the validation; under periodic teeth, of
+            its mean over their period.
         max_rounds: Rounds of inverse and validation at most; from the second on the wrench is that of
             the path really taken.
         before: Way to find the path under the uncorrected command: "one-way", under the wrench on the
@@ -215,6 +217,27 @@ class InverseCorrection(Schema):
             coupling=coupling,
         )
 
+    def _ripple(self, validated: _Iteration, desired: ToolPath) -> str:
+        """Return how far teeth move a tool whose mean over their period keeps its path, in words.
+
+        Empty where the mean does not keep it, or the process has no teeth that come and go.
+        """
+        period, path = validated.response.period, validated.achieved
+        if validated.coupling is None or period is None or period > np.ptp(path.time):
+            return ""
+        parts = [
+            DeviationParts.of(path.time, deviation, period)
+            for deviation in path.position - desired.position
+        ]
+        slow = max(part.largest_slow for part in parts)
+        if slow > self.tolerance_m:
+            return ""
+        ripple = max(part.largest_ripple for part in parts)
+        return (
+            f"its mean over {1e3 * period:.3g} ms is off by {format_um(slow)} um, and the teeth move the"
+            f" tool by {format_um(ripple)} um about that, faster than a command can be"
+        )
+
     def _verdict(
         self, rounds: list[_Iteration], mode: Mode, desired: ToolPath
     ) -> tuple[Outcome, str] | None:
@@ -235,9 +258,11 @@ class InverseCorrection(Schema):
                 f"in the validation of inverse {len(rounds)}: {coupling.reason}",
             )
         sizes = [entry.report.deviation.maximum for entry in rounds]
+        count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
         if sizes[-1] <= self.tolerance_m:
-            count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
             return Outcome.CONVERGED, f"converged with {count} of the moving robot"
+        if ripple := self._ripple(rounds[-1], desired):
+            return Outcome.CONVERGED, f"converged with {count} of the moving robot; {ripple}"
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
         remainder = f"{format_um(min(sizes))} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":

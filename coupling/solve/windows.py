@@ -67,8 +67,8 @@ class _WindowProcess:
 
     Attributes:
         process: The process.
-        time: Times before the window [s], (k,).
-        pose: Poses of the TCPs then, (tools, k, 7).
+        time: Times before the window and within it [s], (k,).
+        pose: Poses of the TCPs then, of which those within it change, (tools, k, 7).
         first: Wrenches at the window's beginning, (tools, 1, 6).
         identity: Empty: its answers are not kept.
     """
@@ -81,10 +81,9 @@ class _WindowProcess:
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to the paths within the window."""
-        whole = ToolPath(
-            np.append(self.time, path.time), np.concatenate([self.pose, path.pose], axis=1)
-        )
-        means = self.process.means(whole, len(self.time) + 1)
+        since = len(self.time) - len(path.time) + 1
+        self.pose[:, since:] = path.pose[:, 1:]
+        means = self.process.means(self.time, self.pose, since)
         return ProcessResponse(
             WrenchHistory.of_means(path.time, np.concatenate([self.first, means], axis=1))
         )
@@ -159,7 +158,8 @@ class _March:
         """March to the end, and return how that ended."""
         if not isinstance(self._robot, MarchingRobot):
             raise SimulationError("expected a robot that can be simulated window by window")
-        self.means[:, :1] = self._process.means(self._start.at_rows(np.arange(2)), 0)[:, :1]
+        two = self._time[:2], self._start.pose[:, :2]
+        self.means[:, :1] = self._process.means(*two, 0)[:, :1]
         at_start = WrenchHistory(self._time[:2], self.means[:, :2])
         robot = _WindowRobot(
             self._robot.march(self._command, at_start, float(self._time[-1]), self._mode)
@@ -210,9 +210,9 @@ class _March:
         guess = ahead.displaced(deviation)
         guess.pose[:, 0] = self.pose[:, row]
         oldest = np.searchsorted(self._time, self._time[row] - self._process.memory.length) - 1
-        past = slice(max(int(oldest), 0), row)
+        known = slice(max(int(oldest), 0), end + 1)
         process = _WindowProcess(
-            self._process, self._time[past], self.pose[:, past], self.means[:, [row]]
+            self._process, self._time[known], self.pose[:, known], self.means[:, [row]]
         )
         loop = replace(self._loop, robot=robot, process=process)
         try:

@@ -127,6 +127,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
     joints, tool_share = worst.shares(worst.at_limit)
     return StabilityResult(
         case=cuts.case.name,
+        case_file=f"{cuts.case.name}.toml",
         robot=cuts.case.robots[0].description.name,
         tolerance_m=cuts.case.tolerance,
         sentence=path.sentence,

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
+from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
 from coupling.process.engaged_arcs import Arcs, StatedArcs
-from coupling.process.milling_force import Milling, MillingForce
+from coupling.process.milling_force import ActualTip, Milling, MillingForce
 from coupling.process.milling_table import MillingForceTable
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.stability.cut import ProcessDamping, ShallowArc, SteadyCut
@@ -171,9 +171,10 @@ class CaseCuts:
         milling = self.milling
         period = max(_SLOW, milling.cutter.turn_period)
         actual, time = path.tools[0], np.array([cut.time for cut in placed])
-        slow = _mean_around(actual, period)
+        mean_position = DeviationParts.of(actual.time, actual.position[0], period).slow
+        tip = ActualTip(milling.part, actual.time, mean_position)
         depth = np.zeros(len(placed))
-        for rows, engagement in milling.cuts(slow, time, milling.feed_at(time)):
+        for rows, engagement in milling.cuts(tip, time, milling.feed_at(time)):
             np.maximum.at(depth, rows, engagement.depth)
         return tuple(
             replace(cut, cut=cut.cut.at_depth(value))
@@ -317,18 +318,6 @@ class CaseCuts:
     def joints(self) -> tuple[int, ...]:
         """Number of the joint of each of the robot's elastic coordinates, from 1."""
         return self._locked.joints
-
-
-def _mean_around(path: ToolPath, period: float) -> ToolPath:
-    """Return a path whose positions are means over a period [s] around each time."""
-    ends = path.time[0] - period, path.time[-1] + period
-    time = np.concatenate([ends[:1], path.time, ends[1:]])
-    points = path.position[0][np.concatenate([[0], np.arange(len(path.time)), [-1]])]
-    integral = make_interp_spline(time, points, k=1).antiderivative()
-    mean = (integral(path.time + 0.5 * period) - integral(path.time - 0.5 * period)) / period
-    pose = path.pose.copy()
-    pose[0, :, :3] = mean
-    return ToolPath(path.time, pose)
 
 
 def milling_of(case: Case) -> Milling:

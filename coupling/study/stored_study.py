@@ -9,13 +9,14 @@ import numpy as np
 
 from coupling.errors import StudyError
 from coupling.files.csv_table import read_table
+from coupling.results.shown import Shown
 from coupling.results.study_result import StudyResult
 from coupling.study.evaluate import BAND_COLUMNS, MEASURES
 from coupling.study.folder import BANDS, FIGURES, SAMPLES
 
 
 @dataclass(frozen=True)
-class StoredStudy:
+class StoredStudy(Shown):
     """A finished study.
 
     Attributes:

@@ -14,8 +14,9 @@ _IDLE_STATEMENT = re.compile(
     r"|TRANS|ROT|SCALE|MIRROR|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
     re.IGNORECASE | re.DOTALL,
 )
-# The tool by its name, and words of a numbered spindle.
-_TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM]\d=\d+')
+# The tool by its name, and words of further spindles; those of the first are S and M.
+_TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM][2-9]=\d+')
+_FIRST_SPINDLE = re.compile(r"([SM])1=(?=\d)")
 # Statements of Siemens' on the tool's direction, and components of it as a vector.
 _STATEMENT = re.compile(r"TRAORI(?:\(\d?\))?|TRAFOOF(?:\(\))?|ORIWKS|ORIMKS|ORIVECT|ORIAXES")
 _BASE_DIRECTION = re.compile(r"TRAORI\s*\([^)]*,", re.IGNORECASE)
@@ -138,7 +139,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         # A return to the reference point, as G28; $X only unlocks.
         notes.leave_out(code)
         return CommonWords("G28" if code == "$H" else "")
-    without, count = _TOOL_NAME.subn("", code)
+    without, count = _TOOL_NAME.subn("", _FIRST_SPINDLE.sub(r"\1", code))
     if count:
         notes.leave_out("T=" if "T" in code else "S=")
     statements = tuple(_STATEMENT.findall(without))

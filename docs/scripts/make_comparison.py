@@ -1,29 +1,23 @@
-"""Write docs/comparison.md and its picture from runs of both implementations: make comparison."""
+"""Write tables and picture of docs/comparison.md from runs of both implementations: make comparison."""
 
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Iterable, Mapping
-from importlib.metadata import version
+from functools import cache
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.histories import ToolPath
-from docs.scripts.experiment import Curve, add_curves
-from docs.scripts.page import fill, finish, table
+from docs.scripts.experiment import Curve, Page, add_curves
+from docs.scripts.page import table
 from docs.scripts.pictures import save, styled
 from examples.compare_implementations import (
-    BLEND,
     CURVES,
-    FEED,
     LOAD,
     NO_LOAD,
-    RELEASE_TIME,
-    SIZE,
     STEPS,
-    TOLERANCE,
     Both,
     at_rest,
     desired,
@@ -36,6 +30,7 @@ from examples.compare_implementations import (
     settling_time,
 )
 
+PAGE = Page("comparison")
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 COLORS = {"linear": "#0072B2", "backlash": "#D55E00", "spline": "#009E73"}
 # A blend [s] with which sharp backlash amplifies errors far more.
@@ -67,6 +62,7 @@ def differences(paths: Mapping[str, Both]) -> go.Figure:
     return styled(figure, 1000, 360)
 
 
+@PAGE.part
 def statics() -> str:
     """Return the differences of kinematics and rest between the implementations."""
     cases = [("(a) neither gravity nor load", kinematics())]
@@ -79,6 +75,7 @@ def statics() -> str:
     )
 
 
+@PAGE.part
 def sag_and_settling() -> str:
     """Return sag and settling time of the robot where the path begins."""
     rows = []
@@ -91,10 +88,18 @@ def sag_and_settling() -> str:
     return table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)
 
 
-def between_implementations(paths: Mapping[str, Both]) -> str:
-    """Return their differences along the path, beside what MuJoCo's step is worth."""
+@cache
+def followed() -> Mapping[str, Both]:
+    """Return the path as both implementations follow it, by torque curve."""
+    return {curve: iso_path(curve).both() for curve in CURVES}
+
+
+@PAGE.part
+def between_implementations() -> str:
+    """Draw their differences along the path, and return them beside what MuJoCo's step is worth."""
+    save("comparison_differences", differences(followed()))
     rows = []
-    for curve, both in paths.items():
+    for curve, both in followed().items():
         change = iso_path(curve).mujoco(2.0 * STEPS[curve]).distance_to(both.mujoco)
         figures = (both.distance.max(), rms(both.distance), change.max())
         cells = (f"{figure:.1e}" for figure in figures)
@@ -103,7 +108,8 @@ def between_implementations(paths: Mapping[str, Both]) -> str:
     return table(head, rows)
 
 
-def between_torque_curves(paths: Mapping[str, Both]) -> str:
+@PAGE.part
+def between_torque_curves() -> str:
     """Return the differences of the paths from the rigid one and from each other."""
 
     def row(name: str, pairs: Iterable[tuple[ToolPath, ToolPath]]) -> list[str]:
@@ -111,7 +117,7 @@ def between_torque_curves(paths: Mapping[str, Both]) -> str:
         largest = [f"{distance.max():.3f}" for distance in distances]
         return [name, *largest, *(f"{rms(distance):.3f}" for distance in distances)]
 
-    rigid = desired()
+    rigid, paths = desired(), followed()
     rows = [
         row(f"rigid / {CURVES[curve]}", ((both.ours, rigid), (both.mujoco, rigid)))
         for curve, both in paths.items()
@@ -122,36 +128,22 @@ def between_torque_curves(paths: Mapping[str, Both]) -> str:
     return table(("between", "max [um]", "by MuJoCo", "rms [um]", "by MuJoCo"), rows)
 
 
-def write() -> None:
-    """Run everything, and write page and picture."""
-    paths = {curve: iso_path(curve).both() for curve in CURVES}
-    save("comparison_differences", differences(paths))
+@PAGE.part
+def sensitive() -> str:
+    """Return how far the implementations differ where sharp backlash amplifies errors."""
     sharp = iso_path("backlash", blend=SENSITIVE_BLEND)
-    rounded = iso_path("spline", blend=SENSITIVE_BLEND)
     parted = sharp.both()
     half = len(parted.distance) // 2
     coarse = sharp.mujoco(2.0 * STEPS["backlash"])
-    fill(
-        "comparison",
-        mujoco=version("mujoco"),
-        pin=version("pin"),
-        tolerance=TOLERANCE,
-        statics=statics(),
-        release=RELEASE_TIME,
-        sag_and_settling=sag_and_settling(),
-        large=1e3 * SIZE,
-        small=1e2 * SIZE,
-        feed=1e3 * FEED,
-        blend=BLEND,
-        between_torque_curves=between_torque_curves(paths),
-        between_implementations=between_implementations(paths),
-        other_blend=SENSITIVE_BLEND,
-        part_half=parted.distance[:half].max(),
-        part_whole=parted.distance.max(),
-        part_mujoco=parted.mujoco.distance_to(coarse).max(),
-        part_spline=rounded.both().distance.max(),
+    rounded = iso_path("spline", blend=SENSITIVE_BLEND).both()
+    return (
+        f"With the speed rising within {SENSITIVE_BLEND:g} s the implementations differ by"
+        f" {parted.distance[:half].max():.1e} m in the first half of the path and by"
+        f" {parted.distance.max():.1e} m at the end, MuJoCo's paths with full and half step by"
+        f" {parted.mujoco.distance_to(coarse).max():.1e} m; with rounded corners by"
+        f" {rounded.distance.max():.1e} m."
     )
 
 
 if __name__ == "__main__":
-    sys.exit(finish(write))
+    PAGE.write()

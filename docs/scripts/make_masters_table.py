@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,19 +21,14 @@ from docs.scripts.masters import (
     Master,
     MasterError,
     differences,
-    distance_at_samples,
     prepare,
     run,
     run_reference,
-    run_system,
 )
 from docs.scripts.page import finish, replace, table
-from docs.scripts.runs import coupled
 
-SSP_CASE = Path(__file__).parents[2] / "tests" / "cases" / "line.toml"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COST_STEPS = (0.01, 0.005, 0.002, 0.001)
-SSP_STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
 
 def import_table() -> str:
@@ -75,30 +69,6 @@ def _cell(given: Given, master: Master, folder: Path, expected: np.ndarray) -> s
     return f"{position:.1g}"
 
 
-def ssp_table() -> str:
-    """Return how far co-simulation is from weak coupling, by step."""
-    case = load_case(SSP_CASE)
-    path = coupled(case).correction.achieved
-    columns = []
-    for answer in ("force", "spring"):
-        with tempfile.TemporaryDirectory() as name:
-            SspSystem.of(case, answer).write(Path(name, "system.ssp"))
-            runs = [
-                run_system("SSP-libcosimpy", Path(name), step, path.time[-1]) for step in SSP_STEPS
-            ]
-        columns.append([distance_at_samples(poses, path).max() for poses in runs])
-    force, spring = columns
-    ratios = [f"{a / b:.2f}" for a, b in pairwise(force)]
-    rows = zip(SSP_STEPS, force, [*ratios, ""], spring, strict=True)
-    return table(
-        ("step (ms)", "force alone (um)", "times the next smaller", "with the spring (um)"),
-        (
-            (f"{1e3 * step:g}", f"{1e6 * far:.2f}", ratio, f"{1e6 * near:.2f}")
-            for step, far, ratio, near in rows
-        ),
-    )
-
-
 def cost_table() -> str:
     """Return what steps of the cone's system cost, as `elastic-robot ssp` says it of two of them."""
     case = load_case(EXAMPLES / "cases" / "cone.toml")
@@ -120,7 +90,6 @@ def cost_table() -> str:
 def write() -> None:
     """Write the tables."""
     replace("import", "table", import_table())
-    replace("ssp", "table", ssp_table())
     replace("ssp", "cost", cost_table())
 
 

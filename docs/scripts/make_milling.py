@@ -11,10 +11,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.case.case import Case
+from coupling.path.deviation_parts import DeviationParts
 from coupling.process.milling_force import MeanForce, MillingForce
 from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.execute import Run
-from coupling.run.tooth_passing import DeviationParts
 from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
 from coupling.stability.path_stability import PathStability
@@ -304,9 +304,12 @@ def lobes(path: PathStability) -> go.Figure:
     figure.update_yaxes(title="frequency [Hz]", row=2, col=1)
     figure.update_xaxes(title="spindle [1/min]", row=2, col=1)
     if worst.cuts.tool:
-        figure.update_xaxes(type="log")
-        figure.update_yaxes(type="log", range=[-0.3, 2.0], row=1, col=1)
-        figure.update_yaxes(type="log", row=2, col=1)
+        speeds, depths = [2e3, 3e3, 5e3, 1e4, 2e4, 3e4], [0.5, 1, 2, 5, 10, 20, 50]
+        figure.update_xaxes(
+            type="log", tickvals=speeds, ticktext=[f"{speed:.0f}" for speed in speeds]
+        )
+        figure.update_yaxes(type="log", range=[-0.3, 1.5], tickvals=depths, row=1, col=1)
+        figure.update_yaxes(type="log", tickvals=[20, 50, 100, 200, 500, 1000], row=2, col=1)
     return styled(figure, 1000, 560)
 
 

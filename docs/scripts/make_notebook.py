@@ -1,4 +1,4 @@
-"""Write examples/tutorial.ipynb from docs/tutorial.md: make notebook."""
+"""Write the notebooks of examples/ from pages, the tutorial and its like: make notebook."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ def notebook(page: str) -> dict[str, Any]:
     for number, block in enumerate(_BLOCK.finditer(page)):
         cells.append(_cell("markdown", f"text-{number}", page[end : block.start()].strip()))
         text = block["text"].rstrip("\n")
-        if block["file"]:
+        if block["language"] == "python":
+            source = text
+        elif block["file"]:
             source = f"%%writefile {block['file']}\n{text}"
         else:
             source = "\n".join(f"!{line}" for line in text.splitlines())
@@ -34,16 +36,27 @@ def notebook(page: str) -> dict[str, Any]:
 def _cell(kind: str, name: str, source: str) -> dict[str, Any]:
     # Links of the page are seen from its own folder.
     text = re.sub(r"\]\((?=\w+\.md)", "](../docs/", source) if kind == "markdown" else source
-    text = text.replace("](../examples/tutorial.ipynb)", "](tutorial.ipynb)")
+    text = text.replace("](../examples/", "](")
     cell = {"cell_type": kind, "id": name, "metadata": {}, "source": text.splitlines(keepends=True)}
     return cell if kind == "markdown" else {**cell, "execution_count": None, "outputs": []}
 
 
+# Pages by the notebooks that they make.
+SOURCES = {
+    "tutorial": _ROOT / "docs" / "tutorial.md",
+    **{
+        name: Path(__file__).parent / "notebooks" / f"{name}.md"
+        for name in ("identify", "next", "milling")
+    },
+}
+
+
 def write() -> None:
-    """Write the notebook."""
-    book = notebook((_ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8"))
-    file = _ROOT / "examples" / "tutorial.ipynb"
-    file.write_text(json.dumps(book, indent=1) + "\n", encoding="utf-8")
+    """Write the notebooks."""
+    for name, page in SOURCES.items():
+        book = notebook(page.read_text(encoding="utf-8"))
+        file = _ROOT / "examples" / f"{name}.ipynb"
+        file.write_text(json.dumps(book, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -29,36 +29,24 @@ from coupling.run.models import Models, cell_of
 from docs.scripts.experiment import Page, scratch
 from docs.scripts.page import table
 from docs.scripts.pictures import save
+from docs.scripts.robots_with_backlash import EVEN, FANUC_HOME, with_backlash
 from docs.scripts.runs import example
 
 _UM = 1e6
 # Backlash of the robots on which commands are replayed, over that of the model.
 FACTORS = (0.8, 1.2)
 PAGE = Page("place")
-# Half width of the backlash that the FANUC is given, as its file knows none [rad].
-PLAY = 1e-4
-
 COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
 
 
-def _fanuc_with_backlash() -> str:
-    """Return the file of the FANUC with backlash in its gears."""
-    lines = []
-    for line in shipped_robots()["fanuc_r2000ic"].read_text(encoding="utf-8").splitlines():
-        lines.append(line)
-        if line.startswith("damping"):
-            lines.append(f"backlash = {PLAY}")
-    file = scratch("fanuc_with_backlash.toml")
-    file.write_text("\n".join(lines), encoding="utf-8")
-    return str(file)
-
-
 def _fanuc() -> Case:
-    home = [8.0, 23.0, -16.0, 0.0, -51.0, -8.0]
     free = {"x_m": [1.2, 2.2], "z_m": [0.2, 1.2], "base_roll_deg": [-6.0, 6.0]}
     return example(
         "cone",
-        robot={"description": _fanuc_with_backlash(), "home_deg": home},
+        robot={
+            "description": with_backlash(shipped_robots()["fanuc_r2000ic"], EVEN),
+            "home_deg": FANUC_HOME,
+        },
         part={"position_m": [1.8, 0.0, 0.5]},
         tool_path={"depth_m": 0.004},
         place=COMMON | free,
@@ -119,7 +107,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
 @PAGE.part
 def cases() -> str:
     """Return the table of the cases as they are and as they are placed."""
-    rows, settings = [], []
+    rows = []
     for name in CASES:
         found = _placed(name)
         result = figures_of(found)
@@ -141,13 +129,12 @@ def cases() -> str:
                     f"{_UM * max(mean for *_, mean in left):.0f}",
                 )
             )
-        settings.append(f"- {name}: {result.best[0].in_words(result.free)}")
     head = (
         *("", "", "process [um]", "backlash reversals (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),
         "mean [um]",
     )
-    return f"{table(head, rows)}\n\nPlaces:\n\n" + "\n".join(settings)
+    return table(head, rows)
 
 
 def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:

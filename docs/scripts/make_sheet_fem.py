@@ -17,7 +17,7 @@ from docs.scripts import runs, sheet_studies
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
 from docs.scripts.pictures import save
-from docs.scripts.runs import around_axis, compensated, gap_ranges, peak_force, workpieces
+from docs.scripts.runs import around_axis, compensated, gap_ranges, tool_rows, workpieces
 
 PAGE = Page("sheet_fem")
 
@@ -87,17 +87,13 @@ def cell() -> str:
     """Run the cell with a sheet between two tools, and return its figures."""
     case = runs.example("two_robots_fem")
     run = compensated(case)
-    rows = []
-    for tool, name in enumerate(run.robots):
-        before = run.deviation(run.before, tool)
-        after = run.deviation(run.correction.achieved, tool)
-        figures = (f"{1e6 * before.maximum:.0f} um", f"{1e6 * after.maximum:.1f} um")
-        rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append(("gap", *gap_ranges(run), ""))
     found = run.correction
     each = run.durations["compensate"] / found.evaluations
     return (
-        table(("", "before, max", "after, max", "peak force"), rows)
+        table(
+            ("", "before, max", "after, max", "peak force"),
+            [*tool_rows(run), ("gap", *gap_ranges(run), "")],
+        )
         + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each including"
         " the robots' simulation."
     )

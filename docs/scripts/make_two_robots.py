@@ -1,8 +1,6 @@
-"""Write docs/two_robots.md and its figures from a run of that case: make two-robots."""
+"""Write the result and figures of docs/two_robots.md from a run of that case: make two-robots."""
 
 from __future__ import annotations
-
-import sys
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,11 +10,12 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
 from coupling.run.figures import shares_of
 from coupling.run.path_checks import TOOL_GAP
-from docs.scripts.experiment import Curve, add_curves
-from docs.scripts.page import fill, finish, table
+from docs.scripts.experiment import Curve, Page, add_curves
+from docs.scripts.page import table
 from docs.scripts.pictures import save, styled
-from docs.scripts.runs import compensated, example, gap_ranges, peak_force
+from docs.scripts.runs import compensated, example, gap_ranges, tool_rows
 
+PAGE = Page("two_robots")
 _UM, _MM = 1e6, 1e3
 # Deviations below this are not told apart in the figure [um].
 _FLOOR = 1e-2
@@ -79,36 +78,24 @@ def deviations(run: Run) -> go.Figure:
     return styled(figure, 520, 420)
 
 
-def figure_table(run: Run) -> str:
-    """Return deviations of both robots and the gap, as Markdown."""
-    gap = run.of(TOOL_GAP)
-    assert gap is not None
-    rows = []
-    for tool, name in enumerate(run.robots):
-        before = run.deviation(run.before, tool)
-        after = run.deviation(run.correction.achieved, tool)
-        figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
-        rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * gap.commanded:.3f} mm", *gap_ranges(run), ""))
-    return table(("", "before, max", "after, max", "peak force"), rows)
-
-
-def write() -> None:
-    """Run the case, and write page and pictures."""
+@PAGE.part
+def result() -> str:
+    """Run the case, draw it, and return deviations of both robots and the gap."""
     case = example("two_robots")
     run = compensated(case)
     save("two_robots_tools", tools(case))
     save("two_robots_gap", gap(run), deviations(run))
-    fill(
-        "two_robots",
-        share=case.resolved["process"]["support_share"],
-        stiffness=1e-3 * case.resolved["process"]["pinch_stiffness_N_m"],
-        evaluations=run.correction.evaluations,
-        table=figure_table(run),
-        verdict=f"Verdict: {run.correction.reason}.",
-        gravity=_UM * shares_of(run).gravity.maximum,
+    opening = run.of(TOOL_GAP)
+    assert opening is not None
+    gap_row = (f"gap, commanded {_MM * opening.commanded:.3f} mm", *gap_ranges(run), "")
+    compared = table(("", "before, max", "after, max", "peak force"), [*tool_rows(run), gap_row])
+    done = run.correction
+    return (
+        f"{compared}\n\nVerdict: {done.reason}, {done.evaluations} evaluations of the process. Before"
+        f" compensation both robots sag, {_UM * shares_of(run).gravity.maximum:.0f} um at most due to"
+        " gravity."
     )
 
 
 if __name__ == "__main__":
-    sys.exit(finish(write))
+    PAGE.write()

@@ -37,17 +37,28 @@ def save(name: str, *figures: go.Figure) -> None:
     Raises:
         NoBrowserError: If Chromium is not installed.
     """
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        raise NoBrowserError("expected chromium to draw the pictures with, got none: install it")
     width = sum(int(figure.layout.width) for figure in figures)
     height = max(int(figure.layout.height) for figure in figures)
     quiet = {"displayModeBar": False}
     parts = [to_html(f, include_plotlyjs=False, full_html=False, config=quiet) for f in figures]
-    page = (
+    photograph(
+        name,
         f"<html><meta charset='utf-8'><script>{get_plotlyjs()}</script>"
-        f"<body style='margin:0;display:flex'>{''.join(parts)}</body></html>"
+        f"<body style='margin:0;display:flex'>{''.join(parts)}</body></html>",
+        width,
+        height,
     )
+
+
+def photograph(name: str, page: str, width: int, height: int) -> None:
+    """Write what a window of this size [px] shows of a page as docs/figures/<name>.png.
+
+    Raises:
+        NoBrowserError: If Chromium is not installed.
+    """
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        raise NoBrowserError("expected chromium to draw the pictures with, got none: install it")
     PICTURES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         html = Path(folder, "page.html")

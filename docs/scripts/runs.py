@@ -77,6 +77,17 @@ def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
     return np.column_stack([force[:, 2], radial, tangential])
 
 
+def tool_rows(run: Run) -> list[tuple[str, ...]]:
+    """Return each tool's largest deviation before and after, and its peak force, in words."""
+    rows: list[tuple[str, ...]] = []
+    for tool, name in enumerate(run.robots):
+        before = run.deviation(run.before, tool).maximum
+        after = run.deviation(run.correction.achieved, tool).maximum
+        deviations = (f"{1e6 * before:.0f} um", f"{1e6 * after:.1f} um")
+        rows.append((f"{name} tool", *deviations, f"{peak_force(run, tool):.0f} N"))
+    return rows
+
+
 def gap_ranges(run: Run) -> tuple[str, str]:
     """Return from where to where the gap between a cell's tools goes, before and after, in words."""
     tool_gap = run.of(TOOL_GAP)

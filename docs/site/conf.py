@@ -17,6 +17,7 @@ myst_heading_anchors = 6
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
 default_role = "code"
+highlight_language = "none"  # what commands print is no program
 add_module_names = False  # the page has it, as it is imported
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
@@ -29,6 +30,8 @@ suppress_warnings = ["ref.python"]
 html_theme = "furo"
 html_title = f"{project} {version}"
 html_favicon = "../icon.svg"
+html_static_path = ["static"]
+html_css_files = ["tables.css"]
 html_copy_source = False
 html_show_sphinx = False
 

@@ -171,10 +171,11 @@ def case_sections() -> list[Section]:
 
 def robot_sections() -> tuple[list[Section], list[Section]]:
     """Return all keys of a robot file, and of one on top of a URDF, which says what is different."""
-    alone, urdf, axes = *rows("robot_file"), *rows("export")
-    both = _Reader("robot_file", [*urdf, *alone, *axes])
-    whole = _Reader("robot_file", [*alone, *axes])
-    return list(whole.sections(RobotFile, "")), list(both.sections(UrdfRobotFile, ""))
+    *parts, urdf = rows("robot_file")
+    whole = [row for part in (*parts, *rows("export")) for row in part]
+    both = _Reader("robot_file", [*urdf, *whole])
+    alone = _Reader("robot_file", whole)
+    return list(alone.sections(RobotFile, "")), list(both.sections(UrdfRobotFile, ""))
 
 
 def section_text(section: Section, level: str = "##") -> str:

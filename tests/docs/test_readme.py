@@ -15,6 +15,8 @@ from wall_case import WALL_CASE
 from coupling.cli import main
 from coupling.native import compiler
 
+pytestmark = pytest.mark.usefixtures("few_drawn_robots")
+
 LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
 # Run in tests of their own, on longer passes and more robots than would be quick here: test_study.py,
 # test_learning.py and test_next.py in tests/identification, and tests/place/test_command.py.

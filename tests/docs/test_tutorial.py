@@ -34,7 +34,9 @@ def run(line: str) -> None:
 def test_the_tutorial_leads_to_a_program(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for block in _BLOCK.finditer(TUTORIAL):
-        if block["file"]:
+        if block["language"] == "python":
+            exec(block["text"], {})
+        elif block["file"]:
             Path(block["file"]).write_text(block["text"])
         else:
             assert block["language"] == "sh"

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from killing import die_while_exporting, one_program, start_function
+from killing import begin, die_while_exporting, one_program
 
 from coupling.errors import ProgramError
 from coupling.export.folder import EXPORT_FOLDER, write_export
@@ -27,7 +27,7 @@ def test_an_export_that_is_killed_leaves_whole_programs_old_or_new(tmp_path, sta
     """kill -9 before a file is on the disk, before, between and after the two renames."""
     place = tmp_path / "krl"
     put(place, "old")
-    child = start_function(die_while_exporting, place, stage, "new")
+    child = begin(die_while_exporting, place, stage, "new")
     child.join()
     assert child.exitcode == -9
     # To the next export, the programs are there, and whole.
@@ -42,7 +42,7 @@ def test_an_export_that_is_killed_leaves_whole_programs_old_or_new(tmp_path, sta
 
 def test_a_first_export_that_is_killed_leaves_no_programs(tmp_path):
     for stage in ("written", "complete"):
-        child = start_function(die_while_exporting, tmp_path / "krl", stage, "new")
+        child = begin(die_while_exporting, tmp_path / "krl", stage, "new")
         child.join()
         assert child.exitcode == -9
         assert not (tmp_path / "krl").exists()
@@ -53,7 +53,7 @@ def test_a_first_export_that_is_killed_leaves_no_programs(tmp_path):
 def test_programs_that_were_put_aside_are_still_there_to_be_asked_for(tmp_path):
     """Before the work of an export, so that it does not end in a refusal."""
     put(tmp_path / "krl", "old")
-    start_function(die_while_exporting, tmp_path / "krl", "put aside", "new").join()
+    begin(die_while_exporting, tmp_path / "krl", "put aside", "new").join()
     assert not (tmp_path / "krl").exists()
     with pytest.raises(ProgramError, match="krl: holds an export already"):
         require_free(tmp_path / "krl", EXPORT_FOLDER, overwrite=False)

@@ -7,14 +7,14 @@ import tempfile
 import time
 
 import pytest
-from killing import hold_a_scratch_folder, nothing, start_function, wait_until
+from killing import begin, hold_a_scratch_folder, nothing, wait_until
 
 from coupling.files.scratch import ScratchFolder, remove_abandoned
 
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
-    start_function(nothing).join()  # has a temporary folder of its own, elsewhere
+    begin(nothing).join()  # has a temporary folder of its own, elsewhere
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 
@@ -35,7 +35,7 @@ def test_a_folder_goes_with_its_end(place):
 
 
 def test_the_folder_of_a_killed_process_is_removed_by_the_next(place):
-    process = start_function(hold_a_scratch_folder, place)
+    process = begin(hold_a_scratch_folder, place)
     wait_until(lambda: list(place.glob("*/robot.fmu")))
     age(place)
     remove_abandoned()

@@ -1,15 +1,14 @@
-"""Spring and contact at the TCP through FMUs of both kinds: as in the model, or none bit for bit."""
+"""The contact at the TCP through the FMU: as in the model."""
 
 from __future__ import annotations
 
 from itertools import product
 
 import numpy as np
-import pytest
 
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import ContactSpring, Load, symmetric
+from elastic_robot.tool_load import ContactSpring, Load
 from elastic_robot.trajectory import HeldCommand
 
 REST = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
@@ -23,22 +22,6 @@ TIME = np.array([0.0, 0.004, 0.02, 0.03, 0.05, 0.07])
 PLANE = PlaneContact(1e7, 0.5, 0.02, 0.3, 1e-2, np.array([0.2, 0.0, 2.0]))
 NUMBERS = ("stiffness", "dissipation", "radius", "friction", "slip_speed")
 MODES = ("dynamic", "quasistatic")
-WRENCH = np.array([0.0, 0.0, -200.0, 0.0, 0.0, 0.0])
-
-
-def springs() -> tuple[dict[str, np.ndarray], list[Load]]:
-    """A spring that comes, moves, stiffens and goes: inputs of the FMU, loads of the model."""
-    size = np.array([0.0, 0.0, 1e5, 4e6, 4e6, 0.0])
-    axis = np.array([0.6, -0.3, 0.7])
-    entries = size[:, None] * (np.outer(axis, axis) + 0.1 * np.eye(3))[np.triu_indices(3)]
-    velocity = np.array([[0.05, -0.02, 0.03]]) * np.array([[0, 1, 1, -1, 0, 0]]).T
-    position = np.array([1.8, 0.02, 0.9]) + 1e-3 * np.arange(6)[:, None]
-    inputs = {f"anchor.{c}": position[:, k] for k, c in enumerate("xyz")}
-    inputs |= {f"anchor.v{c}": velocity[:, k] for k, c in enumerate("xyz")}
-    inputs |= {f"anchor.k{c}": entries[:, k] for k, c in enumerate(ENTRIES)}
-    rows = zip(position, velocity, entries, strict=True)
-    loads = [Load(WRENCH, ContactSpring(a, v, symmetric(k))) for a, v, k in rows]
-    return inputs | {"force.z": np.full(6, WRENCH[2])}, loads
 
 
 def planes(height: float) -> tuple[dict[str, np.ndarray], list[Load]]:
@@ -82,17 +65,6 @@ def assert_as_in_the_model(robot: ElasticRobot, loads: list[Load], answer: dict)
         np.testing.assert_allclose(values[15], robot.contact_gap()[0], rtol=0, atol=2e-9)
 
 
-def test_fmu_is_the_model_on_a_spring(example, example_fmu, run_fmu):
-    """In a process that has not imported the model."""
-    inputs, loads = springs()
-    cases = list(product(MODES, ("linear", "backlash", "spline")))
-    answers = run_fmu(example_fmu, *(job(*case, inputs) for case in cases))
-    for case, answer in zip(cases, answers, strict=True):
-        assert_as_in_the_model(modelled(example, *case), loads, answer)
-        moved = answer["values"][1:, :3] - answer["values"][:-1, :3]
-        assert np.abs(moved).max() > 1e-4
-
-
 def test_fmu_is_the_model_in_contact(example, example_fmu, run_fmu):
     cases, jobs, known = list(product(MODES, ("linear", "backlash"))), [], []
     for case in cases:
@@ -107,28 +79,3 @@ def test_fmu_is_the_model_in_contact(example, example_fmu, run_fmu):
         assert_as_in_the_model(robot, loads, answer)
         assert 0 < np.count_nonzero(answer["values"][:, 14] > 10.0) < 5
         assert np.ptp(answer["values"][:, 2]) > 1e-4
-
-
-def test_the_start_is_on_the_spring_and_stays_there(example_fmu, run_fmu):
-    """An anchor that stands: the initial equilibrium is that of the steps, in both modes."""
-    spring = {"anchor.x": 1.8, "anchor.z": 0.9, "anchor.kxx": 1e5, "anchor.kzz": 1e6}
-    common = {"start": POSTURE | spring, "time": [0.0, 0.05, 0.1], "outputs": OUTPUTS[:3]}
-    jobs = [{**common, "settings": {"mode": mode}} for mode in MODES]
-    dynamic, quasistatic = (answer["values"] for answer in run_fmu(example_fmu, *jobs))
-    np.testing.assert_allclose(dynamic, quasistatic, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(quasistatic[1:], quasistatic[:-1], rtol=0, atol=1e-14)
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_neither_is_there_without_stiffness_bit_for_bit(example_fmu, run_fmu, mode):
-    off = ("anchor.k", "contact.stiffness", "force")
-    nowhere = [
-        {name: values for name, values in inputs.items() if not name.startswith(off)}
-        for inputs, _ in (springs(), planes(1.4))
-    ]
-    force = {"force.y": np.linspace(0.0, 900.0, 6)}
-    jobs = [job(mode, "backlash", force | inputs) for inputs in ({}, *nowhere)]
-    plain, *others = (answer["values"] for answer in run_fmu(example_fmu, *jobs))
-    assert [other.tobytes() for other in others] == [plain.tobytes()] * 2
-    assert not plain[:, 12:15].any()
-    assert (plain[:, 15] == 1.0).all()

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-from trajectory_files import PLACES, REFUSED, csv, npz
-
 SAID = {
     "force": r"needs more than \d+ tries of a step at \S+ m/s, under 1e\+12 N, 0 N m, drives of 0 rad/s"
     r"|bends deflection\[\d+\] beyond 3.14 rad, under 1e\+12 N, 0 N m, drives of 0 rad/s",
@@ -40,30 +37,3 @@ def test_absurd_values_are_refused_in_time_and_leave_no_trace(example_fmu, run_h
 def test_a_run_that_starts_late_is_that_from_zero(example_fmu, run_host):
     said = run_host("hard_cases", example_fmu, "late")
     assert "step start: expected the last step's end, 1000000000.0 s, got" in said
-
-
-def test_trajectories_that_cannot_be_read_are_told_with_file_and_reason(
-    example_fmu, run_host, tmp_path
-):
-    """For a robot of six joints; tests/native/test_trajectory_files.py has the whole list."""
-    folder = tmp_path / "files"
-    folder.mkdir()
-    columns = ["time", *(f"q{i}" for i in range(1, 7))]
-    data = np.column_stack([[0.0, 1.0], np.zeros((2, 6))])
-    text = ",".join(columns) + "\n0,0,0,0,0,0,0\n1,0,0,0,0,0,0\n"
-    folder.joinpath("read.npz").write_bytes(npz(columns, data.astype(">f4")))
-    folder.joinpath("read.csv").write_bytes(csv("\ufeff" + text))
-    reasons = {}
-    for name in ("pipe.csv", "folder.csv"):
-        make, reasons[name] = PLACES[name]
-        make(folder / name)
-    for name in ("flipped.npz", "cut.npz", "absurd.npz", "ends_in_shape.npz", "empty.csv"):
-        content, reasons[name] = REFUSED[name]
-        folder.joinpath(name).write_bytes(content)
-    folder.joinpath("close.csv").write_text(text.replace("\n1,", "\n1e-200,"))
-    reasons["close.csv"] = "at least 1e-06 s apart, got 0 s, then 1e-200 s"
-    sections = dict(_sections(run_host("hard_cases", example_fmu, "files", folder)))
-    assert sections.keys() == reasons.keys()
-    for name, reason in reasons.items():
-        assert f"trajectory {folder / name}: " in sections[name]
-        assert reason in sections[name]

@@ -50,6 +50,12 @@ def make_wheel(folder: Path, platforms: Sequence[str]) -> Path:
 
 
 @pytest.fixture(scope="module")
+def site(wheel, tmp_path_factory) -> Path:
+    """Unpacked once, so that Python compiles it once."""
+    return install(wheel, tmp_path_factory.mktemp("installed") / "site")
+
+
+@pytest.fixture(scope="module")
 def names(wheel) -> set[str]:
     with zipfile.ZipFile(wheel) as archive:
         return set(archive.namelist())
@@ -77,7 +83,7 @@ def test_its_modules_and_their_examples_import_no_coupling_of_somebody_else(whee
     assert all("coupling" not in imported_packages(source) for source in sources)
 
 
-def test_every_module_can_be_imported_beside_others_of_that_name(wheel, tmp_path):
+def test_every_module_can_be_imported_beside_others_of_that_name(site, tmp_path):
     """One in the user's folder, one among the installed packages; each fails if it is imported."""
     load_all = """
 import importlib, pkgutil, sys
@@ -92,14 +98,14 @@ print(len([name for name in sys.modules if name.startswith("elastic_robot.coupli
 """
     (tmp_path / "coupling.py").write_text(OTHER)
     (tmp_path / "load_all.py").write_text(load_all)
-    said = run_installed(wheel, tmp_path, ["load_all.py"], "")
+    said = run_installed(site, tmp_path, ["load_all.py"], "")
     assert int(said) > 300
 
 
-def test_a_study_sends_its_classes_to_workers_and_takes_theirs(wheel, tmp_path):
-    run_installed(wheel, tmp_path, [*COMMAND, "init", "cell", "--process", "measured"], "")
+def test_a_study_sends_its_classes_to_workers_and_takes_theirs(site, tmp_path):
+    run_installed(site, tmp_path, [*COMMAND, "init", "cell", "--process", "measured"], "")
     study = ["study", "cell/case.toml", "-o", "out", "--samples", "19", "--workers", "2"]
-    run_installed(wheel, tmp_path, [*COMMAND, *study], os.environ["PATH"])
+    run_installed(site, tmp_path, [*COMMAND, *study], os.environ["PATH"])
     assert (tmp_path / "out" / "samples.csv").is_file()
 
 
@@ -125,7 +131,7 @@ def test_every_shipped_robot_is_there(names):
     assert {f"{DESK}files/robots/{name}.toml" for name in shipped_robots()} <= names
 
 
-def test_a_first_case_can_be_made_from_it(wheel, names, tmp_path):
+def test_a_first_case_can_be_made_from_it(site, names, tmp_path):
     """Without the checkout: the examples are in it, for every process."""
     folder = f"{DESK}files/examples"
     for start in STARTS.values():
@@ -133,9 +139,7 @@ def test_a_first_case_can_be_made_from_it(wheel, names, tmp_path):
         assert {f"{folder}/cases/{name}.toml" for name in cases} <= names
         assert {f"{folder}/{own.example}" for own in start.files} <= names
     command = [*COMMAND, "init", "first", "--process", "external"]
-    assert "Next: elastic-robot check first/case.toml" in run_installed(
-        wheel, tmp_path, command, ""
-    )
+    assert "Next: elastic-robot check first/case.toml" in run_installed(site, tmp_path, command, "")
 
 
 def test_it_is_for_every_machine_and_python(wheel):
@@ -144,12 +148,12 @@ def test_it_is_for_every_machine_and_python(wheel):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_fmu_built_from_it_is_that_of_the_checkout(wheel, example, tmp_path, monkeypatch, kind):
+def test_an_fmu_built_from_it_is_that_of_the_checkout(site, example, tmp_path, monkeypatch, kind):
     """Byte for byte, from a folder that holds nothing of the project; native without a compiler."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     here = host_platform().name
     command = [*COMMAND, "build", "--kind", kind, "--platforms", here, "-o", "Installed.fmu"]
-    said = run_installed(wheel, tmp_path, command, "" if kind == "native" else os.environ["PATH"])
+    said = run_installed(site, tmp_path, command, "" if kind == "native" else os.environ["PATH"])
     assert here in said
     ours = build_fmu(example, tmp_path / "Checkout.fmu", BuildOptions(kind, (here,)))
     assert (tmp_path / "Installed.fmu").read_bytes() == ours.read_bytes()
@@ -163,20 +167,24 @@ def test_a_wheel_of_all_platforms_builds_for_all_without_a_compiler(tmp_path):
     names = (library_name, desk_library_name)
     assert found == {f"{LIBRARIES}{name(p)}" for p in PLATFORMS.values() for name in names}
     command = [*COMMAND, "build", "-o", "R.fmu"]
-    said = run_installed(wheel, tmp_path, command, "")
+    said = run_installed(install(wheel, tmp_path / "site"), tmp_path, command, "")
     assert f"R.fmu: built for {', '.join(PLATFORMS)}" in said
     with zipfile.ZipFile(tmp_path / "R.fmu") as archive:
         inside = {name for name in archive.namelist() if name.startswith("binaries/")}
     assert inside == {f"binaries/{p.name}/ElasticRobot{p.suffix}" for p in PLATFORMS.values()}
 
 
-def run_installed(wheel: Path, folder: Path, command: Sequence[str], path: str) -> str:
-    """Run this Python on a wheel's content, with programs of PATH and no Zig; return what it says."""
-    site = folder / "site"
+def install(wheel: Path, site: Path) -> Path:
+    """Unpack a wheel where there is no Zig, beside a module of somebody else."""
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
     (site / "sitecustomize.py").write_text(WITHOUT_ZIG)
     (site / "coupling.py").write_text(OTHER)
+    return site
+
+
+def run_installed(site: Path, folder: Path, command: Sequence[str], path: str) -> str:
+    """Run this Python on an unpacked wheel, with programs of PATH; return what it says."""
     environment = {**os.environ, "PYTHONPATH": str(site), "PATH": path}
     done = subprocess.run(
         [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True

@@ -39,8 +39,11 @@ _context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), "
 
 def _command(arguments: Sequence[str], output: Path, missing: Sequence[str]) -> None:
     """What the child does: the command, its output in a file."""
+    from drawn_robots import leave_out_drawn_robots
+
     from coupling.cli import main
 
+    leave_out_drawn_robots()
     for package in missing:
         sys.modules[package] = None  # type: ignore[assignment]
     with output.open("a") as stream:
@@ -149,13 +152,6 @@ def log_of(folder: Path) -> list[tuple[str, str]]:
 def counts(log: Sequence[tuple[str, str]], what: str) -> Counter[str]:
     """Return how often something happened to every path."""
     return Counter(path for happened, path in log if happened == what)
-
-
-def start_function(function, *arguments: object) -> multiprocessing.process.BaseProcess:
-    """Call a function of this module in a process of its own."""
-    process = _context.Process(target=function, args=arguments, daemon=True)
-    process.start()
-    return process
 
 
 def nothing() -> None:

@@ -4,7 +4,12 @@
  */
 #include "draw.h"
 
+#include "fmi/fmi2FunctionTypes.h"
+#include "fmi/fmi3FunctionTypes.h"
+
 #include "../../coupling/native/desk/drive_fit.h"
+#include "../../coupling/native/desk/elements.h"
+#include "../../coupling/native/desk/fmi_steps.h"
 #include "../../coupling/native/desk/gear_path.h"
 #include "../../coupling/native/desk/link_path.h"
 #include "../../coupling/native/desk/reach.h"
@@ -76,6 +81,20 @@ static bool draw_iteration(const er_desk *desk, bool wild)
 }
 
 /* A drive and its fit. */
+static void draw_elements(const er_gear_drive *drive, const double *wind_up, bool wild)
+{
+    size_t count = 1 + draw(6), steps = (size_t)(drive->count * drive->parts);
+    double *slip_torque = draw_numbers(count, wild), *slip_angle = draw_numbers(count, wild);
+    double *start = draw_numbers(count, wild), *impulse = draw_numbers(2 * steps, false);
+    double *slope = draw_numbers(10 * steps, false), *elongation = draw_numbers(steps * count, false);
+    double *room = draw_numbers(2 * count, false), *along = draw_numbers(5 * steps * count, false);
+    er_gear_elements elements = {(int64_t)count, slip_torque, slip_angle};
+    er_elements_hold(drive, &elements, wind_up, start, impulse, slope, elongation, room);
+    er_elements_along(&elements, 5 * (int64_t)steps, wind_up, start, along);
+    free(slip_torque), free(slip_angle), free(start), free(impulse), free(slope), free(elongation), free(room);
+    free(along);
+}
+
 static void draw_drive(bool wild)
 {
     size_t count = 3 + draw(20), parts = 1 + draw(9), degree = draw(2) ? 3 : 5, pieces = 1 + draw(6), sines = draw(4);
@@ -114,6 +133,7 @@ static void draw_drive(bool wild)
     er_gear_wind_ups(drive, coefficients, misses, wind_up);
     er_gear_defects(drive, coefficients, misses, defects);
     er_gear_rows(drive, coefficients, misses, rows);
+    draw_elements(drive, wind_up, wild);
     er_drive_fit_value(&fit, some, stretches, coefficients, misses);
     er_drive_fit_step(&fit, some, stretches, coefficients, misses, draw_input(), 1 + draw(9), step);
     for (int k = 0; k < count_of_arrays; k++)
@@ -181,6 +201,101 @@ static void draw_reach(const er_desk *desk, bool wild)
     free(position), free(quaternion), free(theta), free(error), free(away);
 }
 
+/* What an FMU might answer: now and then Discard, Error or Fatal. */
+static fmi2Status some_status(void)
+{
+    return draw(40) == 0 ? fmi2Discard + draw(3) : (fmi2Status)draw(2);
+}
+
+/* References count the values of each variable here. */
+static void read_values(const uint32_t *reference, size_t references, const double *values)
+{
+    for (size_t k = 0; k < references; k++)
+        for (uint32_t j = 0; j < reference[k]; j++)
+            CHECK(*values++ == 1.0);
+}
+
+static void fill_values(const uint32_t *reference, size_t references, double *values)
+{
+    for (size_t k = 0; k < references; k++)
+        for (uint32_t j = 0; j < reference[k]; j++)
+            *values++ = 2.0;
+}
+
+static fmi2Status set2(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
+{
+    CHECK(c != NULL);
+    read_values(vr, nvr, value);
+    return some_status();
+}
+
+static fmi2Status step2(fmi2Component c, fmi2Real start, fmi2Real size, fmi2Boolean no_return)
+{
+    CHECK(c != NULL && start >= 0.0 && size == 0.5 && no_return);
+    return some_status();
+}
+
+static fmi2Status get2(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+{
+    CHECK(c != NULL);
+    fill_values(vr, nvr, value);
+    return some_status();
+}
+
+static fmi3Status set3(fmi3Instance i, const fmi3ValueReference vr[], size_t nvr, const fmi3Float64 value[], size_t n)
+{
+    CHECK(i != NULL && (nvr == 0 || n > 0));
+    read_values(vr, nvr, value);
+    return (fmi3Status)some_status();
+}
+
+static fmi3Status step3(fmi3Instance i, fmi3Float64 start, fmi3Float64 size, fmi3Boolean no_return, fmi3Boolean *event,
+                        fmi3Boolean *ended, fmi3Boolean *early, fmi3Float64 *reached)
+{
+    CHECK(i != NULL && start >= 0.0 && size == 0.5 && no_return);
+    *event = draw(2) == 0, *ended = draw(40) == 0, *early = draw(60) == 0, *reached = start + size;
+    return (fmi3Status)some_status();
+}
+
+static fmi3Status get3(fmi3Instance i, const fmi3ValueReference vr[], size_t nvr, fmi3Float64 value[], size_t n)
+{
+    CHECK(i != NULL && (nvr == 0 || n > 0));
+    fill_values(vr, nvr, value);
+    return (fmi3Status)some_status();
+}
+
+static er_series draw_series(uint32_t *reference)
+{
+    er_series series = {reference, draw(5), 0};
+    for (uint64_t k = 0; k < series.references; k++)
+        series.width += reference[k] = 1 + draw(3);
+    return series;
+}
+
+static void draw_steps(void)
+{
+    size_t count = draw(30);
+    uint32_t in[5], out[5];
+    bool third = draw(2) == 0;
+    er_steps steps = {.instance = &steps, .inputs = draw_series(in), .outputs = draw_series(out)};
+    double *time = draw_numbers(count + 1, false), *rows = draw_numbers(count * steps.inputs.width, false);
+    double *answers = draw_numbers(count * steps.outputs.width, false);
+    int64_t end;
+    for (size_t k = 0; k <= count; k++)
+        time[k] = 0.5 * (double)k;
+    for (size_t k = 0; k < count * steps.inputs.width; k++)
+        rows[k] = 1.0;
+    steps.set = third ? (void (*)(void))set3 : (void (*)(void))set2;
+    steps.step = third ? (void (*)(void))step3 : (void (*)(void))step2;
+    steps.get = third ? (void (*)(void))get3 : (void (*)(void))get2;
+    end = (third ? er_fmi3_steps : er_fmi2_steps)(&steps, (int64_t)count, time, rows, answers);
+    CHECK(end == ER_STEPS_DONE || (steps.number >= 0 && steps.number < (int64_t)count));
+    CHECK((steps.status > fmi2Warning) == (end == ER_STEPS_SET || end == ER_STEPS_STEP || end == ER_STEPS_GET));
+    for (size_t k = 0; end == ER_STEPS_DONE && k < count * steps.outputs.width; k++)
+        CHECK(answers[k] == 2.0);
+    free(time), free(rows), free(answers);
+}
+
 int main(int count, char **arguments)
 {
     int solved = 0, rounds = atoi(arguments[1]);
@@ -207,6 +322,7 @@ int main(int count, char **arguments)
         draw_spline(wild);
         draw_wrench(wild);
         draw_gear(wild);
+        draw_steps();
         solved += draw_iteration(desk, wild);
         er_desk_free(desk);
     }

@@ -84,7 +84,11 @@ def test_all_reals_and_derivatives_are_bit_for_bit_those_of_fmi2(tmp_path, seed,
         name: [pair.scalars[v.name] for v in block.variables]
         for name, block in blocks(robot).items()
     }
-    inputs = [name for name, block in blocks(robot).items() if block.causality == "input"]
+    inputs = [
+        name
+        for name, block in blocks(robot).items()
+        if block.causality == "input" and not name.startswith("contact")  # there is none
+    ]
     two, three = pair.fmi2(), pair.fmi3()
 
     def put(name: str, values: np.ndarray) -> None:

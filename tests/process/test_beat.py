@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.run.tooth_passing import DeviationParts
+from coupling.path.deviation_parts import DeviationParts
 
 TIME = np.linspace(0.0, 0.1, 1001)  # samples of 0.1 ms
 

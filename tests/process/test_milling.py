@@ -458,6 +458,9 @@ def test_the_course_of_a_slot_is_that_of_its_feed_and_depth():
         ("S12000 M4", None, "line 2: expected M3, got M4"),
         ("S12000 M5", None, "line 2: expected no feed behind M5"),
         ("G96 S300 M3", None, "got m/min, as G96 has it"),
+        ("S1=12000 M1=3", None, ""),
+        ("S1=20000 M1=3", 12000.0, "expected 20000, as line 2 of pocket.ngc has it, got 12000"),
+        ("S1=12000 M1=4", None, "line 2: expected M3, got M4"),
         ("S0 M3", None, "expected a speed of the spindle above 0"),
     ],
 )

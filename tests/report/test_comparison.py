@@ -196,3 +196,29 @@ def test_a_measured_path_without_its_run_is_refused(runs, measured):
 def test_a_run_beside_itself_is_refused(runs):
     with pytest.raises(ResultError, match="expected another run than those before"):
         Comparison.of([runs[0], runs[0] / ".." / runs[0].name])
+
+
+def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, tmp_path, command):
+    """Of two runs, one of them in a folder below; a damaged one is named, not skipped."""
+    shutil.copytree(runs[0], tmp_path / "first")
+    shutil.copytree(runs[1], tmp_path / "of today" / "second")
+    damaged = shutil.copytree(runs[1], tmp_path / "damaged")
+    (damaged / "result.json").write_text("{")
+    (tmp_path / "of today" / "second" / "report.html").write_text("")
+    (tmp_path / "notes").mkdir()
+    done = command("report", tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "index.html").read_text()
+    assert page.count('<article class="card">') == 3
+    assert page.count("<svg") == 2
+    assert 'href="of%20today/second/report.html"' in page
+    assert "Cannot be read:" in page
+    assert "is not valid JSON" in page
+    assert len(page) < 300_000
+    for name in ("elastic-robot compare", "of today/second", "of them good"):
+        assert name in page
+    again = command("report", tmp_path)
+    assert again.returncode == 0, again.stderr
+    nothing = command("report", tmp_path / "notes")
+    assert nothing.returncode == 2
+    assert "expected a result or a folder of results" in nothing.stderr

@@ -157,6 +157,7 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
     )
     result = StabilityResult(
         case="slot",
+        case_file="my cases/slot.toml",
         robot="",
         tolerance_m=tolerance,
         sentence="",
@@ -169,7 +170,7 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         stable_rpm=((3300.0, 3500.0),),
         version="0",
     )
-    return stability_answer(result, "my cases/slot.toml")
+    return stability_answer(result)
 
 
 CASES = {

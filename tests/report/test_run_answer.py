@@ -18,6 +18,8 @@ from coupling.results.run_result import RunResult
 from coupling.results.section import Answer
 from coupling.run.stored_run import read_run
 
+pytestmark = pytest.mark.usefixtures("few_drawn_robots")
+
 INTERVAL = {"low": 1e-5, "less_constant_low": 1e-5}
 
 

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from io import StringIO
 
+import pytest
 from line_case import line_case
 from outlooks import deviation, outlook
 from rich.console import Console
@@ -18,6 +19,8 @@ from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
+
+pytestmark = pytest.mark.usefixtures("few_drawn_robots")
 
 
 def figures(**told: object) -> RunResult:

@@ -20,6 +20,8 @@ from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import DRAWN_ROBOTS, assumed_ranges, basis_of, drawn_differences
 from coupling.run.execute import run_compensation
 
+pytestmark = pytest.mark.usefixtures("drawn_robots")
+
 RANGES = {1: (5e6, 4e7), 4: (1e6, 3e6)}
 
 

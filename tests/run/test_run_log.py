@@ -110,14 +110,14 @@ def stored(folder: Path) -> int:
 def test_of_a_run_killed_at_any_moment_only_the_evaluation_that_went_on_begins_again(
     task, tmp_path, dies
 ):
-    """6 kills each: of the run alone, whose program the next one ends, and as where a machine fails."""
+    """4 kills each: of the run alone, whose program the next one ends, and as where a machine fails."""
     kills, chance = 0, random.Random(14)
-    while kills < 6:
+    while kills < 4:
         folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         task.forget()
         run, killed = task.run(folder), 0
-        while kills < 6 and not run.ends_within(chance.uniform(0.3, 1.0) * task.length):
+        while kills < 4 and not run.ends_within(chance.uniform(0.3, 1.0) * task.length):
             run.kill()
             kills, killed = kills + 1, killed + 1
             if dies != "run":

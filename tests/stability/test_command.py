@@ -186,6 +186,34 @@ def test_a_cut_is_marched_in_time_where_asked(tmp_path):
     assert result["march"]["growth_1_s"] > 0.0
 
 
+def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsys, monkeypatch):
+    out, words = tmp_path / "out", (*ONE, "--depth-mm", "1")
+    assert run("stability", slot(tmp_path), "-o", out, *words) == 0
+    before = (out / "stability.json").read_bytes()
+    (out / "notes.txt").write_text("of the user")
+    assert run("stability", slot(tmp_path), "-o", out, *words) == 2
+    assert "add --overwrite" in capsys.readouterr().err
+
+    def fails(*_: object) -> str:
+        raise StabilityError("no page")
+
+    monkeypatch.setattr("coupling.report.stability_report.stability_page", fails)
+    assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 2
+    assert (out / "stability.json").read_bytes() == before
+    assert (out / "report.html").is_file()
+    monkeypatch.undo()
+    assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 0
+    assert {place.name for place in out.glob("[!.]*")} == {
+        "stability.json",
+        "report.html",
+        "notes.txt",
+    }
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("of the user")
+    assert run("stability", slot(tmp_path), "-o", tmp_path / "mine", *words, "--overwrite") == 2
+    assert "files that are not a result" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -166,6 +166,7 @@ def test_a_robot_that_mills_has_a_spindle_and_touches_off_its_part(tmp_path):
 
 def test_a_terminal_is_asked_for_the_tolerance(tmp_path, monkeypatch, capsys):
     """What is typed stands in the case; nothing typed leaves the question open."""
+    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
     monkeypatch.setattr("sys.stdin", io.StringIO("0,25 mm\n"))
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     with pytest.raises(SystemExit) as end:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from killing import die_while_keeping, start_function
+from killing import begin, die_while_keeping
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
@@ -95,7 +95,7 @@ def test_it_clears_what_was_not_used_for_longest(kept, command, options):
 
 
 def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, command):
-    (child := start_function(die_while_keeping, kept.folder, "written", "others")).join()
+    (child := begin(die_while_keeping, kept.folder, "written", "others")).join()
     (kept.folder / f"{'a' * 64}.damaged").write_text("")
     (kept.folder / "notes.txt").write_text("mine")
     (kept.folder / "thesis.npz").write_text("mine")

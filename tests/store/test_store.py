@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from killing import die_while_keeping, start_function, wait_until
+from killing import begin, die_while_keeping, wait_until
 
 from coupling.errors import ProcessError, StoreError
 from coupling.events import Event, WarningEvent
@@ -191,7 +191,7 @@ def test_an_entry_that_does_not_answer_its_path_is_set_aside_and_computed_anew(
 
 @pytest.mark.parametrize("stage", ["opened", "written", "synced", "renamed"])
 def test_a_process_killed_while_it_keeps_an_answer_leaves_it_whole_or_not_at_all(store, stage):
-    child = start_function(die_while_keeping, store.folder, stage)
+    child = begin(die_while_keeping, store.folder, stage)
     child.join()
     assert child.exitcode == -9
     springs = Springs()
@@ -296,13 +296,13 @@ def test_a_place_that_cannot_be_one_is_named(tmp_path):
 
 
 def test_the_lock_of_a_killed_process_is_free(store):
-    child = start_function(die_while_keeping, store.folder, "opened")
+    child = begin(die_while_keeping, store.folder, "opened")
     child.join()
     owner = next((store.folder / "locks").glob("*.owner"))
     assert json.loads(owner.read_text())[1] == child.pid
-    begin = time.monotonic()
+    started = time.monotonic()
     EvaluatedProcess(Springs(), store).evaluate(path())
-    assert time.monotonic() - begin < 5.0
+    assert time.monotonic() - started < 5.0
 
 
 def test_an_entry_is_used_last_when_it_is_read_last(store):

@@ -210,23 +210,6 @@ def test_siemens_words_say_how_the_tool_turns_between_rotary_positions(tmp_path,
     np.testing.assert_allclose(middle, expected, atol=1e-12)
 
 
-def test_a_tool_is_turned_the_shortest_way_from_untilted(tmp_path):
-    """Its rotation follows from its axis alone: C alone, at A0, turns nothing, nor does a whole turn."""
-    lines = ["G43.4", "G0 X0 Y0 Z0 A0 C0", "G1 A30 C50 F6000", "C410", "A0", "C200", "A20"]
-    built = path(tmp_path, lines, rotary={"axes": ["table C", "table A"]}).path(PART)
-    _, vectors = tool(built)
-    upright = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    across = np.cross([0.0, 0.0, 1.0], vectors)
-    sine = np.linalg.norm(across, axis=1)
-    angle = np.arctan2(sine, vectors[:, 2])
-    turn = across * (angle / np.maximum(sine, 1e-300))[:, None]
-    held = Rotation.from_rotvec(turn) * upright
-    assert (held.inv() * built.rotations[0]).magnitude().max() < 1e-9
-    # Through the pole, where a machine's C may turn by any angle, nothing jumps.
-    steps = (built.rotations[0][1:] * built.rotations[0][:-1].inv()).magnitude()
-    assert steps.max() < np.deg2rad(180.0) * 0.004 * 1.001
-
-
 def test_a_parallel_tool_does_not_turn_about_its_axis(tmp_path):
     """Round a cone of half angle 30 deg it has turned by the solid angle within, 2 pi (1 - cos 30)."""
     lines = ["G43.4", "G0 X0 Y0 Z0 A30 C0", "G1 C360 F3600"]

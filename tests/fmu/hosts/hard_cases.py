@@ -1,4 +1,4 @@
-"""Absurd values, late starts and trajectory files: hard_cases.py FMU absurd|late|files [FOLDER]."""
+"""Absurd values and late starts: hard_cases.py FMU absurd|late."""
 
 import sys
 import time
@@ -102,16 +102,4 @@ def late():
     refuse("elsewhere", lambda: instance.slave.doStep(1e9 + 1e-5, STEP))
 
 
-def files(folder):
-    """Every file of a folder, and what is no file, is read or told."""
-    for file in sorted(Path(folder).iterdir()):
-        instance = fmu.instance()
-        settings = {"trajectory": str(file)}
-        if file.name.startswith("read"):
-            instance.start(strings=settings)
-        else:
-            refuse(file.name, partial(instance.start, strings=settings))
-        instance.free()
-
-
-{"absurd": absurd, "late": late, "files": files}[sys.argv[2]](*sys.argv[3:])
+{"absurd": absurd, "late": late}[sys.argv[2]]()

@@ -1,0 +1,200 @@
+"""All results in a folder on one page: a picture and a verdict each."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from urllib.parse import quote
+
+from coupling.errors import CouplingError, ResultError
+from coupling.files.atomic_folder import UNFINISHED
+from coupling.place.folder import FIGURES as PLACED
+from coupling.place.folder import read_placement
+from coupling.report.background import case_of, real_part
+from coupling.report.document import document
+from coupling.report.report_file import name_path, write_page
+from coupling.report.result_answers import place_answer, stability_answer, study_answer
+from coupling.report.run_report import answer_of
+from coupling.report.run_scene import part_frame, tracks_of
+from coupling.report.still import stills
+from coupling.results.scene import Scene
+from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
+from coupling.results.stability_result import StabilityResult
+from coupling.run.stored_run import RESULT, StoredRun, read_run
+from coupling.study.folder import FIGURES as STUDIED
+from coupling.study.stored_study import read_study
+
+INDEX = "index.html"
+STABILITY = "stability.json"
+# Folders in each other that are looked into.
+_DEPTH = 3
+# Pieces of a path in a picture.
+_PIECES = 500
+
+
+@dataclass(frozen=True)
+class IndexedResult:
+    """A result in a folder.
+
+    Attributes:
+        folder: Its folder.
+        kind: Command that made it.
+        answer: First screen; None where it cannot be read.
+        picture: Picture as SVG; empty for none.
+        case: Name of its case.
+        changed: Time of the last change [s since 1970].
+        trouble: Reason why it cannot be read.
+    """
+
+    folder: Path
+    kind: str
+    answer: Answer | None
+    picture: str = ""
+    case: str = ""
+    changed: float = 0.0
+    trouble: str = ""
+
+
+def write_index(folder: Path, file: Path | None = None) -> Path:
+    """Write the page of all results in a folder.
+
+    Args:
+        folder: The folder.
+        file: File to write; index.html in the folder unless given.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultError: If no result is in it, or the page cannot be written.
+    """
+    entries = entries_of(folder)
+    if not entries:
+        raise ResultError(
+            f"{folder}: expected a result or a folder of results, got none: name a run folder, a study,"
+            " a placement, or the folder that they are in"
+        )
+    target = file or folder / INDEX
+    write_page(target, index_page(folder.resolve().name, entries, target.parent), ResultError)
+    return target
+
+
+def entries_of(folder: Path) -> list[IndexedResult]:
+    """Return the results in a folder and in folders of it, the last changed first."""
+    return sorted(_entries(folder, _DEPTH), key=lambda entry: -entry.changed)
+
+
+def _entries(folder: Path, depth: int) -> Iterator[IndexedResult]:
+    places = sorted(place for place in folder.iterdir() if place.is_dir())
+    for place in places:
+        if place.name.endswith(UNFINISHED) or place.is_symlink():
+            continue
+        kinds = [kind for kind in _READERS if (place / kind).is_file()]
+        if kinds:
+            yield _entry(place, kinds[0])
+        elif depth > 1:
+            yield from _entries(place, depth - 1)
+
+
+def _entry(place: Path, figures: str) -> IndexedResult:
+    changed = (place / figures).stat().st_mtime
+    try:
+        return replace(_READERS[figures](place), changed=changed)
+    except CouplingError as error:
+        return IndexedResult(place, "result", None, changed=changed, trouble=str(error))
+
+
+def _run(place: Path) -> IndexedResult:
+    run = read_run(place)
+    return IndexedResult(place, "run", answer_of(run), thumbnail(run), run.figures.case)
+
+
+def _study(place: Path) -> IndexedResult:
+    study = read_study(place)
+    return IndexedResult(place, "study", study_answer(study), case=study.figures.case)
+
+
+def _placement(place: Path) -> IndexedResult:
+    figures = read_placement(place).figures
+    answer = place_answer(figures, name_path(place))
+    return IndexedResult(place, "place", answer, case=figures.case)
+
+
+def _stability(place: Path) -> IndexedResult:
+    result = StabilityResult.read(place / STABILITY, ResultError)
+    return IndexedResult(place, "stability", stability_answer(result), case=result.case)
+
+
+# Function that reads a result, by the file that has its figures.
+_READERS: dict[str, Callable[[Path], IndexedResult]] = {
+    STUDIED: _study,
+    PLACED: _placement,
+    STABILITY: _stability,
+    RESULT: _run,
+}
+
+
+def thumbnail(run: StoredRun) -> str:
+    """Return the paths of a run's tools before compensation as a picture, SVG."""
+    tracks = [tracks_of(robot)[0] for robot in run.robots.values()]
+    frame = part_frame(real_part(run.figures, case_of(run)))
+    pictures = stills(Scene(tracks=tracks, world_from_part=frame), _PIECES)
+    return next(iter(pictures), "")
+
+
+def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
+    """Return the first screen of all results in a folder."""
+    verdicts = [None if entry.answer is None else entry.answer.good for entry in entries]
+    good, bad = verdicts.count(True), verdicts.count(False)
+    steps = [NextStep("Open the page of a result below.")]
+    if pair := _last_pair(entries):
+        words = ["elastic-robot", "compare", *(name_path(entry.folder) for entry in pair)]
+        steps.append(NextStep("Overlay runs of one case, here its last two:", shlex.join(words)))
+    return Answer(
+        sentence=f"{folder}: {len(entries)} results, {good} of them good.",
+        good=(bad == 0 and good == len(entries)) or (None if bad == 0 else False),
+        figures=(
+            KeyFigure("Good", str(good), "within the tolerance, or without chatter"),
+            KeyFigure("Not good", str(bad), "not within it, not finished, or worse than nothing"),
+            KeyFigure("Open", str(len(entries) - good - bad), "no tolerance is stated, or damaged"),
+        ),
+        steps=steps,
+    )
+
+
+def _last_pair(entries: Sequence[IndexedResult]) -> list[IndexedResult]:
+    """Return the last two runs of the case that was run last, of those that were run twice."""
+    runs = [entry for entry in entries if entry.kind == "run" and entry.answer is not None]
+    for entry in runs:
+        alike = [other for other in runs if other.case == entry.case]
+        if len(alike) > 1:
+            return alike[1::-1]
+    return []
+
+
+def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> str:
+    """Return the page as one self-contained HTML text.
+
+    Args:
+        folder: Name of the folder.
+        entries: Its results.
+        beside: Folder of the page, from which links lead.
+    """
+    cards = [
+        Card(
+            title=f"{entry.kind} {name_path(entry.folder)}",
+            target=_link(entry.folder / "report.html", beside),
+            answer=entry.answer or Answer(f"Cannot be read: {entry.trouble}"),
+            picture=entry.picture,
+        )
+        for entry in entries
+    ]
+    return document(folder, [Section("", cards)], index_answer(folder, entries))
+
+
+def _link(page: Path, beside: Path) -> str:
+    """Return where a page is from a folder, as a link; empty where it is not there."""
+    return quote(Path(os.path.relpath(page, beside)).as_posix()) if page.is_file() else ""
