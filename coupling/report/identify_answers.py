@@ -15,6 +15,8 @@ from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
 _UNKNOWN = "not known"
+# Log of an error that is told as a factor [1].
+_LARGE = 0.7
 
 
 def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
@@ -151,7 +153,9 @@ def _length(length: float | None) -> str:
 
 
 def _percent(log_error: float) -> str:
-    """Return a median of |log(model / measurement)| as a relative error."""
+    """Return a median of |log(model / measurement)| as a relative error, a factor where it is large."""
+    if log_error > _LARGE:
+        return f"a factor of {math.exp(min(log_error, 99.0)):.2g}"
     return f"{100.0 * math.expm1(log_error):.2g} %"
 
 
