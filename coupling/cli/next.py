@@ -14,12 +14,15 @@ import typer
 
 from coupling.cli.arguments import (
     STORE,
+    Columns,
     MeasuredRuns,
     NoStore,
     Overwrite,
     OwnFrame,
     StoreFolder,
+    Unit,
     Verbose,
+    column_choice,
     pairs_of,
     store_folder,
 )
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
+    from coupling.identification.runs.recorded_columns import ColumnChoice
     from coupling.results.learned_result import LearnedResult
     from coupling.results.next_result import NextResult
     from coupling.results.section import Answer
@@ -107,6 +111,8 @@ def next_command(
     ] = "auto",
     frame_known: Known = None,
     own_frame: OwnFrame = False,
+    columns: Columns = None,
+    unit: Unit = None,
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
     repeatability: Repeatability = None,
@@ -122,9 +128,11 @@ def next_command(
     frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
     options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed, draws)
     known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
+    known += [("--columns", columns), ("--unit", unit)]
     words = [word for option, value in known if value for word in (option, value)]
     words += ["--own-frame"] * own_frame
-    _advance(runs, output, options, words, inputs_only, overwrite, store, no_store, verbose)
+    choice = column_choice(columns, unit)
+    _advance(runs, output, options, words, choice, inputs_only, overwrite, store, no_store, verbose)
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -233,6 +241,7 @@ def _advance(
     output: Path,
     options: NextOptions,
     known: Sequence[str],
+    choice: ColumnChoice | None,
     inputs_only: bool,
     overwrite: bool,
     store: Path | None,
@@ -240,7 +249,6 @@ def _advance(
     verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
-    from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
@@ -264,6 +272,7 @@ def _advance(
     from coupling.run.models import Models
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
+    from coupling.run_to_folder import run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -273,7 +282,10 @@ def _advance(
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
-    sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
+    sources = [read_source(folder, read_measurement(file, choice)) for folder, file in pairs]
+    for (_, file), source in zip(pairs, sources, strict=True):
+        if source.measured.understood is not None:
+            console.print(f"{file}: {source.measured.understood.sentence}.")
     title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
     with (
         exclusively(place, LearnError),
@@ -302,7 +314,9 @@ def _advance(
         def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
             return expected(case_of_run, command_plan, watch, store)
 
-        finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
+        finished = run_to_folder(
+            case, output, overwrite, evaluations, "compensate", work, view.watch
+        )
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
         _write_report(place, title, result, learned, answer)
