@@ -20,7 +20,7 @@ class DifferencedResidual:
 
     Attributes:
         function: Residual [1], (n,), of the values.
-        x: The values, of sizes about 1, (P,).
+        x: The values [1], scaled to sizes about 1, (P,).
 
     Example:
         >>> from coupling.identification.estimate import estimate

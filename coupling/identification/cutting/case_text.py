@@ -23,7 +23,7 @@ def case_text(case: Path, cutter: SlotCutter, result: CuttingIdentified, source:
     Args:
         case: The case file.
         cutter: Cutter of the slots, which must be that of the case.
-        result: What was identified.
+        result: Figures of the identification.
         source: Name of the measurement.
 
     Raises:
