@@ -101,6 +101,13 @@ def identify(
     depth_mm: Annotated[
         float | None, typer.Option(help="Axial depth of the slots.", rich_help_panel=_CUTTING)
     ] = None,
+    case: Annotated[
+        Path | None,
+        typer.Option(
+            help="Milling case to write anew, with coefficients and run-out.",
+            rich_help_panel=_CUTTING,
+        ),
+    ] = None,
     posture_deg: Annotated[
         list[str] | None,
         typer.Option(
@@ -163,10 +170,11 @@ def identify(
         identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output, verbose)
         return
     if files and not plan and is_cutting(files[0]):
-        identify_from_cuts(
-            files[0], (diameter_mm, teeth, helix_deg, rpm, depth_mm), output, verbose
-        )
+        cut = diameter_mm, teeth, helix_deg, rpm, depth_mm
+        identify_from_cuts(files[0], cut, case, output, verbose)
         return
+    if case is not None:
+        raise IdentifyError("--case: expected a file of milled slots beside it, got none")
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
     if len(files) > 1:

@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.cli.fitted import Findings, fitted_target
 from coupling.errors import IdentifyError
+from coupling.identification.cutting.case_text import case_text
 from coupling.identification.cutting.results import identify_cutting, keys_text
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.report.cutting_report import cutting_page, cutting_summary
@@ -18,14 +19,20 @@ _OPTIONS = ("--diameter-mm", "--teeth", "--helix-deg", "--rpm", "--depth-mm")
 
 
 def identify_from_cuts(
-    file: Path, options: tuple[float | None, ...], output: Path | None, is_verbose: bool
+    file: Path,
+    options: tuple[float | None, ...],
+    case: Path | None,
+    output: Path | None,
+    is_verbose: bool,
 ) -> None:
     """Identify cutting coefficients and run-out from slots under a dynamometer.
 
     Args:
         file: Table of forces.
         options: Diameter [mm], teeth, helix [deg], speed [1/min] and depth [mm].
-        output: File of keys to write; None for one in the folder results.
+        case: Milling case that is written anew with what is identified; None for a file of keys alone.
+        output: File to write, beside the case if that is given; None for one beside it, or in the
+            folder results.
         is_verbose: Whether all that the report says is printed.
     """
     numbers = [np.nan if value is None else value for value in options]
@@ -36,16 +43,35 @@ def identify_from_cuts(
         )
     diameter, teeth, helix, rpm, depth = numbers
     cutter = SlotCutter(1e-3 * diameter, round(teeth), float(np.deg2rad(helix)), rpm, 1e-3 * depth)
-    target = fitted_target(output, f"{file.stem}_coefficients")
+    target = fitted_target(_beside(case, output), f"{file.stem}_coefficients")
     slots = MeasuredSlots.read(file, cutter)
     result = identify_cutting(cutter, slots)
-    answer = cutting_answer(result, shlex.quote(str(target)))
+    answer = cutting_answer(result, shlex.quote(str(target)), is_case=case is not None)
+    keys = keys_text(result, file.name)
+    text = keys if case is None else case_text(case, cutter, result, file.name)
     findings = Findings(
         result,
         answer,
         (),
         cutting_summary(result),
         cutting_page(f"{file.name}: cutting coefficients", result, answer),
-        lambda: keys_text(result, file.name),
+        lambda: text,
     )
     findings.write(target, is_verbose)
+
+
+def _beside(case: Path | None, output: Path | None) -> Path | None:
+    """Return the file to write: beside a case, whose paths are relative to it.
+
+    Raises:
+        IdentifyError: If another folder is asked for.
+    """
+    if case is None:
+        return output
+    target = output or case.with_name(f"{case.stem}_identified.toml")
+    if target.resolve().parent != case.resolve().parent:
+        raise IdentifyError(
+            f"--output: expected a file in {case.resolve().parent}, from where {case.name} names its"
+            f" files, got {target}"
+        )
+    return target

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
+from coupling.errors import IdentifyError
 from coupling.files.robot_file import axes_of_file, load_robot
+from coupling.identification.verdict import Named, ParameterVerdict
 from coupling.robot.parameters import place_of
 from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
@@ -42,6 +45,36 @@ class FileEntry:
         if low is None or high is None or not 0.0 < low <= high < np.inf:
             return None
         return low, high
+
+
+def entries_of(
+    verdicts: Iterable[ParameterVerdict[Named]], written: Mapping[str, float] = MappingProxyType({})
+) -> list[FileEntry]:
+    """Return the entries of fitted parameters: values of those that are identifiable, all remarks.
+
+    Args:
+        verdicts: Verdicts on them.
+        written: Values to write where they are not the fitted ones, by name, in the file's unit.
+    """
+    return [
+        FileEntry(
+            verdict.name,
+            written.get(verdict.name, verdict.value) if verdict.identifiable else None,
+            verdict.remark,
+            interval=(verdict.low, verdict.high),
+        )
+        for verdict in verdicts
+    ]
+
+
+def require_written(refusal: str, target: Path) -> None:
+    """Raise if a fit refuses to be written.
+
+    Raises:
+        IdentifyError: With the file and the refusal, if that is not empty.
+    """
+    if refusal:
+        raise IdentifyError(f"{target}: not written: {refusal}")
 
 
 def fitted_text(

@@ -15,6 +15,8 @@ from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
 _UNKNOWN = "not known"
+# Log of an error that is told as a factor [1].
+_LARGE = 0.7
 
 
 def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
@@ -100,14 +102,21 @@ def motion_answer(result: MotionResult, file: str) -> Answer:
     )
 
 
-def cutting_answer(result: CuttingIdentified, file: str) -> Answer:
-    """Return the first screen of an identification from slots, whose keys are in `file`."""
+def cutting_answer(result: CuttingIdentified, file: str, is_case: bool) -> Answer:
+    """Return the first screen of an identification from slots.
+
+    Args:
+        result: Its figures.
+        file: File that is written, as commands name it.
+        is_case: Whether it is a case; else keys of one.
+    """
     steps = [NextStep("Compare the forces in the report; then run it again.")]
     if not result.refusal:
-        steps = [
-            NextStep(f"Put the keys of {file} into [process] of your case, or have them written:"),
-            NextStep("Correct the command:", "elastic-robot compensate case.toml"),
-        ]
+        steps = [NextStep("Correct the command:", f"elastic-robot compensate {file}")]
+        if not is_case:
+            steps = [
+                NextStep(f"Have them written into your case: --case case.toml, or copy {file}.")
+            ]
     words = f"a mean force at a feed that was not used is met to within {_force(result, 'mean')}"
     return Answer(
         sentence=_sentence(result.refusal, words, result.parameters),
@@ -144,7 +153,9 @@ def _length(length: float | None) -> str:
 
 
 def _percent(log_error: float) -> str:
-    """Return a median of |log(model / measurement)| as a relative error."""
+    """Return a median of |log(model / measurement)| as a relative error, a factor where it is large."""
+    if log_error > _LARGE:
+        return f"a factor of {math.exp(min(log_error, 99.0)):.2g}"
     return f"{100.0 * math.expm1(log_error):.2g} %"
 
 

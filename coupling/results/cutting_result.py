@@ -24,8 +24,8 @@ class CuttingIdentified(ResultFile):
 
     what = "the figures of an identification from slots"
 
+    refusal: str
     axes: tuple[str, str, str]
     parameters: tuple[ParameterResult, ...]
     shown: tuple[float, ...]
     predictions: tuple[SlotPrediction, ...]
-    refusal: str = ""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from coupling.errors import IdentifyError
 from coupling.identification.cutting.course import slot_forces
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
+from coupling.identification.differenced import DifferencedResidual
+from coupling.identification.estimate import estimate
 from coupling.identification.verdict import quantile
 from coupling.process.cutting_force import CuttingCoefficients
 
@@ -19,6 +20,8 @@ COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N
 _MEAN, _ONCE, _PASSING, _RATIO = 0.025, 0.08, 0.05, 0.15
 # A smaller amplitude is none [N].
 _LEAST = 1.0
+# Steps of a fit, and predicted gain of log likelihood below which it ends.
+_MOST_STEPS, _SETTLED = 100, 1e-10
 # First run-outs [m].
 _FIRST = (8e-6, 1.5e-5)
 # Sizes of a coefficient of a cut [Pa], of an edge [N/m], of a run-out [m].
@@ -88,15 +91,20 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
             ]
         )
 
-    solutions = [
-        least_squares(
-            residual, np.concatenate([first, [start / _RUN_OUT], np.ones(5)]), bounds=(0.0, np.inf)
-        )
-        for start in _FIRST
-    ]
-    best = min(solutions, key=lambda solution: float(solution.cost))
-    freedom = len(best.fun) - len(best.x)
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(2.0 * best.cost / freedom, 1.0)
+    starts = [np.concatenate([first, [start / _RUN_OUT], np.ones(5)]) for start in _FIRST]
+    bounds = np.zeros(len(starts[0])), np.full(len(starts[0]), np.inf)
+    best = min(
+        (
+            estimate(
+                DifferencedResidual(residual, start), bounds, _MOST_STEPS, _SETTLED
+            ).linearisation
+            for start in starts
+        ),
+        key=lambda point: point.cost,
+    )
+    jacobian, remaining = best.rows
+    variance = 2.0 * best.cost / (len(remaining) - len(best.x))
+    covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(variance, 1.0)
     # Forces of one feed err together: feeds are counted, not forces.
     half = quantile(len(slots.feed) - 2) * np.sqrt(np.diag(covariance))
     fit = fit_of(best.x)

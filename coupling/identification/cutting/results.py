@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
 
-from coupling.errors import IdentifyError
 from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted_slots
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.results.cutting_result import (
@@ -18,6 +18,8 @@ from coupling.results.parameter_result import ParameterResult
 Quantity = Literal["mean", "once", "passing"]
 Axis = Literal["across", "along", "axial"]
 _UNITS = ("Pa",) * 3 + ("N/m",) * 3 + ("m",)
+# Mean forces that a fit of the other feeds predicts to no better than this part are none of slots.
+_PREDICTED = 0.35
 # Fewer feeds than these leave none to hold out.
 _HELD_OUT = 4
 
@@ -73,6 +75,7 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
         ),
         shown=tuple(fit.shown.tolist()),
         predictions=tuple(predictions),
+        refusal=_refusal(predictions),
     )
 
 
@@ -82,23 +85,26 @@ def _force(slots: MeasuredSlots, quantity: Quantity, row: int, axis: int) -> flo
 
 
 def keys_text(result: CuttingIdentified, source: str) -> str:
-    """Return the coefficients as keys of [process], with where they are from.
-
-    Raises:
-        IdentifyError: If there are none.
-    """
-    rows = [parameter for parameter in result.parameters if parameter.name in COEFFICIENTS]
-    if not rows:
-        raise IdentifyError("expected coefficients, got none")
-    lines = [
-        f"# Keys of [process]: cutting coefficients from {source}, 95 % intervals behind them."
-    ]
+    """Return the coefficients and the run-out as keys of [process], with where they are from."""
+    lines = [f"# Keys of [process], identified from {source}, 95 % intervals behind them."]
     lines += [
-        f"{row.name:8s} = {row.value:.4g}    # {row.low:.3g} to {row.high:.3g}" for row in rows
-    ]
-    lines += [
-        f"# runout_m = {row.value:.3g}    # {row.low:.2g} to {row.high:.2g}, of spindle and clamping"
+        f"{row.name:8s} = {row.value:.4g}    # {row.low:.3g} to {row.high:.3g}"
         for row in result.parameters
-        if row.name not in COEFFICIENTS
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "runout_deg = 0.0    # towards a tooth"]) + "\n"
+
+
+def _refusal(predictions: Sequence[SlotPrediction]) -> str:
+    """Return why no keys should be written, in words; "" where they may be."""
+    rows = [row for row in predictions if row.quantity == "mean" and row.held_out_N is not None]
+    if not rows:
+        return ""
+    error = float(np.median([abs((row.held_out_N or 0.0) - row.measured_N) for row in rows]))
+    size = float(np.median([abs(row.measured_N) for row in rows]))
+    if error <= _PREDICTED * size:
+        return ""
+    return (
+        f"half of the mean forces are predicted by a fit of the other feeds to no better than"
+        f" {error:.3g} N of {size:.3g} N (expected {100.0 * _PREDICTED:.0f} % at most): check columns,"
+        " feeds, depth, teeth and speed, and that every row is a full slot"
+    )

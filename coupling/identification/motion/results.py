@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import IdentifyError
 from coupling.identification.motion.identification import MotionIdentification
 from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
-from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.robot_file import entries_of, fitted_text, require_written
 from coupling.identification.verdict import ParameterVerdict
 from coupling.results.base import finite
 from coupling.results.motion_result import (
@@ -127,18 +126,12 @@ def motion_text(
         IdentifyError: If the identification refuses to be written, or the file has another form.
         RobotFileError: If the start file cannot be read.
     """
-    if identification.refusal:
-        raise IdentifyError(f"{target}: not written: {identification.refusal}")
-    entries = [
-        FileEntry(
-            verdict.name,
-            verdict.value if verdict.identifiable else None,
-            verdict.remark,
-            interval=(verdict.low, verdict.high),
-        )
+    require_written(identification.refusal, target)
+    entries = entries_of(
+        verdict
         for verdict in identification.parameters
         if not isinstance(verdict.parameter, SensorParameter)
-    ]
+    )
     words = _residual_words(figures)
     return fitted_text(
         start, identification.identified_robot, entries, "identify", source, words, target

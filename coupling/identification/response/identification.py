@@ -18,7 +18,7 @@ from coupling.identification.response.mismatch import (
     LARGEST_IN_A_POSTURE,
     describe_mismatch,
 )
-from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.robot_file import entries_of, fitted_text, require_written
 from coupling.identification.verdict import ParameterVerdict
 from coupling.modes.hammer_test import is_hammer_test, read_measured
 from coupling.modes.locked_robot import LockedRobot
@@ -105,8 +105,17 @@ def read_posture(file: Path, q: np.ndarray, is_held_out: bool = False) -> Measur
 
     Raises:
         StabilityError: If the file cannot be read, or has none.
+        IdentifyError: If a response is zero at a frequency.
     """
-    return MeasuredPosture(file.name, q, read_measured(file), is_held_out)
+    responses = read_measured(file)
+    for response in responses:
+        if np.any(response.compliance == 0.0):
+            hertz = response.frequency[np.argmax(response.compliance == 0.0)]
+            raise IdentifyError(
+                f"{file}: {response.name} at {hertz:g} Hz: expected a response other than zero, got 0:"
+                " leave the row out, or the columns that were not measured"
+            )
+    return MeasuredPosture(file.name, q, responses, is_held_out)
 
 
 def identify_from_responses(
@@ -369,18 +378,9 @@ def responses_text(identified: ResponseIdentification, start: Path, target: Path
         RobotFileError: If the start file cannot be read.
     """
     result = identified.result
-    if result.refusal:
-        raise IdentifyError(f"{target}: not written: {result.refusal}")
-    written = {parameter.name: parameter.written for parameter in result.parameters}
-    entries = [
-        FileEntry(
-            verdict.name,
-            written[verdict.name] if verdict.identifiable else None,
-            verdict.remark,
-            interval=(verdict.low, verdict.high),
-        )
-        for verdict in identified.verdicts
-    ]
+    require_written(result.refusal, target)
+    values = {p.name: p.written for p in result.parameters if p.written is not None}
+    entries = entries_of(identified.verdicts, values)
     fitted = [posture.name for posture in result.postures if not posture.held_out]
     words = (
         f"Median of |log(model / measurement)| {result.error.written:.3f}, of the start file"

@@ -71,14 +71,15 @@ def describe_mismatch(
         for words, responses in _readings(posture.measured)
     ]
     errors = [start_error(changed) for _, changed in readings]
-    best, told, seen = int(np.argmin(errors)), start_error(posture), ""
-    if errors[best] < _BETTER * told:
-        seen = f"; the start file comes to {errors[best]:.2g} for {told:.2g} if {readings[best][0]}"
+    best, error_as_told, hint = int(np.argmin(errors)), start_error(posture), ""
+    if errors[best] < _BETTER * error_as_told:
+        words, _ = readings[best]
+        hint = f"; the start file comes to {errors[best]:.2g} for {error_as_told:.2g} if {words}"
     most = LARGEST_ERROR if error <= LARGEST_IN_A_POSTURE else LARGEST_IN_A_POSTURE
     return (
         f"{name}: half of its values stay off by a factor of {np.exp(error):.2g} or more, and no robot"
         f" like the start file has them in the posture told (log(model / measurement) {error:.2g},"
-        f" expected {most:g} at most){seen}: {CHECKS}"
+        f" expected {most:g} at most){hint}: {CHECKS}"
     )
 
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import IdentifyError
 from coupling.identification.evidence import Evidence
-from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.robot_file import FileEntry, fitted_text, require_written
 from coupling.identification.separability import WeakDirection
 from coupling.identification.static.prediction import positions
 from coupling.identification.static.verdicts import (
@@ -152,8 +151,7 @@ def identified_text(fitted: Identification, start: Path, target: Path, source: s
         IdentifyError: If the fitted refuses to be written.
         RobotFileError: If the start file cannot be read.
     """
-    if fitted.refusal:
-        raise IdentifyError(f"{target}: not written: {fitted.refusal}")
+    require_written(fitted.refusal, target)
     written = fitted.fit.elasticity.in_units(fitted.written).tolist()
     entries = [
         FileEntry(

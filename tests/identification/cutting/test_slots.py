@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from places import ROOT
+from places import EXAMPLES, ROOT
 
+from coupling.case.file import load_case
 from coupling.cli.main import main
 from coupling.errors import IdentifyError
 from coupling.files.toml_file import document
 from coupling.identification.cutting.course import slot_forces
 from coupling.identification.cutting.fit import CuttingFit, fitted_slots
+from coupling.identification.cutting.results import identify_cutting
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.process.cutting_force import CuttingCoefficients
 
@@ -122,12 +124,54 @@ def test_the_command_writes_keys_that_a_case_reads(tmp_path, capsys):
     assert run("identify", SLOTS, *OPTIONS, "-o", target) == 0
     keys = document(target, IdentifyError)
     assert keys["K_tc_Pa"] == pytest.approx(8.40e8, rel=0.01)
-    assert re.search(r"^# runout_m = 1\.7\de-05 ", target.read_text(), re.MULTILINE)
+    assert keys["runout_m"] == pytest.approx(1.71e-5, rel=0.01)
     figures = json.loads(target.with_suffix(".json").read_text())
     assert len(figures["predictions"]) == 4 * 8
     first_screen = capsys.readouterr().out
     assert "IDENTIFIED: a mean force at a feed that was not used" in first_screen
     assert len(first_screen.splitlines()) <= 15
+
+
+def _milling_case(folder, helix):
+    text = (EXAMPLES / "cases" / "milling_20000.toml").read_text()
+    case = folder / "slot.toml"
+    case.write_text(text.replace("helix_deg         = 30.0", f"helix_deg         = {helix}"))
+    return case
+
+
+def test_coefficients_and_run_out_are_written_into_a_case(tmp_path, capsys):
+    """Beside it, as a case that loads; of another cutter, or elsewhere, they are refused."""
+    case = _milling_case(tmp_path, 45.0)
+    assert run("identify", SLOTS, *OPTIONS, "--case", case) == 0
+    target = tmp_path / "slot_identified.toml"
+    assert f"elastic-robot compensate {target}" in capsys.readouterr().out
+    process = load_case(target).resolved["process"]
+    assert process["runout_m"] == pytest.approx(1.71e-5, rel=0.01)
+    assert process["runout_deg"] == 0.0
+    assert process["K_tc_Pa"] == pytest.approx(8.40e8, rel=0.01)
+    assert "# ramps in, feeds along x, ramps out" in target.read_text()
+    target.unlink()
+    for words, said in (
+        (("--case", _milling_case(tmp_path, 30.0)), "process.helix_deg: expected 45"),
+        (("--case", case, "-o", tmp_path / "sub" / "x.toml"), "names its files"),
+        (
+            ("--case", EXAMPLES / "cases" / "cone.toml", "-o", EXAMPLES / "cases" / "x.toml"),
+            "milling-force",
+        ),
+    ):
+        assert run("identify", SLOTS, *OPTIONS, *words) == 2
+        assert said in " ".join(capsys.readouterr().err.split())
+    assert not target.exists()
+    assert not (EXAMPLES / "cases" / "x.html").exists()
+
+
+def test_forces_that_do_not_follow_the_feeds_are_refused():
+    """Every other row of another depth: one left out is predicted to no better than a third."""
+    feeds = np.linspace(5.0, 30.0, 6) * 1e-3
+    exact = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, np.ones(5)).predicted(MILL, feeds)
+    mixed = replace(exact, mean=exact.mean * np.array([[0.4], [1.6]] * 3))
+    assert not identify_cutting(MILL, exact).refusal
+    assert "half of the mean forces" in identify_cutting(MILL, mixed).refusal
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,11 @@ from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
-from coupling.identification.response.identification import MeasuredPosture, identify_from_responses
+from coupling.identification.response.identification import (
+    MeasuredPosture,
+    identify_from_responses,
+    read_posture,
+)
 from coupling.identification.response.mismatch import LARGEST_ERROR
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
@@ -243,3 +247,10 @@ def test_the_command_writes_a_robot_and_names_what_is_missing(tmp_path):
     fresh = tmp_path / "fresh.toml"
     command(*base[:-1], fresh, "--torque-curve", "linear", "--posture-deg=40,-10,60,60,-50,0")
     assert not fresh.exists()
+
+
+def test_a_response_of_zero_is_refused_by_its_place(tmp_path):
+    file = tmp_path / "zero.csv"
+    file.write_text("frequency_Hz,xx_real_m_N,xx_imag_m_N\n10,1e-6,0\n20,0,0\n30,1e-6,0\n")
+    with pytest.raises(IdentifyError, match=r"xx at 20 Hz: expected a response other than zero"):
+        read_posture(file, np.zeros(6))
