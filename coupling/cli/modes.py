@@ -10,6 +10,7 @@ import typer
 from coupling.cli.arguments import Overwrite, numbers_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
+from coupling.events import Progress
 
 
 def modes(
@@ -54,6 +55,7 @@ def modes(
     from coupling.modes.state_space import NamedStateSpace
     from coupling.report.modes_report import modes_page, modes_summary
     from coupling.report.terminal import print_sections
+    from coupling.run.console import RunView
 
     file = Path(case_or_robot)
     folder = output or Path("results", f"{file.stem}_modes")
@@ -70,10 +72,14 @@ def modes(
     if posture_deg is None:
         assert case is not None
         # The second robot of a cell in a folder of its name.
-        analyses = {
-            robot.name if number else "": modes_of_case(case, () if number else responses, number)
-            for number, robot in enumerate(case.robots)
-        }
+        with RunView(console) as view:
+            view.watch(Progress("modes along the path and over the part", 0, 1))
+            analyses = {
+                robot.name if number else "": modes_of_case(
+                    case, () if number else responses, number
+                )
+                for number, robot in enumerate(case.robots)
+            }
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
         robot, curve = (
