@@ -252,23 +252,6 @@ def test_motion_on_a_spring_is_that_of_an_independent_engine(seed):
 # The type, and what is kept.
 
 
-@pytest.mark.parametrize("quasistatic", [False, True])
-def test_a_snapshot_goes_on_bit_for_bit(example, quasistatic):
-    """From the middle of a motion."""
-    q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
-    spring = ContactSpring(np.array([1.5, 0.1, 0.9]), np.array([0.0, 0.0, 0.1]), 1e6 * np.eye(3))
-    robot = ElasticRobot(example, "backlash", quasistatic)
-    robot.reset(0.0, q, Load(spring=spring))
-    robot.step(0.01, q, Load(spring=spring))
-    kept, compliance = robot.snapshot, robot.compliance()
-    robot.step(0.02, q, Load(push(-100.0), spring))
-    other = ElasticRobot(example, "backlash", quasistatic)
-    other.snapshot = kept
-    assert other.compliance().tobytes() == compliance.tobytes()
-    other.step(0.02, q, Load(push(-100.0), spring))
-    assert other.deflection().tobytes() == robot.deflection().tobytes()
-
-
 @pytest.mark.parametrize(
     ("stiffness", "said"),
     [

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import fmpy
 import numpy as np
 import pytest
 from random_robots import driven, with_gear_parts
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Robot
 
 TUNABLE = {"gravity.z", "joint[2].stiffness", "joint[1].tilt[2].damping", "joint[3].backlash"}
 
@@ -27,24 +24,15 @@ def test_every_declared_dependency_is_answered_with_the_slope_of_the_values(
     run_host("declared", file, use)
 
 
-def rubbing(robot: Robot) -> Robot:
-    joints = (
-        replace(own, drive=own.drive and replace(own.drive, load_friction=0.1))
-        for own in robot.joints
-    )
-    return replace(robot, joints=tuple(joints))
-
-
-@pytest.mark.parametrize("use", ["cs", "me"])
-@pytest.mark.parametrize("fmi", ["2", "3"])
-def test_so_it_is_with_motors_under_their_servos(example, tmp_path, run_host, fmi, use):
-    """The same of a robot whose motors and hysteresis move, behind errors of gears and balancers, and
-    in model exchange with friction that grows with the load."""
+@pytest.mark.parametrize(
+    ("fmi", "use", "drive"),
+    [("2", "cs", "servo"), ("3", "cs", "servo"), ("2", "me", "servo"), ("3", "me", "torque")],
+)
+def test_so_it_is_with_motors(example, tmp_path, run_host, fmi, use, drive):
+    """The same of a robot whose motors, friction and hysteresis move, behind errors and balancers."""
     options = BuildOptions("native", fmi=fmi, dependencies="step")
     robot = driven(with_gear_parts(example, 1), np.random.default_rng(5))
-    # Over a step differences of this friction are rounding where a torque is about zero.
-    robot = rubbing(robot) if use == "me" else robot
-    run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, "servo")
+    run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, drive)
 
 
 @pytest.mark.parametrize(("fmi", "use"), [("2", "me"), ("3", "me"), ("2", "cs")])

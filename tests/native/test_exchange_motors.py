@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import fmpy
 import numpy as np
 import pytest
 from exchange import exchange_of
+from exchanged_robot import ExchangedRobot
 from fmpy import simulate_fmu
 from random_robots import driven, limited, make_robot
 
@@ -15,32 +13,11 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.fmi.outputs import STATES
 from elastic_robot.motion import State
 from elastic_robot.motors import MotorState
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 WRENCH = np.array([300.0, -200.0, -400.0, 30.0, 10.0, -20.0])
 NAMES = ("tcp.x", "tcp.z", "deflection[1]", "elongation[1]", "motor_angle[3]", "motor_torque[3]")
-# Central differences: how far inputs, states and parameters are moved.
-MOVED = {
-    "wrench": 1.0,
-    "q_cmd": 1e-6,
-    "qd_cmd": 1e-5,
-    "qdd_cmd": 1e-2,
-    "torque_cmd": 1.0,
-    "gravity": 1e-3,
-    "stiffness": 1e2,
-    "damping": 1.0,
-    "hysteresis": 1e-2,
-    "friction": 1e-2,
-    "deflection": 1e-9,
-    "deflection_rate": 1e-6,
-    "elongation": 1e-9,
-    "rotor_angle": 1e-7,
-    "rotor_rate": 1e-6,
-    "servo_integral": 1e-1,
-    "presliding": 1e-9,
-}
 
 
 def rates(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -62,7 +39,7 @@ class Setting:
         command = {"q_cmd": q, "qd_cmd": qd, "qdd_cmd": rng.normal(size=joints)}
         for name, values in {**command, "wrench": WRENCH, "torque_cmd": torque}.items():
             self.exchange.set(name, values)
-        self.model = ElasticRobot(self.robot, "linear", drive=drive)
+        self.model = ExchangedRobot(self.robot, "linear", drive=drive)
         held = HeldCommand(0.0, command["q_cmd"], command["qd_cmd"], command["qdd_cmd"])
         self.model.reset(0.0, held, Load(WRENCH), undeflected=True)
         chain, motors = (
@@ -81,11 +58,9 @@ class Setting:
         stop, presliding = (
             np.clip(s, -a, a) for s, a in zip((stop, presliding), whole, strict=True)
         )
-        before = self.model.snapshot
         if drive != "ideal":
             state = State(0.0, x, v, stop, MotorState(angle, rate, integral, presliding))
-            inputs = replace(before.held, torque=torque)
-            self.model.snapshot = replace(before, state=state, held=inputs)
+            self.model.put(state, torque)
 
     def settle(self) -> None:
         """Let elements slip, and stick where they go back, as two events do; stay in event mode."""
@@ -113,67 +88,6 @@ def test_derivatives_are_those_of_python(tmp_path, seed, joints, most, drive):
         assert np.all(np.abs(wanted[room < 0.0]) == most)
     else:
         assert np.all(room == 1.0)
-
-
-@pytest.mark.parametrize("drive", ["servo", "torque", "ideal"])
-@pytest.mark.parametrize("seed", [5, 8])
-def test_derivatives_of_everything_are_slopes_and_what_is_declared(tmp_path, seed, drive):
-    """By inputs, states and parameters, to 1e-5 of the largest of a block; the rest is zero."""
-    case = Setting(seed, 3, drive, tmp_path)
-    exchange = case.exchange
-    named = {v.valueReference: v.name for v in exchange.description.modelVariables}
-    told = [*exchange.description.outputs, *exchange.description.derivatives]
-    declared = {u.variable.name: {d.name for d in u.dependencies} for u in told}
-    file = build_fmu(case.robot, tmp_path / "3.fmu", BuildOptions("native", fmi="3"))
-    three = fmpy.read_model_description(str(file))
-    told = [*three.outputs, *three.derivatives, *three.eventIndicators]
-    declared3 = {u.variable.name: {d.name for d in u.dependencies} for u in told}
-    assert all(len(u.dependencies) == len(declared3[u.variable.name]) for u in told)  # each once
-    blocks = ["tcp", "velocity", "rigid", "deviation", "gear_torque", "motor_torque"]
-    blocks += ["motor_angle", "motor_rate", *STATES, *(s.derivative for s in STATES.values())]
-    blocks += ["slip", "motor_slip", "torque_room"]
-    for known, width in MOVED.items():
-        found = exchange.jacobian(blocks, known)
-        columns = []
-        for place, _ in enumerate(exchange.references[known]):
-            ends = []
-            before = exchange.get(known)
-            for side in (1.0, -1.0):
-                moved = before.copy()
-                moved[place] += side * width
-                exchange.set(known, moved)
-                ends.append(exchange.get(*blocks))
-            exchange.set(known, before)
-            columns.append((ends[0] - ends[1]) / (2.0 * width))
-        slopes, first = np.array(columns).reshape(-1, len(found)).T, 0
-        for block in blocks:
-            rows = slice(first, first + len(exchange.references[block]))
-            first = rows.stop
-            if rows.start == rows.stop or not columns:
-                continue
-            scale = np.abs(slopes[rows]).max()
-            rounding = 1e-13 * np.abs(exchange.get(block)).max() / width
-            np.testing.assert_allclose(
-                found[rows],
-                slopes[rows],
-                rtol=0,
-                atol=1e-5 * scale + 10.0 * rounding,
-                err_msg=f"{block} by {known}",
-            )
-            for row, k in enumerate(exchange.references[block]):
-                for column, j in enumerate(exchange.references[known]):
-                    if found[rows][row, column] != 0.0:
-                        assert named[j] in declared3[named[k]], (named[k], named[j])
-                        parameter = known in (
-                            "gravity",
-                            "stiffness",
-                            "damping",
-                            "hysteresis",
-                            "friction",
-                        )
-                        assert (
-                            parameter or named[k] not in declared or named[j] in declared[named[k]]
-                        )
 
 
 def pushed(fmu, kind: str, relative: float, drive: str, curve: str, names):

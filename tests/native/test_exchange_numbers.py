@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exchange import DERIVATIVES, STATES, Exchange, exchange_of
+from exchanged_robot import ExchangedRobot
 from fmpy.fmi2 import FMU2Slave
 from native_derivatives import random_stiffness
 from random_robots import make_robot
@@ -18,7 +19,6 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, residual, residual_derivatives
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load, ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
@@ -26,8 +26,6 @@ from elastic_robot.trajectory import HeldCommand
 CURVES = tuple(TORQUE_CURVES)
 INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
 IDENTITY = np.array([1.0, 0.0, 0.0, 1.0, 0.0, 1.0])
-DRIVES = ("gear_torque", "motor_torque", "motor_angle", "motor_rate")
-OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES, *DRIVES)
 
 
 class Setting:
@@ -107,55 +105,6 @@ def test_accelerations_and_their_jacobians_solve_the_equation_of_motion_of_pytho
     assert not given.exchange.jacobian(DERIVATIVES, "time").any()
 
 
-def _shift(exchange: Exchange, name: str, given: np.ndarray, by: np.ndarray) -> None:
-    if name == "state":
-        exchange.state = given + by
-    else:
-        exchange.set(name, given + by)
-
-
-@pytest.mark.parametrize("seed", [3, 4, 8])
-def test_derivatives_of_everything_are_the_slopes_of_its_values(tmp_path, seed):
-    """Central differences of second order, halved once and extrapolated, by states and inputs."""
-    given = Setting(seed, 2 + seed % 4, CURVES[seed % 3], True, tmp_path)
-    exchange, m, rng = given.exchange, given.chain.elastic_count, np.random.default_rng(seed)
-    unknowns = (*OUTPUTS, *DERIVATIVES, "bend")
-    # A spring in all directions, so that it remains one when its entries change.
-    stiffness = given.inputs["anchor_stiffness"]
-    given.inputs["anchor_stiffness"] = stiffness + np.abs(stiffness).max() * IDENTITY
-    exchange.set("anchor_stiffness", given.inputs["anchor_stiffness"])
-    sizes = {"wrench": 1.0, "anchor_stiffness": 1e-3 * np.max(given.inputs["anchor_stiffness"])}
-    places = {"state": given.state} | given.inputs
-    for name, at in places.items():
-        step = np.full(len(at), sizes.get(name, 1e-6))
-        if name == "state":
-            step = np.concatenate([np.full(m, 1e-7), np.full(m, 1e-4)])
-        along = step * rng.uniform(0.5, 1.0, len(at))
-        slopes = []
-        for part in (1.0, 0.5):
-            _shift(exchange, name, at, part * along)
-            above = exchange.get(*unknowns)
-            _shift(exchange, name, at, -part * along)
-            slopes.append((above - exchange.get(*unknowns)) / (2.0 * part))
-        _shift(exchange, name, at, 0.0 * along)
-        expected = (4.0 * slopes[1] - slopes[0]) / 3.0
-        knowns = exchange.of(*(STATES if name == "state" else (name,)))
-        found = np.array(
-            exchange.fmu.getDirectionalDerivative(exchange.of(*unknowns), knowns, along.tolist())
-        )
-        values, first = np.abs(exchange.get(*unknowns)), 0
-        for block in unknowns:
-            rows = slice(first, first := first + len(exchange.references[block]))
-            if rows.start == rows.stop:
-                continue
-            # Differences of two values lose what their rounding is; a deviation is that of positions.
-            rounding = 1e-14 * max(values[rows].max(), 1.0 if block == "deviation" else 0.0)
-            least = rounding + 1e-9 * np.abs(expected[rows]).max()
-            np.testing.assert_allclose(
-                found[rows], expected[rows], rtol=0, atol=least, err_msg=f"{block} by {name}"
-            )
-
-
 def test_derivatives_by_time_follow_the_trajectory(tmp_path, example):
     """Central differences within a piece of the motion; commands do nothing along it."""
     time = np.linspace(0.0, 1.0, 6)
@@ -183,8 +132,7 @@ def test_derivatives_by_time_follow_the_trajectory(tmp_path, example):
         assert not exchange.jacobian(unknowns, name).any()
 
 
-@pytest.mark.parametrize("fmi", ["2", "3"])
-def test_what_is_declared_to_follow_something_is_all_that_does(pair, example, fmi):
+def test_what_arrays_are_declared_to_follow_is_all_that_they_do(pair, example):
     """Outputs, derivatives and event indicators by inputs, states and time, from their Jacobians."""
     exchange = Exchange(example, pair.folder2).start(torque_curve="spline")
     rng = np.random.default_rng(0)
@@ -192,7 +140,7 @@ def test_what_is_declared_to_follow_something_is_all_that_does(pair, example, fm
         exchange.set(name, rng.normal(size=len(exchange.references[name])))
     exchange.set("anchor_stiffness", 1e5 * IDENTITY)
     exchange.state = 1e-2 * rng.normal(size=22)
-    description = exchange.description if fmi == "2" else pair.description
+    description = pair.description
     listed = [*description.outputs, *description.derivatives, *description.eventIndicators]
     elements = {v.valueReference: int(np.prod(v.shape or 1)) for v in description.modelVariables}
     followed = 0
@@ -240,7 +188,7 @@ def test_rates_accelerations_and_ways_to_bends_are_those_of_python(tmp_path, cur
     slave.setString([exchange.strings["torque_curve"]], [curve])
     slave.enterInitializationMode()
     slave.exitInitializationMode()
-    model = ElasticRobot(robot, curve, tolerance=1e-10)
+    model = ExchangedRobot(robot, curve, tolerance=1e-10)
     rest, wrench = HeldCommand(0.0, *np.zeros((3, 4))), np.array([3e2, -2e2, 1e2, 0.0, 10.0, 0.0])
     model.reset(0.0, rest, Load())
     slave.setReal(exchange.of("wrench"), wrench.tolist())
@@ -271,7 +219,7 @@ def test_the_initial_state_and_its_outputs_are_those_of_co_simulation(tmp_path, 
     state, accelerations = exchange.state, exchange.derivatives()[11:]
     exchange.fmu.exitInitializationMode()
     np.testing.assert_array_equal(exchange.state, state)
-    robot = ElasticRobot(example)
+    robot = ExchangedRobot(example)
     robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.full(6, 0.5)), Load(load))
     np.testing.assert_allclose(state[:11], robot.deflection(), rtol=0, atol=1e-15)
     assert not state[11:].any()

@@ -117,3 +117,55 @@ def test_friction_with_the_load_is_what_a_motor_needs_beside_it(tmp_path):
             # q turns about y: downwards for positive angles, where the gear holds against the weight.
             assert motor == pytest.approx(torque + 0.1 * abs(torque) * sign, rel=1e-4)
             assert abs(torque) > 40.0
+
+
+@pytest.mark.parametrize("drive", ["ideal", "servo", "torque"])
+def test_derivatives_are_those_of_geared_robots(tmp_path, drive):
+    """By loads and commands, against central differences that are halved once and extrapolated.
+
+    Torques without a servo let those of the gears change their sign in steps that differ then."""
+    rng = np.random.default_rng(9)
+    robot = geared(driven(make_robot(9, 3), rng), rng, load_friction=drive != "torque")
+    fmu = built(robot, tmp_path)
+    start, rate = rng.uniform(-0.5, 0.5, 3), rng.uniform(-1.0, 1.0, 3)
+    slave = fmu.start(fmu.slave(), start, 1e-10, drive=drive, torque_curve="linear")
+    moved = [i + 1 for i, joint in enumerate(robot.joints) if joint.drive is not None]
+    if drive == "torque":
+        commands = {f"torque_cmd[{i}]": 1e-1 for i in moved}
+    else:
+        commands = {f"{kind}[{i}]": w for kind, w in WIDTHS.items() for i in (1, 2, 3)}
+    variables = fmu.description.modelVariables
+    outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+    groups = {name.split("[")[0].split(".")[0] for name in outputs}
+    apart = []
+    for k in range(8):
+        time = k * 4e-3
+        fmu.set(slave, {"force.z": 300.0 * np.sin(40.0 * time), "moment.x": 20.0})
+        if drive == "torque":
+            fmu.set(slave, {name: 60.0 * np.sin(25.0 * time) for name in commands})
+        else:
+            command(fmu, slave, start + rate * time, rate)
+        before = slave.getFMUstate()
+        slave.doStep(time, 4e-3)
+        after = slave.getFMUstate()
+        for name, width in {"force.z": 1e-1, "moment.x": 1e-1, **commands}.items():
+            found = np.array(slave.getDirectionalDerivative(fmu.of(outputs), fmu.of([name]), [1.0]))
+            ends = {}
+            for part in (1.0, -1.0, 0.5, -0.5):
+                slave.setFMUstate(before)
+                fmu.set(slave, {name: fmu.get(slave, name)[0] + part * width})
+                slave.doStep(time, 4e-3)
+                ends[part] = np.array(fmu.get(slave, *outputs))
+            slave.setFMUstate(after)
+            coarse = (ends[1.0] - ends[-1.0]) / (2.0 * width)
+            expected = (4.0 * (ends[0.5] - ends[-0.5]) / width - coarse) / 3.0
+            for group in groups:
+                rows = [j for j, own in enumerate(outputs) if own.startswith(group)]
+                scale = np.abs(expected[rows]).max() + 1e-9 / width
+                apart.append(np.abs(found[rows] - expected[rows]).max() / scale)
+    # What is left are the differences: steps of other lengths, torques about zero.
+    assert np.median(apart) < 1e-6
+    assert np.quantile(apart, 0.95) < 1e-4
+
+
+WIDTHS = {"q_cmd": 1e-6, "qd_cmd": 1e-4, "qdd_cmd": 1e-2}

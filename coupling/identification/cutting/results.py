@@ -11,12 +11,13 @@ from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.results.cutting_result import (
     CuttingIdentified,
-    CuttingParameterResult,
     SlotPrediction,
 )
+from coupling.results.parameter_result import ParameterResult
 
 Quantity = Literal["mean", "once", "passing"]
 Axis = Literal["across", "along", "axial"]
+_UNITS = ("Pa",) * 3 + ("N/m",) * 3 + ("m",)
 # Fewer feeds than these leave none to hold out.
 _HELD_OUT = 4
 
@@ -55,10 +56,20 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
     return CuttingIdentified(
         axes=slots.axes,
         parameters=tuple(
-            CuttingParameterResult(
-                name=name, value=value, low=max(value - half, 0.0), high=value + half
+            ParameterResult(
+                name=name,
+                unit=unit,
+                start=None,
+                value=value,
+                low=max(value - half, 0.0),
+                high=value + half,
+                written=value,
+                identified=True,
+                reason="",
             )
-            for name, value, half in zip((*COEFFICIENTS, "run_out_m"), values, halves, strict=True)
+            for name, unit, value, half in zip(
+                (*COEFFICIENTS, "runout_m"), _UNITS, values, halves, strict=True
+            )
         ),
         shown=tuple(fit.shown.tolist()),
         predictions=tuple(predictions),

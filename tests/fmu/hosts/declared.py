@@ -74,7 +74,8 @@ class Declared:
         self.fmu, self.use, d = Fmu(file, use), use, None
         d = self.fmu.description
         self.variables = [v.name for v in d.modelVariables if v.type in ("Real", "Float64")]
-        self.outputs = [*d.outputs, *(d.derivatives if use == "me" else [])]
+        told = [*d.derivatives, *d.eventIndicators]
+        self.outputs = [*d.outputs, *(told if use == "me" else [])]
         self.initial = [u for u in d.initialUnknowns if u.variable.name in self.variables]
         causality = {v.name: v.causality for v in d.modelVariables}
         self.inputs = [n for n in self.variables if causality[n] == "input"]
@@ -217,7 +218,7 @@ def stepped(d, strings):
         return found
 
     # Where friction slips, steps of other lengths differ by more than their derivatives.
-    limit = 1e-4 if strings.get("drive", "ideal") == "ideal" else 1e-3
+    limit = 1e-4 if strings["drive"] == "ideal" else 1e-3
     checked = d.check(d.outputs, knowns, i, slope, limit)
     names = [u.variable.name for u in d.outputs]
     for known in [*d.states, TIME]:
@@ -232,13 +233,13 @@ def stepped(d, strings):
 
 
 if __name__ == "__main__":
-    d = Declared(sys.argv[1], sys.argv[2])
+    d, drive = Declared(sys.argv[1], sys.argv[2]), (*sys.argv[3:], "ideal")[0]
     for curve in ("linear", "spline", "backlash"):
-        commanded = {"torque_curve": curve, **dict(zip(["drive"], sys.argv[3:], strict=False))}
-        along = {**commanded, "trajectory": motion()}
-        for strings in (commanded, along):
+        commanded = {"torque_curve": curve, "drive": drive}
+        along = [] if drive == "torque" else [{**commanded, "trajectory": motion()}]
+        for strings in (commanded, *along):
             print(curve, "initial", initial(d, strings), flush=True)
-        if sys.argv[2] == "me":
-            print(curve, "exchange", exchange(d, commanded), exchange(d, along), flush=True)
-        else:
+            if sys.argv[2] == "me":
+                print(curve, "exchange", exchange(d, strings), flush=True)
+        if sys.argv[2] == "cs":
             print(curve, "step", stepped(d, commanded), flush=True)
