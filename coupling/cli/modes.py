@@ -54,6 +54,7 @@ def modes(
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
     from coupling.report.modes_report import modes_page, modes_summary
+    from coupling.report.modes_scene import modes_scene
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
 
@@ -98,7 +99,16 @@ def modes(
                 begin_folder(place, kind.name)
             claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
             NamedStateSpace.of(analysis.softest.linear).write(place)
-            page = modes_page(analysis.result)
+            number = list(analyses).index(name)
+            placed = None if case is None else case.robots[number]
+            scene = modes_scene(
+                robot if placed is None else placed.description,
+                analysis.softest,
+                case_or_robot
+                if case is None or placed is None
+                else case.resolved[placed.table]["description"],
+            )
+            page = modes_page(analysis.result, scene)
             claim_file(place / "report.html").write_text(page, encoding="utf-8")
     for name, analysis in analyses.items():
         place = folder / name
