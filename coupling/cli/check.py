@@ -103,7 +103,9 @@ def check(
         Section("", others),
     ]
     answer = check_answer(robots, loaded.resolved, case, chatter)
-    write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
+    with RunView(console) as view:
+        view.watch(Progress("drawing the page", 0, 1))
+        write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
     print_result(console, answer, sections, warnings, verbose)
     if not verbose:
         console.print(others[-1])

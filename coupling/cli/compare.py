@@ -10,6 +10,7 @@ import typer
 from coupling.cli.arguments import Columns, OwnFrame, Unit, Verbose, column_choice
 from coupling.cli.console import console
 from coupling.errors import ResultError
+from coupling.events import Progress
 from coupling.files.output_file import require_output
 
 _FILE = Path("comparison.html")
@@ -38,10 +39,14 @@ def compare(
     )
     from coupling.report.comparison import Comparison
     from coupling.report.terminal import print_result
+    from coupling.run.console import RunView
 
-    require_output(output, ".html", ResultError)
-    comparison = Comparison.of(runs, own_frame, column_choice(columns, unit))
-    page = write_comparison(comparison, output)
+    with RunView(console) as view:
+        require_output(output, ".html", ResultError)
+        view.watch(Progress("reading runs and measurements", 0, 1))
+        comparison = Comparison.of(runs, own_frame, column_choice(columns, unit))
+        view.watch(Progress("drawing the page", 0, 1))
+        page = write_comparison(comparison, output)
     answer, sections = comparison_answer(comparison), comparison_summary(comparison)
     print_result(console, answer, sections, (), verbose)
     for _, measured in sorted(comparison.measured.items()):

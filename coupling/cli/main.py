@@ -9,6 +9,7 @@ imported in the functions that use them.
 from __future__ import annotations
 
 import functools
+import shlex
 import signal
 import sys
 import threading
@@ -162,6 +163,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 output.flush()
         except (KeyboardInterrupt, _StoppedError) as stop:
             notes = _notes(stop.__cause__ or stop) or ["nothing was written"]
+            if words:
+                command = shlex.join(["elastic-robot", *words])
+                notes.append(f"to go on, or to begin anew: {command}")
             text = "\n".join([f"stopped; {notes[0]}", *notes[1:]])
             errors.print(text)
             sys.exit(INTERRUPTED)
@@ -184,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _notes(error: BaseException) -> list[str]:
     """Return what was added to an error on its way here."""
-    return getattr(error, "__notes__", [])
+    return list(getattr(error, "__notes__", []))
 
 
 @contextmanager

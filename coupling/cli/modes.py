@@ -10,6 +10,7 @@ import typer
 from coupling.cli.arguments import Overwrite, numbers_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
+from coupling.events import Progress
 
 
 def modes(
@@ -53,7 +54,9 @@ def modes(
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
     from coupling.report.modes_report import modes_page, modes_summary
+    from coupling.report.modes_scene import modes_scene
     from coupling.report.terminal import print_sections
+    from coupling.run.console import RunView
 
     file = Path(case_or_robot)
     folder = output or Path("results", f"{file.stem}_modes")
@@ -70,10 +73,14 @@ def modes(
     if posture_deg is None:
         assert case is not None
         # The second robot of a cell in a folder of its name.
-        analyses = {
-            robot.name if number else "": modes_of_case(case, () if number else responses, number)
-            for number, robot in enumerate(case.robots)
-        }
+        with RunView(console) as view:
+            view.watch(Progress("modes along the path and over the part", 0, 1))
+            analyses = {
+                robot.name if number else "": modes_of_case(
+                    case, () if number else responses, number
+                )
+                for number, robot in enumerate(case.robots)
+            }
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
         robot, curve = (
@@ -92,7 +99,16 @@ def modes(
                 begin_folder(place, kind.name)
             claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
             NamedStateSpace.of(analysis.softest.linear).write(place)
-            page = modes_page(analysis.result)
+            number = list(analyses).index(name)
+            placed = None if case is None else case.robots[number]
+            scene = modes_scene(
+                robot if placed is None else placed.description,
+                analysis.softest,
+                case_or_robot
+                if case is None or placed is None
+                else case.resolved[placed.table]["description"],
+            )
+            page = modes_page(analysis.result, scene)
             claim_file(place / "report.html").write_text(page, encoding="utf-8")
     for name, analysis in analyses.items():
         place = folder / name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -303,9 +304,17 @@ def _advance(
         def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
             return expected(case_of_run, command_plan, watch, store)
 
-        finished = run_to_folder(
-            case, output, overwrite, evaluations, "compensate", work, view.watch
-        )
+        try:
+            finished = run_to_folder(
+                case, output, overwrite, evaluations, "compensate", work, view.watch
+            )
+        except KeyboardInterrupt as stop:
+            words = ["elastic-robot", "compensate", str(case), "-o", str(output)]
+            stop.add_note(
+                f"the learned robot and the case are kept in {place}; the command alone, without its"
+                f" forecast: {shlex.join(words)}"
+            )
+            raise
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
         _write_report(place, title, result, learned, answer)

@@ -19,7 +19,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
-from coupling.events import Watch
+from coupling.events import Progress, Watch
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
@@ -69,6 +69,7 @@ def report(
     from coupling.report.index_report import write_index
     from coupling.report.place_report import write_place_report
     from coupling.report.study_report import write_study_report
+    from coupling.run.console import RunView
     from coupling.run.run_log import is_run
     from coupling.run.stored_run import RESULT
     from coupling.study.folder import FIGURES
@@ -78,7 +79,10 @@ def report(
     for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
         if (folder / figures).exists():
             write = of_another
-    console.print(f"report: {write(folder, output)}")
+    with RunView(console) as view:
+        view.watch(Progress("drawing the page", 0, 1))
+        page = write(folder, output)
+    console.print(f"report: {page}")
 
 
 def _run(

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
@@ -26,12 +28,13 @@ from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import name_path, write_page
 from coupling.report.run_answer import RunContext, run_answer
-from coupling.report.run_scene import part_frame, run_scene
+from coupling.report.run_scene import part_frame, run_scene, tool_of
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
+from coupling.report.workpiece_figures import tool_envelope
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
@@ -161,6 +164,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     alone = replace(run, figures=robot_figures, robots={name: robot})
     scene = run_scene(alone, part_frame(part), case)
     sections = [
+        *_of_process(run, robot, part, case),
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section(
@@ -175,7 +179,6 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             "axes",
             [run_figures.components(robot, scene.tolerance)],
         ),
-        *cut_section(robot_figures.cut),
         *check_sections(robot_figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
@@ -183,11 +186,26 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             "Wrench along the path",
             [_wrench_note(robot)],
             "wrench",
-            [run_figures.wrench(robot), *run_figures.tooth_passings(robot)],
+            [run_figures.wrench(robot)],
         ),
-        *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
     return _page(robot_figures, sections, run.case, answer_of(alone, scene))
+
+
+def _of_process(
+    run: StoredRun, robot: StoredRobot, part: Mapping[str, Any], case: Mapping[str, Any]
+) -> list[Section]:
+    """Return what the process leaves and does: the formed part, or teeth and engagement of a cut."""
+    teeth = run_figures.tooth_passings(robot)
+    sections = [Section("Force as teeth pass", [_TEETH], "teeth", teeth)] if teeth else []
+    sections += cut_section(robot.figures.cut)
+    if run.gap is not None or not run.workpieces:
+        return sections
+    tool = tool_of(case.get("process", {}))
+    envelope = None
+    if tool is not None and tool.is_round:
+        envelope = tool_envelope(robot.desired, part_frame(part), 0.5 * tool.diameter)
+    return [*sections, *_of_workpieces(run.workpieces, envelope)]
 
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
@@ -198,12 +216,16 @@ def _process(run: StoredRun, robot: StoredRobot) -> Section:
     return Section(title, parts, "convergence", [run_figures.convergence(robot)])
 
 
-def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
+def _of_workpieces(
+    workpieces: Mapping[str, Workpiece], envelope: np.ndarray | None = None
+) -> list[Section]:
     """Return the sections of what a process leaves, none where it leaves nothing."""
     if not workpieces:
         return []
     return [
-        Section("Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
+        Section(
+            "Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces, envelope)]
+        ),
         Section(
             "Workpiece",
             [_WORKPIECE],
@@ -267,7 +289,11 @@ _THINNED = Note(
 _GAP = Note(
     "Gap between the surfaces of both tools, across the sheet; it varies with the deviations of both."
 )
-_CUT = Note("Section of the workpiece along the part's x axis.")
+_TEETH = Note("Force on the tool as long as a few teeth pass, where it is largest.")
+_CUT = Note(
+    "Section of the workpiece along the part's x axis; dotted: the lowest surface that a tool on the"
+    " desired path sweeps."
+)
 _WORKPIECE = Note(
     "The workpiece, coloured by the field that is chosen; the files workpiece_*.vtu contain it for"
     " ParaView."
@@ -289,7 +315,6 @@ def _deviation_note(run: StoredRobot) -> Note:
 
 def _wrench_note(run: StoredRobot) -> Note:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    teeth = "; on the right, as long as a few teeth pass" if run.figures.tooth_passing else ""
     return Note(
-        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time{teeth}."
+        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time."
     )

@@ -8,18 +8,26 @@ import numpy as np
 import plotly.graph_objects as go
 from scipy.interpolate import LinearNDInterpolator
 
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
 from coupling.path.workpiece import Workpiece
-from coupling.report.colours import AFTER, BEFORE
+from coupling.report.colours import AFTER, BEFORE, GREEN
 from coupling.report.style import drawn
 from coupling.results.scene import Scene, SceneSurface
+from coupling.toolpaths.tilt import APPROACH
 
 _MM = 1e3
 # Points of a cut.
 _SAMPLES = 400
 
 
-def cut(workpieces: Mapping[str, Workpiece]) -> go.Figure:
-    """Heights in the part's x-z plane, by what the pieces are called."""
+def cut(workpieces: Mapping[str, Workpiece], envelope: np.ndarray | None = None) -> go.Figure:
+    """Heights in the part's x-z plane, by what the pieces are called.
+
+    Args:
+        workpieces: The pieces.
+        envelope: Lowest surface that the tool sweeps, x and z in the part [m], (n, 2); None: not drawn.
+    """
     traces = []
     for (name, piece), color in zip(workpieces.items(), (BEFORE, AFTER), strict=False):
         x = np.linspace(*_range(piece.points[:, 0]), _SAMPLES)
@@ -27,7 +35,35 @@ def cut(workpieces: Mapping[str, Workpiece]) -> go.Figure:
         line = {"color": color}
         trace = {"x": _MM * x, "y": _MM * height, "name": name, "showlegend": True, "line": line}
         traces.append(trace)
+    if envelope is not None:
+        line = {"color": GREEN, "dash": "dot"}
+        x, z = _MM * envelope.T
+        traces.append(
+            {"x": x, "y": z, "name": "swept by the tool", "showlegend": True, "line": line}
+        )
     return drawn(traces, 320, xaxis={"title": "x in the part [mm]"}, yaxis={"title": "z [mm]"})
+
+
+def tool_envelope(desired: ToolPath, world_from_part: Frame, radius: float) -> np.ndarray:
+    """Return the lowest surface that a ball at a tool's end sweeps in the part's x-z plane [m], (n, 2).
+
+    Args:
+        desired: Path of the tool's end, world frame.
+        world_from_part: Frame of the part.
+        radius: Radius of the ball [m].
+    """
+    shaft = -desired.rotations[0].apply(APPROACH)
+    centre = world_from_part.coordinates(desired.position[0] + radius * shaft)
+    centre = centre[np.abs(centre[:, 1]) < radius]
+    if len(centre) == 0:
+        return np.empty((0, 2))
+    reach = np.sqrt(radius**2 - centre[:, 1] ** 2)
+    x = np.linspace((centre[:, 0] - reach).min(), (centre[:, 0] + reach).max(), _SAMPLES)
+    depth = reach[:, None] ** 2 - (x - centre[:, :1]) ** 2
+    swept = np.where(depth > 0.0, centre[:, 2:] - np.sqrt(np.maximum(depth, 0.0)), np.inf).min(
+        axis=0
+    )
+    return np.column_stack([x, np.where(np.isfinite(swept), swept, np.nan)])
 
 
 def workpiece_scene(workpieces: Mapping[str, Workpiece]) -> Scene:

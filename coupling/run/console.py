@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from coupling import events
 from coupling.events import Event
@@ -18,6 +25,8 @@ from coupling.solve.correction import RefinedTimes
 from coupling.solve.fixed_point import Evaluated
 from coupling.store import WaitingForOther
 
+# How long nothing is said where no terminal shows a bar [s].
+_SILENT = 20.0
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
     f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
@@ -38,12 +47,15 @@ class RunView:
             TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.fields[count]}"),
+            TimeElapsedColumn(),
             TimeRemainingColumn(),
             console=console,
             transient=True,
             disable=not console.is_terminal,  # else it leaves an empty line
         )
         self._task = self._progress.add_task("", visible=False, count="")
+        self._log = None if console.is_terminal else Console(stderr=True, soft_wrap=True)
+        self._stage, self._began, self._told = "", 0.0, 0.0
         self._desired: ToolPath | None = None
         self._count = 0
 
@@ -82,14 +94,29 @@ class RunView:
                 self._finished(event)
 
     def _working(self, work: events.Progress) -> None:
+        now = time.monotonic()
+        if work.what != self._stage:
+            self._stage, self._began, self._told = work.what, now, now
+            self._progress.reset(self._task)
+        # How long a single step takes is not known, nor what follows one that is done.
+        is_known = work.total > 1 and work.done < work.total
         self._progress.update(
             self._task,
-            description=work.what,
+            description=work.what if work.done < work.total else "working",
             completed=work.done,
-            total=work.total,
-            count=f"{work.done}/{work.total} steps",
-            visible=work.done < work.total,
+            total=work.total if is_known else None,
+            count=f"{work.done}/{work.total} steps" if is_known else "",
+            visible=True,
         )
+        if self._log is not None and now - self._told > _SILENT:
+            self._told = now
+            took = now - self._began
+            left = took * (work.total - work.done) / work.done if work.done else None
+            ahead = "" if left is None else f", about {left:.0f} s more"
+            self._log.print(
+                f"{work.what}: {work.done} of {work.total} steps in {took:.0f} s{ahead}",
+                markup=False,
+            )
 
     def _said(self, line: str) -> None:
         self._progress.update(self._task, description=line, total=None, count="", visible=True)

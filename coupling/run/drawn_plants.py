@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
 from coupling.case.case import PlacedRobot
+from coupling.events import Progress, Watch, unwatched
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
@@ -28,6 +29,8 @@ _ROWS, _FEWEST = 1_000_000, 8
 _ASSUMED = 0.25
 # Of the design, so that the same case has the same figures.
 _SEED = 1
+# Words for the robots that are simulated beside the others, and how often they are shown [s].
+_WITH_VALUES, _SHOWN = "simulating robots with usual values of what their files leave out", 0.5
 
 
 def basis_of(
@@ -129,6 +132,7 @@ def drawn_replays(
     simulate: Simulate,
     counts: tuple[int, int],
     assumed: Sequence[StiffnessRanges] = (),
+    watch: Watch = unwatched,
 ) -> DrawnReplays:
     """Replay a command, under the validation's wrench, on robots that are drawn.
 
@@ -138,6 +142,7 @@ def drawn_replays(
         simulate: Function that gives the simulation of a robot that has what its file leaves out.
         counts: Numbers of robots, without and with what their files leave out.
         assumed: Ranges of gears for which none is stated, by robot.
+        watch: Function called with the progress of the work.
 
     Returns:
         The replays; none where nothing has a stated range.
@@ -171,21 +176,27 @@ def drawn_replays(
     count, completed_count = counts
     draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))
     values = left_out(models)
+    finished: list[Replay] = []
 
     def with_values() -> tuple[list[Replay], list[Replay]]:
         """Replay on robots with each of the values that files leave out, and on those with all."""
-        same = [AS_THE_MODEL for _ in models]
-        each = [
-            replay(value.name, completed(models, [value], simulate), same, 1.0) for value in values
-        ]
+        same, both = [AS_THE_MODEL for _ in models], []
+        for value in values:
+            robots = completed(models, [value], simulate)
+            finished.append(replay(value.name, robots, same, 1.0))
         whole = completed(models, values, simulate) if values else []
-        some = draws[:completed_count] if values else []
-        return each, [replay("a drawn robot with usual values", whole, *draw) for draw in some]
+        for draw in draws[:completed_count] if values else []:
+            both.append(replay("a drawn robot with usual values", whole, *draw))
+            finished.append(both[-1])
+        return finished[: len(values)], both
 
     # Side by side: these robots have FMUs of their own, each in its process.
     with ThreadPoolExecutor(1) as beside:
         of_values = beside.submit(with_values)
         stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
+        total = len(values) + min(completed_count, len(draws)) * bool(values)
+        while wait([of_values], _SHOWN).not_done:
+            watch(Progress(_WITH_VALUES, len(finished), total))
         each, both = of_values.result()
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))
 
@@ -205,6 +216,7 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
             others.of,
             draw_counts(case.fmu, rows),
             assumed,
+            command.watch,
         )
 
 

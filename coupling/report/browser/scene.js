@@ -462,5 +462,10 @@ function showScene(place, scene, colours) {
   if (tracks.length) suited();
   if (pieces.length) drawField(control("field").value);
   moved();
+  if (!tracks.length && control("mode") && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
+    state.mode = 0;
+    control("mode").value = "0";
+    changed();
+  }
   return { state, seek, exaggerate, toggle, look_at, play };
 }
