@@ -183,8 +183,8 @@ def drawn_replays(
         return each, [replay("a drawn robot with usual values", whole, *draw) for draw in some]
 
     # Side by side: these robots have FMUs of their own, each in its process.
-    with ThreadPoolExecutor(1) as beside:
-        of_values = beside.submit(with_values)
+    with ThreadPoolExecutor(1) as executor:
+        of_values = executor.submit(with_values)
         stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
         each, both = of_values.result()
     return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))
