@@ -36,8 +36,8 @@ class Spindle:
         file: Any = tomlkit.parse(text)
         flange_from_tool = Rotation.from_euler("xyz", file["tcp"].get("rpy", [0.0, 0.0, 0.0]))
         along, turn = flange_from_tool.apply([1.0, 0.0, 0.0]), flange_from_tool.as_matrix()
-        beside = self.across**2 + self.length**2
-        moments = self.mass / 12.0 * np.array([2.0 * self.across**2, beside, beside])
+        squares = self.across**2 + self.length**2
+        moments = self.mass / 12.0 * np.array([2.0 * self.across**2, squares, squares])
         inertia = (turn @ np.diag(moments) @ turn.T)[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         file["tcp"]["position"] = _rounded(self.reach * along)
         if "payload" not in file:

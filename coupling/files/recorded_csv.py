@@ -149,8 +149,8 @@ def _values(cells: Sequence[str]) -> np.ndarray | None:
         except ValueError:
             return None
     seconds = [_seconds(cell) for cell in cells]
-    known = [value for value in seconds if value is not None]
-    return np.array(known) - known[0] if known and len(known) == len(cells) else None
+    instants = [value for value in seconds if value is not None]
+    return np.array(instants) - instants[0] if instants and len(instants) == len(cells) else None
 
 
 def _seconds(cell: str) -> float | None:

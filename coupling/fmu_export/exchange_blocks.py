@@ -35,8 +35,8 @@ def all_blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) 
     table = blocks(robot, strings)
     texts = table.pop("strings")
     exchange = exchange_blocks(build_chain(robot), table, joints_with_motor(robot))
-    named = {key: with_joint_names(block, robot) for key, block in exchange.items()}
-    return {**table, **named, "strings": texts}
+    with_names = {key: with_joint_names(block, robot) for key, block in exchange.items()}
+    return {**table, **with_names, "strings": texts}
 
 
 def exchange_blocks(

@@ -89,11 +89,11 @@ def read_hammer_test(file: Path) -> tuple[MeasuredResponse, ...]:
     adjoint = force.conj().swapaxes(1, 2)
     compliance = (motion @ adjoint) @ np.linalg.inv(force @ adjoint)
     responses = []
-    for row, moved in enumerate(motions):
-        derived = 2 if moved.startswith("a") else 0
+    for row, motion_name in enumerate(motions):
+        derived = 2 if motion_name.startswith("a") else 0
         for column, pushed in enumerate(forces):
             value = compliance[:, row, column] / (2j * np.pi * frequency) ** derived
-            responses.append(MeasuredResponse(_axis(moved) + _axis(pushed), frequency, value))
+            responses.append(MeasuredResponse(_axis(motion_name) + _axis(pushed), frequency, value))
     return tuple(responses)
 
 

@@ -133,8 +133,8 @@ def cutting_answer(result: CuttingIdentified, file: str, is_case: bool) -> Answe
 def _sentence(refusal: str, words: str, parameters: Sequence[ParameterResult]) -> str:
     if refusal:
         return f"NOT IDENTIFIED, no file was written: {refusal}."
-    known = sum(parameter.identified for parameter in parameters)
-    return f"IDENTIFIED: {words}; {known} of {len(parameters)} parameters are identified."
+    identified = sum(parameter.identified for parameter in parameters)
+    return f"IDENTIFIED: {words}; {identified} of {len(parameters)} parameters are identified."
 
 
 def _are_all_identified(parameters: Sequence[ParameterResult]) -> bool:
@@ -160,8 +160,8 @@ def _percent(log_error: float) -> str:
 
 
 def _angle(errors: Sequence[float | None]) -> str:
-    known = [value for value in errors if value is not None]
-    return f"{UM * max(known):.3g} urad" if known else "not measured"
+    stated_errors = [value for value in errors if value is not None]
+    return f"{UM * max(stated_errors):.3g} urad" if stated_errors else "not measured"
 
 
 def _force(result: CuttingIdentified, quantity: str) -> str:

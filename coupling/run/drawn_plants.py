@@ -191,8 +191,8 @@ def drawn_replays(
         return finished[: len(values)], both
 
     # Side by side: these robots have FMUs of their own, each in its process.
-    with ThreadPoolExecutor(1) as beside:
-        of_values = beside.submit(with_values)
+    with ThreadPoolExecutor(1) as executor:
+        of_values = executor.submit(with_values)
         stated = [replay("a robot drawn from its ranges", models, *draw) for draw in draws]
         total = len(values) + min(completed_count, len(draws)) * bool(values)
         while wait([of_values], _SHOWN).not_done:

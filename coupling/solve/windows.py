@@ -210,9 +210,9 @@ class _March:
         guess = ahead.displaced(deviation)
         guess.pose[:, 0] = self.pose[:, row]
         oldest = np.searchsorted(self._time, self._time[row] - self._process.memory.length) - 1
-        known = slice(max(int(oldest), 0), end + 1)
+        past_rows = slice(max(int(oldest), 0), end + 1)
         process = _WindowProcess(
-            self._process, self._time[known], self.pose[:, known], self.means[:, [row]]
+            self._process, self._time[past_rows], self.pose[:, past_rows], self.means[:, [row]]
         )
         loop = replace(self._loop, robot=robot, process=process)
         try:
