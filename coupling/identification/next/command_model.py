@@ -3,7 +3,7 @@
 A correction d of the tool's path goes through the inverse of the model, G_model^-1, and the robot makes
 R d = G_true G_model^-1 d of it, so that (I - Q R) e is left of a deviation e after the next run
 [Bristow2006].  Between the modes of model and robot R is large and against the correction.  A filter Q
-that ends at a quarter of the lowest mode leaves next to nothing of it there.
+that ends at a third of the lowest mode leaves next to nothing of it there.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from elastic_robot.parameters import Parameters
 # Postures of the path at which modes are computed.
 _POSTURES = 5
 # Part of the lowest mode at which learning along the path ends at the latest.
-_PART_OF_MODE = 0.25
+_PART_OF_MODE = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _model(
     model = CommandModel(name, x, run_count, lowest_mode(history.robot_at(x), joints[rows]))
     if options.cutoff is not None and options.cutoff > model.highest_cutoff:
         raise LearnError(
-            f"--cutoff-Hz: expected at most {model.highest_cutoff:.2g} Hz, a quarter of the lowest"
+            f"--cutoff-Hz: expected at most {model.highest_cutoff:.2g} Hz, a third of the lowest"
             f" eigenfrequency of the robot on this path, got {options.cutoff:g} Hz: a deviation would"
             " grow from run to run at the robot's modes"
         )
