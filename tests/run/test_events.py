@@ -13,6 +13,8 @@ from coupling.run.execute import Run, RunBegins, run_compensation
 from coupling.solve.correction import CorrectionIteration
 from coupling.solve.fixed_point import Evaluated
 
+pytestmark = pytest.mark.usefixtures("drawn_robots")
+
 
 @pytest.fixture(scope="module")
 def watched() -> tuple[Run, list[Event]]:
