@@ -108,7 +108,9 @@ def check(
         write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
     print_result(console, answer, sections, warnings, verbose)
     if not verbose:
-        console.print(others[-1])
+        # Whoever does not ask must know what of the program was left out.
+        for sentence in (*loaded.task.remarks, others[-1]):
+            console.print(sentence)
     console.print(f"Page: {file}")
 
 
