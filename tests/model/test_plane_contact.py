@@ -234,7 +234,7 @@ def test_nothing_pulls_and_energy_only_falls(kind, stiffness):
     for length in (1e-3, 3e-3, 1e-2):
         robot = Touching(kind, pendulum(), [0.0], tolerance=1e-9)
         robot.reset(onto(plane, (0.0, 0.0, -5e-3), force=(0.0, 0.0, MASS * 9.81)))
-        rows = np.array(run(robot, onto(plane, (0.0, 0.0, -5e-3)), length, int(0.15 / length)))
+        rows = np.array(run(robot, onto(plane, (0.0, 0.0, -5e-3)), length, int(0.3 / length)))
         _, x, vz, _, _, normal, gap = rows.T
         assert (normal >= 0.0).all()
         assert not normal[gap > 0.0].any()
