@@ -39,7 +39,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.native.desk_library import loaded_library
 from coupling.path.controller import Controller
 from coupling.path.joint_path import JointPath
-from coupling.robot.robot_fmu import SCALARS, save_trajectory
+from coupling.robot.fmu_signals import POSE_OUTPUTS, WRENCH_INPUTS, save_trajectory
 from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
 
@@ -126,7 +126,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         save_trajectory(folder / "command.npz", command)
         unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu")
         driver = load(folder / "fmu", loaded_library())
-        inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
+        inputs, outputs = WRENCH_INPUTS[:6], POSE_OUTPUTS
 
         def native(mode: Mode) -> float:
             settings = {

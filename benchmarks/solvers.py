@@ -17,7 +17,7 @@ from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
 from coupling.fmu.job import SimulationJob
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.robot.robot_fmu import SCALARS
+from coupling.robot.fmu_signals import POSE_OUTPUTS, WRENCH_INPUTS
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
@@ -45,7 +45,7 @@ def native_fmu(task: Task, period: float) -> Entry:
                 np.savez(folder / "path.npz", **samples)
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
-            inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
+            inputs, outputs = WRENCH_INPUTS[:6], POSE_OUTPUTS
             loads = np.zeros((len(times), len(inputs)))
             job = SimulationJob(settings, times, inputs, loads, outputs, len(outputs))
             fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native"))

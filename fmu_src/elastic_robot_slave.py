@@ -36,7 +36,7 @@ from elastic_robot.commands import Command, CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError
 from elastic_robot.fingerprint import fingerprint
-from elastic_robot.fmi.interface import MODEL_NAME, SLIPPED, STARTS, co_simulation_blocks
+from elastic_robot.fmi.interface import MODEL_NAME, SLIPPED, STARTS, blocks
 from elastic_robot.fmi.tolerance import allowed_error
 from elastic_robot.motors import require_drives
 from elastic_robot.plane_contact import NO_CONTACT, PlaneContact
@@ -96,7 +96,7 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def _register(self, starts: dict[str, str]) -> None:
         """Register the variables; PythonFMU numbers them in this order."""
-        for key, block in co_simulation_blocks(self._description, starts).items():
+        for key, block in blocks(self._description, starts).items():
             if key == "strings":
                 for variable in block.variables:
                     self._register_string(variable.name, str(variable.start))

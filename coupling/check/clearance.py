@@ -11,7 +11,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.following import Targets, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
-from coupling.robot.links import link_points
+from coupling.robot.link_points import link_points
 from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.

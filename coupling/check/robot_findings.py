@@ -11,9 +11,10 @@ from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
-from coupling.inverse.diagnosis import GearLoads, diagnosed, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, diagnosed, loads_along
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
+from coupling.inverse.links import rigid_motion
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -28,7 +29,7 @@ from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
-from coupling.run.robots import chain_of
+from coupling.run.robot_results import chain_of
 from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
@@ -96,7 +97,7 @@ def examine_robots(
             path, q = motion.path, motion.rigid.q[0]
             moving = MovingRobot(placed.description, placed.torque_curve)
             task = moving.task(motion)
-            links = stiff_links(moving, task)
+            links = rigid_motion(moving.model, task)
             loads = loads_along(moving, links, task.wrench)
             gears, motors = diagnosed(moving, loads), predict_motor_torques(moving, links, loads)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from coupling.errors import LearnError, StoreError
+
+if TYPE_CHECKING:
+    from coupling.identification.runs.recorded_columns import ColumnChoice
 
 # Name of the store beside the run folders.
 STORE = "store"
@@ -35,8 +38,22 @@ MeasuredRuns = Annotated[
     list[Path],
     typer.Argument(
         metavar="RUN MEASURED",
-        help="Run folder of a command and a CSV file of the tool's measured path under it, time, x, y,"
-        " z; then later measured runs.",
+        help="Run folder of a command and a file of the tool's measured path under it: CSV, what a"
+        " laser tracker exports, a KUKA trace, a bag of ROS; then later measured runs.",
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        metavar="QUANTITY=COLUMN,..",
+        help="Columns of a device's file for time, x, y, z, qx .. qw, or a bag's topic; by their names"
+        " unless given.",
+    ),
+]
+Unit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="UNIT,..", help="Units of its columns that state none, such as mm or mm,ms."
     ),
 ]
 OwnFrame = Annotated[
@@ -68,6 +85,17 @@ def numbers_of(
     if count is not None and len(numbers) != count:
         raise error(f"{option}: expected {count} numbers, got {len(numbers)}")
     return numbers
+
+
+def column_choice(columns: str | None, unit: str | None) -> ColumnChoice | None:
+    """Return the columns that options name; None where they name none.
+
+    Raises:
+        LearnError: If they name something else.
+    """
+    from coupling.identification.runs.recorded_columns import ColumnChoice
+
+    return ColumnChoice.of(columns, unit) if columns or unit else None
 
 
 def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:

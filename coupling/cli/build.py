@@ -53,7 +53,7 @@ def build(
     require_output(output, ".fmu", BuildError)  # before the work that would be lost
     described = load_robot(find_robot(robot))
     options = BuildOptions(
-        kind, _requested(platforms, kind), sources, fmi, arrays, name, dependencies
+        kind, _require_platforms(platforms, kind), sources, fmi, arrays, name, dependencies
     )
     for line in remarks(build_fmu(described, output, options), name):
         console.print(line)
@@ -84,7 +84,7 @@ def ssp(
     require_output(output, ".ssp", BuildError)  # before the work that would be lost
     loaded = load_case(case)
     system = SspSystem.of(loaded, "force" if force_only else "spring", step)
-    file = system.write(output, _requested(platforms, loaded.fmu))
+    file = system.write(output, _require_platforms(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
     console.print("Simulating what the step costs")
@@ -92,7 +92,7 @@ def ssp(
         console.print(line)
 
 
-def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
+def _require_platforms(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
     from coupling.native.core_library import is_ready, platforms_named, usual_platforms

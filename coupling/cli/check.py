@@ -56,7 +56,7 @@ def check(
     from coupling.run.cut_figures import cut_result
     from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import noise_removal
-    from coupling.run.robots import touch_off_of
+    from coupling.run.robot_results import touch_off_of
     from coupling.stability.path_stability import stability_in_brief
 
     # Of a folder's name, which is no case, as well.

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import OwnFrame, Verbose
+from coupling.cli.arguments import Columns, OwnFrame, Unit, Verbose, column_choice
 from coupling.cli.console import console
 from coupling.errors import ResultError
 from coupling.files.output_file import require_output
@@ -26,6 +26,8 @@ def compare(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
     own_frame: OwnFrame = False,
+    columns: Columns = None,
+    unit: Unit = None,
     verbose: Verbose = False,
 ) -> None:
     """Compare runs, and what was measured under them: results, commands and inputs that differ."""
@@ -38,8 +40,11 @@ def compare(
     from coupling.report.terminal import print_result
 
     require_output(output, ".html", ResultError)
-    comparison = Comparison.of(runs, own_frame)
+    comparison = Comparison.of(runs, own_frame, column_choice(columns, unit))
     page = write_comparison(comparison, output)
     answer, sections = comparison_answer(comparison), comparison_summary(comparison)
     print_result(console, answer, sections, (), verbose)
+    for _, measured in sorted(comparison.measured.items()):
+        if measured.run.measured.understood is not None:
+            console.print(f"{measured.file}: {measured.run.measured.understood.sentence}.")
     console.print(f"Page: {page}")

@@ -15,7 +15,7 @@ from coupling.path.length_text import format_um
 
 if TYPE_CHECKING:
     from coupling.export.commands import RobotCommand
-    from coupling.export.exported import ExportedProgram, ExportOptions
+    from coupling.export.exported_program import ExportedProgram, ExportOptions
     from coupling.programs.languages import Language, Targets
 
 # Exit status where a program loses more than it may; it is written all the same.
@@ -93,7 +93,7 @@ def export(
     ] = False,
 ) -> None:
     """Write a command as robot programs, read them back and simulate them."""
-    from coupling.export.exported import ExportOptions
+    from coupling.export.exported_program import ExportOptions
     from coupling.export.exporting import export_commands
     from coupling.export.folder import EXPORT_FOLDER, write_export
     from coupling.files.atomic_folder import require_free

@@ -1,61 +1,88 @@
-"""What the commands that fit a robot write: its file, and beside it figures and the report."""
+"""What identify writes: the file that is fitted, and beside it figures and the report."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import typer
 
 from coupling.cli.console import console
-from coupling.errors import CouplingError
+from coupling.errors import IdentifyError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
-from coupling.report.terminal import print_sections
+from coupling.report.terminal import print_result
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
 from coupling.results.response_result import ResponseFitResult
-from coupling.results.section import Section
+from coupling.results.section import Answer, Section, warned
 
 _REFUSED = 1
 
 
-def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> Path:
-    """Return the robot file to write: `output`, else the name in the folder results."""
+def fitted_target(output: Path | None, name: str) -> Path:
+    """Return the file to write: `output`, else the name in the folder results.
+
+    Raises:
+        IdentifyError: If what is in its place, or beside it, was not written by elastic-robot.
+    """
     target = output or Path("results", f"{name}.toml")
     for ending in (".toml", ".html"):
         require_output(
-            target.with_suffix(ending) if target.suffix == ".toml" else target, ending, error
+            target.with_suffix(ending) if target.suffix == ".toml" else target,
+            ending,
+            IdentifyError,
         )
     figures = target.with_suffix(".json")
     if figures.exists() and not target.with_suffix(".html").exists():
-        raise error(
+        raise IdentifyError(
             f"{figures}: holds what no elastic-robot command has written there, as there is no report"
             " beside it: give another name (--output), or remove it"
         )
     return target
 
 
-def write_findings(
-    target: Path,
-    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified,
-    summary: Sequence[Section],
-    page: str,
-    error: type[CouplingError],
-) -> None:
-    """Print a summary, write figures and page beside the robot file; exit if that is refused."""
-    make_folder_of(target, error)
-    print_sections(console, summary)
-    report = target.with_suffix(".html")
-    write_atomically(report, page, error)  # says whose the figures are
-    write_atomically(target.with_suffix(".json"), result.text() + "\n", error)
-    console.print(f"Report: {report}")
-    if result.refusal:
-        raise typer.Exit(_REFUSED)
+@dataclass(frozen=True)
+class Findings:
+    """What a measurement has identified, as it is printed and written.
 
+    Attributes:
+        result: The figures.
+        answer: The first screen.
+        warnings: Sentences that are printed below it.
+        summary: All that the page says, beside figures.
+        page: The page.
+        text: Function that returns the content of the file that is fitted.
+    """
 
-def write_robot(target: Path, text: str, error: type[CouplingError]) -> None:
-    """Write the robot file and say where it is."""
-    write_atomically(target, text, error)
-    console.print(f"Robot file: {target}")
+    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified
+    answer: Answer
+    warnings: Sequence[str]
+    summary: Sequence[Section]
+    page: str
+    text: Callable[[], str]
+
+    def write(self, target: Path, is_verbose: bool) -> None:
+        """Print the first screen, write figures and page, and unless it is refused the file.
+
+        Args:
+            target: The file that is fitted; figures and page are beside it.
+            is_verbose: Whether all that the page says is printed too.
+
+        Raises:
+            Exit: If it is refused, with status 1.
+        """
+        make_folder_of(target, IdentifyError)
+        print_result(console, self.answer, self.summary, warned(self.warnings), is_verbose)
+        report = target.with_suffix(".html")
+        write_atomically(report, self.page, IdentifyError)  # says whose the figures are
+        write_atomically(target.with_suffix(".json"), self.result.text() + "\n", IdentifyError)
+        console.print(f"Report: {report}")
+        if self.result.refusal:
+            if target.exists():
+                console.print(f"{target}: from an earlier run, unchanged")
+            raise typer.Exit(_REFUSED)
+        write_atomically(target, self.text(), IdentifyError)
+        console.print(f"File: {target}")

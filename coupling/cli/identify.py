@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.errors import IdentifyError, one_of
+from coupling.cli.arguments import Verbose
+from coupling.errors import IdentifyError, one_of, sentence
 from coupling.files.atomic_file import make_folder_of
 
 if TYPE_CHECKING:
@@ -107,6 +109,7 @@ def identify(
             rich_help_panel=_RESPONSE,
         ),
     ] = None,
+    verbose: Verbose = False,
     plan: Annotated[
         bool, typer.Option("--plan", help="Plan further measurements.", rich_help_panel=_PLAN)
     ] = False,
@@ -125,7 +128,7 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify a robot from deflections, motion or responses, a material from cuts; or plan."""
-    from coupling.cli.fitted import robot_target, write_findings, write_robot
+    from coupling.cli.fitted import Findings, fitted_target
     from coupling.cli.identify_cutting import identify_from_cuts
     from coupling.cli.identify_motion import identify_from_motion
     from coupling.cli.identify_responses import identify_responses
@@ -140,6 +143,7 @@ def identify(
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
+    from coupling.report.identify_answers import deflection_answer
     from coupling.report.identify_report import identify_page, identify_summary
     from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -147,17 +151,21 @@ def identify(
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_response(files[0]):
-        identify_responses(robot, files, hold_out or (), posture_deg or (), torque_curve, output)
+        identify_responses(
+            robot, files, hold_out or (), posture_deg or (), torque_curve, output, verbose
+        )
         return
     if posture_deg:
         raise IdentifyError(
             "--posture-deg: expected files of frequency responses beside it, got none"
         )
     if files and not plan and is_recording(files[0]):
-        identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output)
+        identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output, verbose)
         return
     if files and not plan and is_cutting(files[0]):
-        identify_from_cuts(files[0], (diameter_mm, teeth, helix_deg, rpm, depth_mm), output)
+        identify_from_cuts(
+            files[0], (diameter_mm, teeth, helix_deg, rpm, depth_mm), output, verbose
+        )
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
@@ -174,16 +182,23 @@ def identify(
         return
     if table is None:
         raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
-    target = robot_target(output, f"{table.stem}_identified", IdentifyError)
+    target = fitted_target(output, f"{table.stem}_identified")
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     identify_measured = identified if measured.loop is None else identify_loops
     identified_result = identify_measured(described, measured, options)
     result = figures(identified_result)
-    page = identify_page(f"{table.name}: {described.name}", result, str(target))
-    write_findings(target, result, identify_summary(result), page, IdentifyError)
+    answer = deflection_answer(result, shlex.quote(str(target)))
     source = f"{table.name}, {measured.count} measurements"
-    write_robot(target, identified_text(identified_result, start, target, source), IdentifyError)
+    findings = Findings(
+        result,
+        answer,
+        [*map(sentence, result.warnings)],
+        identify_summary(result),
+        identify_page(f"{table.name}: {described.name}", result, answer),
+        lambda: identified_text(identified_result, start, target, source),
+    )
+    findings.write(target, verbose)
 
 
 def _plan(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from coupling.cli.arguments import numbers_of
-from coupling.cli.fitted import robot_target, write_findings, write_robot
+from coupling.cli.fitted import Findings, fitted_target
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.response.identification import (
@@ -16,7 +17,8 @@ from coupling.identification.response.identification import (
     read_posture,
     responses_text,
 )
-from coupling.report.response_report import response_page, response_summary
+from coupling.report.identify_answers import response_answer
+from coupling.report.response_report import response_page, response_summary, response_warnings
 
 
 def identify_responses(
@@ -26,6 +28,7 @@ def identify_responses(
     postures_deg: Sequence[str],
     torque_curve: str,
     output: Path | None,
+    is_verbose: bool,
 ) -> None:
     """Identify stiffness and damping from frequency responses.
 
@@ -36,6 +39,7 @@ def identify_responses(
         postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
         torque_curve: "linear" or "backlash".
         output: Robot file to write; None for one in the folder results.
+        is_verbose: Whether all that the report says is printed.
     """
     if torque_curve not in ("linear", "backlash"):
         raise IdentifyError(
@@ -54,15 +58,21 @@ def identify_responses(
         np.deg2rad(numbers_of("--posture-deg", text, IdentifyError, joints))
         for text in postures_deg
     ]
-    target = robot_target(output, f"{files[0].stem}_identified", IdentifyError)
+    target = fitted_target(output, f"{files[0].stem}_identified")
     measured = [
         read_posture(file, q, number >= len(files))
         for number, (file, q) in enumerate(zip([*files, *hold_out], angles, strict=True))
     ]
     identified = identify_from_responses(described, torque_curve, measured)
+    result = identified.result
+    answer = response_answer(result, shlex.quote(str(target)))
     names = ", ".join(file.name for file in files)
-    page = response_page(f"{names}: {described.name}", identified.result)
-    write_findings(
-        target, identified.result, response_summary(identified.result), page, IdentifyError
+    findings = Findings(
+        result,
+        answer,
+        response_warnings(result),
+        response_summary(result),
+        response_page(f"{names}: {described.name}", result, answer),
+        lambda: responses_text(identified, start, target),
     )
-    write_robot(target, responses_text(identified, start, target), IdentifyError)
+    findings.write(target, is_verbose)

@@ -52,7 +52,7 @@ class _StoppedError(Exception):
 
 
 @contextmanager
-def _stopped() -> Iterator[None]:
+def _stop_on_signals() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -82,11 +82,11 @@ class _Commands(TyperGroup):
         super().format_help(ctx, formatter)
 
     def make_context(self, *values: Any, **options: Any) -> Any:
-        with _stopped():
+        with _stop_on_signals():
             return super().make_context(*values, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        with _stopped():
+        with _stop_on_signals():
             return super().invoke(ctx)
 
 

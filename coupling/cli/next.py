@@ -14,12 +14,15 @@ import typer
 
 from coupling.cli.arguments import (
     STORE,
+    Columns,
     MeasuredRuns,
     NoStore,
     Overwrite,
     OwnFrame,
     StoreFolder,
+    Unit,
     Verbose,
+    column_choice,
     pairs_of,
     store_folder,
 )
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
+    from coupling.identification.runs.recorded_columns import ColumnChoice
     from coupling.results.learned_result import LearnedResult
     from coupling.results.next_result import NextResult
     from coupling.results.section import Answer
@@ -40,6 +44,8 @@ if TYPE_CHECKING:
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
+# Of a deviation that is slower a path has no period [Hz].
+_LOWEST_CUTOFF = 0.01
 # Exit status where no parameter is identifiable.
 REFUSED = 1
 # A frame that is known to a length is known to that over an arm of a metre.
@@ -78,21 +84,12 @@ Repeatability = Annotated[
         help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm unless given.",
     ),
 ]
-Draws = Annotated[
-    int,
-    typer.Option(
-        min=0,
-        max=1000,
-        help="Number of simulated robots for the intervals of parameters; 0: those of the fit.",
-    ),
-]
 InputsOnly = Annotated[
     bool,
     typer.Option(
         "--inputs-only", help="Write robot file, case and report, and compute no command."
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the sampled robots.")]
 
 
 def next_command(
@@ -107,12 +104,12 @@ def next_command(
     ] = "auto",
     frame_known: Known = None,
     own_frame: OwnFrame = False,
+    columns: Columns = None,
+    unit: Unit = None,
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
     repeatability: Repeatability = None,
-    draws: Draws = 0,
     inputs_only: InputsOnly = False,
-    seed: Seed = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
@@ -120,11 +117,13 @@ def next_command(
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
     frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
-    options = _options(move, frame_accuracy, cutoff_hz, repeatability, seed, draws)
+    options = _options(move, frame_accuracy, cutoff_hz, repeatability)
     known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
+    known += [("--columns", columns), ("--unit", unit)]
     words = [word for option, value in known if value for word in (option, value)]
     words += ["--own-frame"] * own_frame
-    _advance(runs, output, options, words, inputs_only, overwrite, store, no_store, verbose)
+    choice = column_choice(columns, unit)
+    _advance(runs, output, options, words, choice, inputs_only, overwrite, store, no_store, verbose)
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -155,21 +154,19 @@ def _options(
     frame_accuracy: FrameAccuracy,
     cutoff: float | None,
     repeatability: str | None,
-    seed: int,
-    draws: int,
 ) -> NextOptions:
     from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
     if move not in KINDS:
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
-    if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0.0):
-        raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
+    if cutoff is not None and not _LOWEST_CUTOFF <= cutoff < math.inf:
+        raise LearnError(
+            f"--cutoff-Hz: expected a frequency of {_LOWEST_CUTOFF:g} Hz or more, got {cutoff:g}"
+        )
     repeatability_m = REPEATABILITY
     if repeatability is not None:
         repeatability_m = _length("--repeatability", repeatability, "0.05mm")
-    if draws == 1:
-        raise LearnError("--draws: expected 0, or 2 or more, got 1")
-    return NextOptions(frame_accuracy, move, cutoff, seed, repeatability_m, draws)
+    return NextOptions(frame_accuracy, move, cutoff, repeatability_m)
 
 
 def _frame_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
@@ -233,6 +230,7 @@ def _advance(
     output: Path,
     options: NextOptions,
     known: Sequence[str],
+    choice: ColumnChoice | None,
     inputs_only: bool,
     overwrite: bool,
     store: Path | None,
@@ -240,7 +238,6 @@ def _advance(
     verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
-    from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
@@ -264,6 +261,7 @@ def _advance(
     from coupling.run.models import Models
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
+    from coupling.run_to_folder import run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -273,7 +271,10 @@ def _advance(
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
-    sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
+    sources = [read_source(folder, read_measurement(file, choice)) for folder, file in pairs]
+    for (_, file), source in zip(pairs, sources, strict=True):
+        if source.measured.understood is not None:
+            console.print(f"{file}: {source.measured.understood.sentence}.")
     title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
     with (
         exclusively(place, LearnError),
@@ -302,7 +303,9 @@ def _advance(
         def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
             return expected(case_of_run, command_plan, watch, store)
 
-        finished = conduct(case, output, overwrite, evaluations, "compensate", work, view.watch)
+        finished = run_to_folder(
+            case, output, overwrite, evaluations, "compensate", work, view.watch
+        )
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
         _write_report(place, title, result, learned, answer)

@@ -23,8 +23,8 @@ from coupling.events import Watch
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
-    from coupling.conduct import FinishedRun
     from coupling.run.execute import Run
+    from coupling.run_to_folder import FinishedRun
 
 NOT_CONVERGED = 1
 
@@ -91,13 +91,13 @@ def _run(
     kind: str,
     work: Callable[[Case, Watch, Path | None], Run],
 ) -> None:
-    from coupling.conduct import conduct
     from coupling.run.console import RunView
+    from coupling.run_to_folder import run_to_folder
 
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
     with RunView(console, verbose) as view:
-        finished = conduct(file, folder, overwrite, evaluations, kind, work, view.watch)
+        finished = run_to_folder(file, folder, overwrite, evaluations, kind, work, view.watch)
     print_run(finished, folder, verbose)
     if finished.run.not_stored:
         text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"

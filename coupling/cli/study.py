@@ -72,10 +72,10 @@ def study(
 
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
-    from coupling.conduct import conduct
     from coupling.run.execute import run_compensation
     from coupling.run.stored_run import RESULT
+    from coupling.run_to_folder import run_to_folder
 
     if not (folder / RESULT).exists():
-        conduct(file, folder, False, store, "compensate", run_compensation, watch)
+        run_to_folder(file, folder, False, store, "compensate", run_compensation, watch)
     return folder

@@ -12,7 +12,7 @@ from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.export.commands import RobotCommand, commands_of_run
 from coupling.export.curves import SampledCurve
-from coupling.export.exported import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.job import ExportJob
 from coupling.export.preconditions import require_joints, require_limits, require_step
 from coupling.export.sampled import SampledCommand
@@ -171,7 +171,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
         tolerance = _halve_tolerance(
             tolerance, sampled.time, checked.lost, _FIRST_LOOKBACK * _LOOKBACK_GROWTH**number
         )
-    return min(programs, key=lambda one: one.loss)
+    return min(programs, key=lambda program: program.loss)
 
 
 def _halve_tolerance(
@@ -268,7 +268,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
         except (PlanningError, SimulationError) as cause:
             why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
-        best = min(best, _check_rows(job, rows), key=lambda one: one.loss)
+        best = min(best, _check_rows(job, rows), key=lambda program: program.loss)
     if best.loss <= tolerance:
         return best
     accepted = (

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from coupling.errors import ProgramError
-from coupling.export.exported import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.files.atomic_folder import FolderKind, whole_folder
 from coupling.files.written_files import claim, is_of_kind
 from coupling.results.export_result import ExportedFileResult, ExportedProgramResult, ExportResult

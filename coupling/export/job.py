@@ -11,7 +11,7 @@ from coupling.case.case import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.commands import RobotCommand
-from coupling.export.exported import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.interpolated import drive_motion, joint_lines
 from coupling.export.postures import nearest_singular
 from coupling.export.preconditions import require_limits

@@ -130,13 +130,13 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
         tip = tree.link(tip)
         base = tree.root if base is None else tree.link(base)
         way = tree.way(base, tip)
-        driven = _driven(way, base, tip)
+        driven = _turning_joints(way, base, tip)
         return _chain(tree, way, driven)
     except ValueError as cause:
         raise RobotFileError(f"{file}: {cause}") from cause
 
 
-def _driven(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
+def _turning_joints(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
     """Return the joints of a way that turn; the others of it are fixed."""
     moving = [joint for joint in way if joint.kind != "fixed"]
     turning = [joint for joint in moving if joint.is_rotation]
@@ -172,7 +172,7 @@ def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]
     for joint in driven:
         placement = placements[joint.name]
         inertia = pin.Inertia.Zero()
-        for link, joint_from_link in tree.carried(joint.child, on_way):
+        for link, joint_from_link in tree.rigid_links(joint.child, on_way):
             body = tree.inertia(link)
             if body.mass > 0.0:
                 masses[link] = body.mass

@@ -132,7 +132,7 @@ class UrdfTree:
             link = joints[-1].parent
         return joints[::-1]
 
-    def carried(self, link: str, on_way: Collection[str]) -> Iterator[tuple[str, pin.SE3]]:
+    def rigid_links(self, link: str, on_way: Collection[str]) -> Iterator[tuple[str, pin.SE3]]:
         """Yield a link, those behind it up to a way's joints, and their frames in its own."""
         waiting = [(link, pin.SE3.Identity())]
         while waiting:

@@ -62,7 +62,7 @@ def _visuals(
     heads = [(base, np.eye(3)), *((joint.child, frames[joint.name]) for joint in driven)]
     for body, (head, rotation) in enumerate(heads):
         body_from_head = pin.SE3(rotation, np.zeros(3))
-        for link, head_from_link in tree.carried(head, on_way):
+        for link, head_from_link in tree.rigid_links(head, on_way):
             for visual in tree.links[link].findall("visual"):
                 geometry = visual.find("geometry")
                 if geometry is None or not len(geometry):

@@ -54,9 +54,9 @@ class StepWindow:
     Attributes:
         time: Communication points, start and end included [s], (n + 1,).
         rows: Inputs over each step, any unit, (n, k).
-        again: Whether the steps of the window before are taken back.
+        is_repeat: Whether the steps of the window before are taken back.
     """
 
     time: np.ndarray
     rows: np.ndarray
-    again: bool
+    is_repeat: bool

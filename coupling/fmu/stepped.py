@@ -85,7 +85,7 @@ class SteppedInstance:
         Raises:
             FmuError: If the FMU refuses.
         """
-        if window.again:
+        if window.is_repeat:
             self.go_back()
         else:
             self.keep()

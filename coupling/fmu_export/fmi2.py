@@ -128,7 +128,7 @@ def _add_unknowns(
     kinds = element == "Outputs"
     for name in names:
         dependencies = md.known_names(blocks[name], exchange)
-        in_block = [other for other in dependencies if other in blocks[name].own]
+        in_block = [other for other in dependencies if other in blocks[name].elementwise]
         all_of = [k for other in dependencies if other not in in_block for k in numbers[other]]
         for place, k in enumerate(numbers[name]):
             follows = [*all_of, *(numbers[other][place] for other in in_block)]

@@ -144,6 +144,6 @@ def _dependencies(
     names = (
         list(initial) if initial is not None else [*md.known_names(block, exchange), *block.tuned]
     )
-    in_block = [other for other in names if other in block.own and initial is None]
+    in_block = [other for other in names if other in block.elementwise and initial is None]
     all_of = [k for other in names if other not in in_block for k in references[other]]
     return md.sorted_text([*all_of, *(references[other][place] for other in in_block)])

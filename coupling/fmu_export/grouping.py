@@ -69,12 +69,12 @@ def arrays(blocks: Mapping[str, Block]) -> Groups:
         [('gravity', 3, 0), ('mode', 1, 3)]
     """
     return {
-        name: _joined(block.arrays, alone) if block.arrays else alone
+        name: _join_arrays(block.arrays, alone) if block.arrays else alone
         for (name, block), alone in zip(blocks.items(), scalars(blocks).values(), strict=True)
     }
 
 
-def _joined(
+def _join_arrays(
     stated: tuple[Array, ...], alone: tuple[VariableGroup, ...]
 ) -> tuple[VariableGroup, ...]:
     groups, first = [], 0

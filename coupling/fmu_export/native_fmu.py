@@ -10,6 +10,7 @@ from pathlib import Path
 import elastic_robot
 from coupling.fmu_export.archive import build_date, write_fmu
 from coupling.fmu_export.build_options import BuildOptions
+from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
@@ -21,7 +22,6 @@ from coupling.native.core_library import core_libraries, platforms_named
 from coupling.native.robot_text import robot_text
 from coupling.robot.unpacked_robot import NATIVE
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.variables import Block
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
@@ -58,7 +58,7 @@ def build_native_fmu(
     """
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
     standard, name = options.standard, options.name
-    table = blocks(robot, options.strings)
+    table = all_blocks(robot, options.strings)
     declared = table if options.over_step else at_points(table)
     groups = standard.grouped(table)
     rows, version = variable_rows(table, groups), elastic_robot.__version__
@@ -134,12 +134,12 @@ def packed_sources(
             up = "../" * (len(path.parts) - 1)
             text = f'#include "{up}{_NAMES}"\n{text}'
         if file in functions:
-            text = _prefixed(text, path.name, name)
+            text = _with_prefix(text, path.name, name)
         packed[f"sources/{path.as_posix()}"] = text
     return {path: text.encode() for path, text in packed.items()}
 
 
-def _prefixed(text: str, file: str, name: str) -> str:
+def _with_prefix(text: str, file: str, name: str) -> str:
     """Define the prefix of the standard's functions where they are included first."""
     version = file[3]
     standards = f'#include "fmi{version}Functions.h"\n'

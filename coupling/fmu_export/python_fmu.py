@@ -19,7 +19,7 @@ from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from elastic_robot.description import Robot
 from elastic_robot.fingerprint import model_files
-from elastic_robot.fmi.interface import MODEL_NAME, STARTS, co_simulation_blocks
+from elastic_robot.fmi.interface import MODEL_NAME, STARTS, blocks
 
 # The need of a Python environment is stated in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
@@ -48,7 +48,7 @@ def build_python_fmu(
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
     """
     package = Path(elastic_robot.__file__).parent
-    table = co_simulation_blocks(robot, options.strings)
+    table = blocks(robot, options.strings)
     slave = PythonSlave(
         module="elastic_robot_slave",
         class_name=MODEL_NAME,

@@ -82,7 +82,7 @@ class PythonSlave:
         """
         tool = f"PythonFMU {metadata.version('pythonfmu')}"
         described = about(self.model_name, self.description, tool, date, self.capabilities)
-        entries = self._built(resources) | licenses(pythonfmu="pythonfmu") | further
+        entries = self._build_files(resources) | licenses(pythonfmu="pythonfmu") | further
         entries = with_host(entries, self.model_name, platforms)
 
         def identified(guid: str) -> dict[str, bytes]:
@@ -95,7 +95,7 @@ class PythonSlave:
 
         return write_fmu(file, entries, identified, date)
 
-    def _built(self, resources: Mapping[str, bytes]) -> dict[str, bytes]:
+    def _build_files(self, resources: Mapping[str, bytes]) -> dict[str, bytes]:
         """Return the slave with PythonFMU's binaries and package."""
         with tempfile.TemporaryDirectory() as folder, _importable(FMU_SOURCES):
             files = [Path(folder, name) for name in resources]
@@ -109,7 +109,7 @@ class PythonSlave:
             needed = [*self._copy_imports(Path(folder)), *modules, *files]
             FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
-                return {self._named(name): archive.read(name) for name in archive.namelist()}
+                return {self._entry_path(name): archive.read(name) for name in archive.namelist()}
 
     def _copy_imports(self, folder: Path) -> set[Path]:
         """Copy what is imported into a folder, and return the folders and files that are then in it."""
@@ -119,7 +119,7 @@ class PythonSlave:
             copy.write_bytes(source.read_bytes())
         return {folder / Path(name).parts[0] for name in self.files}
 
-    def _named(self, entry: str) -> str:
+    def _entry_path(self, entry: str) -> str:
         """Return the path of an entry; a library bears the name of the model, not of the class."""
         folder, _, file = entry.rpartition("/")
         stem, dot, suffix = file.partition(".")

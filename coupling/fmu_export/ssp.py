@@ -23,8 +23,8 @@ from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
+from coupling.robot.fmu_signals import save_trajectory
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.robot_fmu import save_trajectory
 from coupling.toolpaths.task import Task
 from elastic_robot.fmi.interface import IDEAL, STEP_SIZE
 

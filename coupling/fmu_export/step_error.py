@@ -58,13 +58,13 @@ def _error(
     robot: Path, law: ForceLaw, with_spring: bool, coupled: ToolPath, step: float
 ) -> StepError:
     time, (position,) = coupled.time, coupled.position
-    instants, stepped = _stepped(robot, law, with_spring, time[0], time[-1], step)
+    instants, stepped = _step_path(robot, law, with_spring, time[0], time[-1], step)
     at_samples = [np.interp(time, instants, axis) for axis in stepped.T]
     distance = np.linalg.norm(np.transpose(at_samples) - position, axis=1)
     return StepError(step, float(distance.max()), float(np.sqrt(np.mean(distance**2))))
 
 
-def _stepped(
+def _step_path(
     robot: Path, law: ForceLaw, with_spring: bool, start: float, stop: float, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the communication points [s], (n,), and the TCP's positions there [m], (n, 3).

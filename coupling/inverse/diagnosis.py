@@ -14,7 +14,6 @@ import pinocchio as pin
 
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.inverse.link_task import LinkTask
 from coupling.inverse.links import rigid_motion
 from coupling.inverse.reversals import (
     backlash_error,
@@ -59,14 +58,14 @@ class GearLoads:
     lever: np.ndarray
 
 
-def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
+def diagnose(robot: MovingRobot, motion: DesiredMotion) -> tuple[GearDiagnosis, ...]:
     """Return the diagnosis of every gear along a path.
 
     Args:
         robot: The robot.
-        wanted: The path, its wrench, and the joint angles of the undeflected robot along it.
+        motion: The path, its wrench, and the joint angles of the undeflected robot along it.
     """
-    return diagnosed(robot, gear_loads(robot, wanted))
+    return diagnosed(robot, gear_loads(robot, motion))
 
 
 def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]:
@@ -76,14 +75,14 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     none = np.maximum(negligible_torque(backlash, damping), robot.held_in_backlash)
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     reversals = backlash_reversals(step, loads.torque, backlash, damping)
-    slipping = np.array([own.count > 0 for own in robot.elements], dtype=bool)
+    slipping = np.array([elements.count > 0 for elements in robot.elements], dtype=bool)
     if slipping.any():
-        crossings = robot.wind_up_from(loads.static[0], loads.time, loads.torque).crossings
-        crossed = [c.gear for c in crossings if c.side_before * c.side_after < 0]
+        passages = robot.wind_up_from(loads.static[0], loads.time, loads.torque).reversals
+        crossed = [c.joint - 1 for c in passages if c.before * c.after < 0]
         reversals = np.where(slipping, np.bincount(crossed, minlength=len(slipping)), reversals)
     clear = margin(loads.torque)
-    carried = np.abs(loads.carried)
-    at_most = loads.time[carried.argmax(axis=0)]
+    gear_torque = np.abs(loads.carried)
+    at_most = loads.time[gear_torque.argmax(axis=0)]
     may_carry_nothing = (backlash > 0.0) | slipping
     unloaded = (np.abs(loads.static[1:]) <= none) & may_carry_nothing
     in_backlash = step * np.sum(unloaded, axis=0)
@@ -107,7 +106,7 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
             in_backlash=float(in_backlash[gear]),
             margin=float(clear[gear]),
             backlash_error=float(by_backlash[gear]),
-            torque=float(carried[:, gear].max()),
+            torque=float(gear_torque[:, gear].max()),
             torque_time=float(at_most[gear]),
             base_tilt=tilts[gear][0],
             base_tilt_direction=tilts[gear][1],
@@ -117,15 +116,10 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     )
 
 
-def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
+def gear_loads(robot: MovingRobot, motion: DesiredMotion) -> GearLoads:
     """Return the torque of the gears of the rigid robot with its tilts at rest under their loads."""
-    task = robot.task(wanted)
-    return loads_along(robot, stiff_links(robot, task), task.wrench)
-
-
-def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
-    """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
-    return rigid_motion(robot.model, task)
+    task = robot.task(motion)
+    return loads_along(robot, rigid_motion(robot.model, task), task.wrench)
 
 
 def loads_along(
@@ -139,12 +133,12 @@ def loads_along(
         wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
     """
     model, time = robot.model, theta.nodes
-    still = theta.at(time)
-    rest = np.zeros_like(still)
-    static = -model.load(still, rest, rest, wrench(time))[:, model.gears]
+    angles = theta.at(time)
+    zero = np.zeros_like(angles)
+    static = -model.load(angles, zero, zero, wrench(time))[:, model.gears]
     rate, acceleration = theta.at(time, 1), theta.at(time, 2)
     rate[:, model.tilts] = acceleration[:, model.tilts] = 0.0
-    carried = -model.load(still, rate, acceleration, wrench(time))[:, model.gears]
+    carried = -model.load(angles, rate, acceleration, wrench(time))[:, model.gears]
     seldom = np.append(time[:-1:_SELDOM], time[-1])
     by_gravity, lever = _by_pose(robot, theta.at(seldom))
     return GearLoads(
@@ -168,8 +162,8 @@ def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndar
     for k, angles in enumerate(theta):
         jacobian = tcp_jacobian(model.chain, data, angles)
         lever[k] = np.linalg.norm(jacobian[:3, model.gears], axis=0)
-        for axis, own in enumerate(unit):
-            torque = pin.computeGeneralizedGravity(own, data, angles)
+        for axis, pulled in enumerate(unit):
+            torque = pin.computeGeneralizedGravity(pulled, data, angles)
             by_gravity[k, :, axis] = -torque[model.gears]
     return by_gravity, lever
 

@@ -25,6 +25,7 @@ import numpy as np
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.gear_path import GearLaw
+from coupling.results.gear_result import BacklashReversal
 from elastic_robot.chain import Chain
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TorqueCurve
@@ -39,25 +40,6 @@ _ON_EDGE = 1e-13
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """A gear crosses its backlash, or leaves a flank and comes back to it.
-
-    Attributes:
-        gear: Number among the gears, from 0.
-        begins: Time at which it leaves the flank, or the first time [s].
-        ends: Time at which it reaches a flank, or the last time [s].
-        side_before: Flank it leaves, -1 or 1; 0 if it is in its backlash at the first time.
-        side_after: Flank it reaches, -1 or 1; 0 if it is in its backlash at the last time.
-    """
-
-    gear: int
-    begins: float
-    ends: float
-    side_before: int
-    side_after: int
-
-
-@dataclass(frozen=True)
 class WindUp:
     """Motion of the gears.
 
@@ -65,13 +47,13 @@ class WindUp:
         time: Times [s], (n,).
         angle: Wind-up e [rad], (n, gears).
         rate: e' [rad/s], (n, gears).
-        crossings: Passages through the backlash, by gear and time.
+        reversals: Passages through the backlash, by gear and time; `joint` counts the gears from 1.
     """
 
     time: np.ndarray
     angle: np.ndarray
     rate: np.ndarray
-    crossings: tuple[Crossing, ...]
+    reversals: tuple[BacklashReversal, ...]
 
 
 def gears_of(parameters: Parameters, chain: Chain) -> Parameters:
@@ -130,29 +112,33 @@ def solve_wind_up(
         >>> curve = BacklashCurve(np.array([1e4]), np.array([1e-3]))
         >>> torque = 20.0 - 40.0 * time[:, None]
         >>> wind_up = solve_wind_up(time, torque, curve, np.array([5.0]), np.array([3e-3]))
-        >>> [(round(c.begins, 3), round(c.ends, 3), c.side_after) for c in wind_up.crossings]
+        >>> [(round(c.begins, 3), round(c.ends, 3), c.after) for c in wind_up.reversals]
         [(0.5, 0.522, -1)]
     """
     spacing = float((time[-1] - time[0]) / (len(time) - 1))
-    used, crossings = damping_in_backlash(curve, damping), list[Crossing]()
+    used, reversals = damping_in_backlash(curve, damping), list[BacklashReversal]()
     angle, rate = np.empty((2, *torque.shape))
     for gear in range(torque.shape[1]):
         spring, own = GearLaw.of(curve, gear), elements[gear] if elements else NO_ELEMENTS
         path = spring.path(spacing, torque[:, gear], float(used[gear]), float(start[gear]), own)
         angle[:, gear], rate[:, gear] = path
-        crossings += _crossings(gear, time, path[0], spring.backlash)
-    return WindUp(time, angle, rate, tuple(crossings))
+        reversals += _reversals(gear + 1, time, path[0], spring.backlash)
+    return WindUp(time, angle, rate, tuple(reversals))
 
 
-def _crossings(
-    gear: int, time: np.ndarray, angle: np.ndarray, backlash: tuple[float, float]
-) -> list[Crossing]:
+def _reversals(
+    joint: int, time: np.ndarray, angle: np.ndarray, backlash: tuple[float, float]
+) -> list[BacklashReversal]:
     """Return the passages of a gear's angle (n,) between the ends of its backlash."""
     low, high = backlash
     if low == high:
         return []
     side = np.select([angle > high - _ON_EDGE, angle < low + _ON_EDGE], [1, -1])
-    found, begins, before = [], float(time[0]), 0
+    reversals, begins, before = [], float(time[0]), 0
+
+    def passage(begins: float, ends: float, before: int, after: int) -> BacklashReversal:
+        return BacklashReversal(joint=joint, begins=begins, ends=ends, before=before, after=after)
+
     for k in np.flatnonzero(np.diff(side)).tolist():
         here, then = int(side[k]), int(side[k + 1])
 
@@ -165,7 +151,7 @@ def _crossings(
         if here != 0:
             begins, before = edge(here), here
         if then != 0:
-            found.append(Crossing(gear, begins, edge(then), before, then))
+            reversals.append(passage(begins, edge(then), before, then))
     if side[-1] == 0:
-        found.append(Crossing(gear, begins, float(time[-1]), before, 0))
-    return found
+        reversals.append(passage(begins, float(time[-1]), before, 0))
+    return reversals

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,6 @@ from coupling.inverse.gear_drive import GearTask
 from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import (
-    Crossing,
     WindUp,
     damping_in_backlash,
     gears_of,
@@ -31,6 +30,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
+from coupling.results.gear_result import BacklashReversal
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
@@ -79,13 +79,13 @@ class InverseSolution:
     Attributes:
         command: Motion of the drives [rad], a column a joint.
         links: Motion of the links with the tool on its path.
-        crossings: Passages of gears through their backlash; `gear` counts the elastic joints.
+        reversals: Passages of gears through their backlash, by joint and time.
         wrench: The wrench that the links were solved under, as a function of time.
     """
 
     command: UniformSpline
     links: LinkMotion
-    crossings: tuple[Crossing, ...]
+    reversals: tuple[BacklashReversal, ...]
     wrench: Callable[[np.ndarray], np.ndarray]
 
 
@@ -170,8 +170,8 @@ class MovingRobot:
         smooth = task.wrench
         del task
         gears = partial(self._gear_motion, links.theta, smooth, wanted.wrench)
-        command, crossings = self._command(links.theta, gears, rows, limits, progress)
-        return InverseSolution(command, links, crossings, smooth)
+        command, reversals = self._command(links.theta, gears, rows, limits, progress)
+        return InverseSolution(command, links, reversals, smooth)
 
     def _gear_motion(
         self,
@@ -304,9 +304,9 @@ class MovingRobot:
         rows: CommandRows,
         limits: JointLimits,
         progress: Progress,
-    ) -> tuple[UniformSpline, tuple[Crossing, ...]]:
-        """Return the drives' motion and the crossings of backlash, joint by joint."""
-        chain, crossings, motion = self.model.chain, list[Crossing](), None
+    ) -> tuple[UniformSpline, tuple[BacklashReversal, ...]]:
+        """Return the drives' motion and the passages through backlash, joint by joint."""
+        chain, reversals, motion = self.model.chain, list[BacklashReversal](), None
         columns = np.empty((rows.coefficients, chain.joint_count))
         gear_of = {int(joint): gear for gear, joint in enumerate(self.model.gear_joint)}
         # Rigid joints first: what the gears carry takes memory.
@@ -320,16 +320,16 @@ class MovingRobot:
                 command = rigid_command(link, rows, own, errors)
             else:
                 motion = motion or gears()
-                task, crosses = self._gear_task(motion, gear_of[joint], link, errors)
+                task, passages = self._gear_task(motion, gear_of[joint], link, errors)
                 command = gear_command(task, rows, own)
-                crossings += crosses
+                reversals += passages
             columns[:, joint] = command.coefficients[:, 0]
             progress("drives", count + 1, chain.joint_count)
-        return UniformSpline(rows.start, rows.cycle, columns, rows.degree), tuple(crossings)
+        return UniformSpline(rows.start, rows.cycle, columns, rows.degree), tuple(reversals)
 
     def _gear_task(
         self, motion: _GearMotion, gear: int, link: UniformSpline, errors: KinematicErrors
-    ) -> tuple[GearTask, list[Crossing]]:
+    ) -> tuple[GearTask, list[BacklashReversal]]:
         """Return what one gear has to carry, and when it crosses its backlash."""
         here, elements = slice(gear, gear + 1), self.elements[gear]
         parameters = rows_of(self._gears, np.array([gear]))
@@ -350,7 +350,8 @@ class MovingRobot:
             elements,
             errors,
         )
-        return task, [replace(crossing, gear=gear) for crossing in wind_up.crossings]
+        number = {"joint": int(self.model.gear_joint[gear]) + 1}
+        return task, [passage.model_copy(update=number) for passage in wind_up.reversals]
 
 
 def fine_times(theta: UniformSpline) -> np.ndarray:

@@ -37,25 +37,6 @@ def negligible_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
     return limit
 
 
-def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
-    """Return the number of sign changes of torques of successive poses, (...).
-
-    Args:
-        torque: Torque of the gears [N m], (k, ...).
-        none: Torques up to this one have no sign [N m], (...).
-
-    Example:
-        >>> sign_changes(np.array([5.0, 0.5, -0.5, 0.5, -3.0, -0.1, -3.0]), 1.0)
-        array(1)
-    """
-    side = np.where(np.abs(torque) > none, np.sign(torque), 0.0)
-    row = np.arange(len(side)).reshape(-1, *([1] * (side.ndim - 1)))
-    # The row of the last torque that has a sign; before the first one row 0, without a sign.
-    last = np.maximum.accumulate(np.where(side != 0.0, row, 0), axis=0)
-    held = np.take_along_axis(side, last, axis=0)
-    return np.asarray(np.sum(held[1:] * held[:-1] < 0.0, axis=0))
-
-
 def backlash_reversals(
     spacing: float, torque: np.ndarray, backlash: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:

@@ -29,30 +29,30 @@ class RobotServos:
 
     Args:
         moving: The robot.
-        found: Its inverse: the links, and the motors on their rows.
+        solution: Its inverse: the links, and the motors on their rows.
         limits: Limits of the drives, which the commands keep as well.
-        rest: Whether the path is at rest at its start, and at its end.
+        ends_at_rest: Whether the path is at rest at its start, and at its end.
     """
 
     def __init__(
         self,
         moving: MovingRobot,
-        found: InverseSolution,
+        solution: InverseSolution,
         limits: JointLimits,
-        rest: tuple[bool, bool],
+        ends_at_rest: tuple[bool, bool],
     ) -> None:
-        self._moving, self._limits, motors = moving, limits, found.command
+        self._moving, self._limits, motors = moving, limits, solution.command
         self._rows = CommandRows(
-            motors.start, motors.spacing, motors.intervals, motors.degree, rest
+            motors.start, motors.spacing, motors.intervals, motors.degree, ends_at_rest
         )
-        theta = found.links.theta
+        theta = solution.links.theta
         fine = fine_times(theta)
-        needed = CubicSpline(fine, moving.torque(theta, fine, found.wrench))
+        needed = CubicSpline(fine, moving.torque(theta, fine, solution.wrench))
         self._gear_torque = -needed(np.minimum(dense_times(self._rows), theta.end))
         first = theta.at(fine[:1])
-        still = 0.0 * first
-        held = moving.model.load(first, still, still, found.wrench(fine[:1]))
-        self._held = held[0, moving.model.gears]
+        zero = 0.0 * first
+        static = moving.model.load(first, zero, zero, solution.wrench(fine[:1]))
+        self._held = static[0, moving.model.gears]
 
     def command(self, motors: UniformSpline) -> UniformSpline:
         """Return the commands of servos for this motion of their motors; other joints as they are.
@@ -72,10 +72,12 @@ class RobotServos:
             drive = moving.robot.joints[joint].drive
             if drive is not None:
                 angle, rate, acceleration = (values[:, joint] for values in motion)
-                torque, held = self._gear_torque[:, gear], float(self._held[gear])
-                own = MotorMotion(time, angle, rate, acceleration, torque, held, slope[:, joint])
+                torque, static = self._gear_torque[:, gear], float(self._held[gear])
+                motor_motion = MotorMotion(
+                    time, angle, rate, acceleration, torque, static, slope[:, joint]
+                )
                 limits = self._limits.of_joint(joint)
-                coefficients[:, joint] = _column(drive, own, self._rows, limits)
+                coefficients[:, joint] = _column(drive, motor_motion, self._rows, limits)
         return replace(motors, coefficients=coefficients)
 
 
@@ -90,12 +92,12 @@ def _column(
         drive, rows, servo.angle, begins, () if rows.rest[1] else (float(servo.rate[-1]),)
     )
     try:
-        found = fit.best(limits)
+        coefficients = fit.best(limits)
     except NoCommandError as error:
         raise _lost(limits) from error
-    if np.abs(fit.missed(found)).max() > _LOST:
+    if np.abs(fit.missed(coefficients)).max() > _LOST:
         raise _lost(limits)
-    return found
+    return coefficients
 
 
 def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarray) -> None:
@@ -111,8 +113,8 @@ def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarr
 
 
 def _lost(limits: DriveLimits) -> PlanningError:
-    kept = [(limits.rate, "rad/s"), (limits.acceleration, "rad/s^2")]
-    text = [f"{most:.6g} {unit}" for most, unit in kept if np.isfinite(most)]
+    limited = [(limits.rate, "rad/s"), (limits.acceleration, "rad/s^2")]
+    text = [f"{most:.6g} {unit}" for most, unit in limited if np.isfinite(most)]
     if np.isfinite([limits.lower, limits.upper]).any():
         text.insert(0, f"{limits.lower:.6g} to {limits.upper:.6g} rad")
     return PlanningError(

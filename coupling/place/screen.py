@@ -214,11 +214,11 @@ class Screen:
             nearest = near and near.chosen(chosen)
             moving = following(self._serial, q[:, chosen], shift, motion, nearest)
             loads = moved_path.wrench(places, alive), moved_path.gravity(places, alive)
-            batch.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
+            batch.put(places, alive, self._load_batch(q[:, chosen], moving, *loads))
         batch.forget(np.setdiff1d(np.arange(count), alive))
         return batch
 
-    def _loaded(
+    def _load_batch(
         self, q: np.ndarray, moving: FollowingRobot, wrench: np.ndarray, gravity: np.ndarray
     ) -> Batch:
         """Return the batch of a robot in motion under loads, places times settings."""

@@ -204,11 +204,13 @@ class _Arc:
 
 def _table(time: np.ndarray, rows: list[list[_Arc]]) -> Arcs:
     table = np.zeros((6, len(rows), max(1, max((len(arcs) for arcs in rows), default=1))))
-    made_at = np.append(time, [np.nan, -1.0])  # by its number; _BY_ITSELF and RAW are the last two
+    removal_time = np.append(
+        time, [np.nan, -1.0]
+    )  # by its number; _BY_ITSELF and RAW are the last two
     for place, arcs in enumerate(rows):
         for column, arc in enumerate(arcs):
-            made = made_at[list(arc.removers)]
-            table[:, place, column] = (arc.start, arc.end, arc.depth, *made)
+            removal_times = removal_time[list(arc.removers)]
+            table[:, place, column] = (arc.start, arc.end, arc.depth, *removal_times)
     return Arcs(*table)
 
 
@@ -228,11 +230,11 @@ def _arcs(stock: Stock, tip: np.ndarray, feed: np.ndarray, radius: float) -> lis
     last = np.append(first[1:], _ANGLES) - 1
     # Between two runs the border of the lowest layer that ends there, and who made it.
     borders, makers = [0.0], [_BY_ITSELF]
-    for left, right in zip(last[:-1].tolist(), first[1:].tolist(), strict=True):
-        layer = int(min(layers[left], layers[right]))
-        a, b = np.abs(distance[layer, [left, right]])
-        borders.append(float(phi[left] + turn * a / max(a + b, _STANDING)))
-        air = left if layers[left] < layers[right] else right
+    for before, behind in zip(last[:-1].tolist(), first[1:].tolist(), strict=True):
+        layer = int(min(layers[before], layers[behind]))
+        a, b = np.abs(distance[layer, [before, behind]])
+        borders.append(float(phi[before] + turn * a / max(a + b, _STANDING)))
+        air = before if layers[before] < layers[behind] else behind
         makers.append(stock.remover(points[air], lowest + layer))
     borders.append(np.pi)
     makers.append(_BY_ITSELF)

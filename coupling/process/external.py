@@ -130,7 +130,7 @@ class ExternalProgram(WithIdentity):
         return table
 
 
-def _filled(command: list[str], info: ValidationInfo) -> list[str]:
+def _fill_command(command: list[str], info: ValidationInfo) -> list[str]:
     """Put the case file's folder and this Python into a command."""
     folder = (info.context or {}).get("folder", Path()).resolve()
     return [
@@ -149,7 +149,7 @@ class ExternalTable(ProcessTable):
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"time_limit_s"})
 
     model: Literal["external"]
-    command: Annotated[list[str], Field(min_length=1), AfterValidator(_filled)]
+    command: Annotated[list[str], Field(min_length=1), AfterValidator(_fill_command)]
     time_limit_s: Positive
     frame: PoseFrame = "part"
     files: list[FilePath] = []

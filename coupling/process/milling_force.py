@@ -127,30 +127,34 @@ class Milling:
         offset = now - interpolate_rows(time, self.desired.time, self.tips)
         arcs = self.engaged.at(time)
 
-        def beyond(made: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        def extra_offset(since: np.ndarray, rows: np.ndarray) -> np.ndarray:
             """Return how much farther the tool is off than what made a surface was [m], (k, 3)."""
-            earlier = np.flatnonzero(made >= 0.0)
-            more = np.where(np.isnan(made)[:, None], 0.0, offset[rows])
-            at = made[earlier]
+            earlier = np.flatnonzero(since >= 0.0)
+            more = np.where(np.isnan(since)[:, None], 0.0, offset[rows])
+            at = since[earlier]
             more[earlier] -= tip.at(at) - interpolate_rows(at, self.desired.time, self.tips)
             return more
 
         for arc in range(arcs.start.shape[1]):
             rows = np.flatnonzero(arcs.end[:, arc] > arcs.start[:, arc])
-            depth = arcs.depth[rows, arc] - beyond(arcs.top_made[rows, arc], rows)[:, 2]
+            depth = arcs.depth[rows, arc] - extra_offset(arcs.top_made[rows, arc], rows)[:, 2]
             rows, depth = rows[depth > 0.0], depth[depth > 0.0]
             start, end = (
-                self._moved(angle[rows, arc], beyond(made[rows, arc], rows), leftward[rows])
-                for angle, made in ((arcs.start, arcs.start_made), (arcs.end, arcs.end_made))
+                self._shifted_angle(
+                    angle[rows, arc], extra_offset(since[rows, arc], rows), leftward[rows]
+                )
+                for angle, since in ((arcs.start, arcs.start_made), (arcs.end, arcs.end_made))
             )
             yield rows, Engagement(chip[rows], start, np.maximum(start, end), depth)
 
-    def _moved(self, angle: np.ndarray, more: np.ndarray, leftward: np.ndarray) -> np.ndarray:
+    def _shifted_angle(
+        self, angle: np.ndarray, more: np.ndarray, leftward: np.ndarray
+    ) -> np.ndarray:
         """Return the angles at sides along the feed that a tool is nearer to by `more` [m], (k, 3)."""
         across = np.sum(more[:, :2] * leftward, axis=1)
         cosine = np.cos(angle) - across / self.cutter.radius
-        moved: np.ndarray = np.where(across == 0.0, angle, np.arccos(np.clip(cosine, -1.0, 1.0)))
-        return moved
+        angles: np.ndarray = np.where(across == 0.0, angle, np.arccos(np.clip(cosine, -1.0, 1.0)))
+        return angles
 
     def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
         """Turn wrenches from the axes of the cut to those of the base [N, N m], (n, 6)."""

@@ -36,7 +36,7 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     file = (folder / f"{name}.py").resolve()
     if not file.is_file():
         raise CaseError(f"expected the Python file of the process, got {file}, which is not there")
-    module = _imported(file)
+    module = _import_file(file)
     schema = getattr(module, table, None)
     is_table = isinstance(schema, type) and issubclass(schema, ProcessSchema)
     if schema is None or not is_table or inspect.isabstract(schema):
@@ -47,7 +47,7 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     return f"{file}:{table}", schema
 
 
-def _imported(file: Path) -> ModuleType:
+def _import_file(file: Path) -> ModuleType:
     name = f"own_process_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None

@@ -86,7 +86,7 @@ class SheetFem(WithIdentity):
         if touching:
             state = self.model.equilibrium(state, (), (), boxes[-1]).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
-        felt = self._felt(stiffness)
+        felt = self._stiffness_at_samples(stiffness)
         wrenches = []
         for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True)):
             away = tool.position[0] - self.desired.position[k]
@@ -107,7 +107,7 @@ class SheetFem(WithIdentity):
             boxes.append(self.model.near(boxes[-1] if boxes else None, place))
         return boxes
 
-    def _felt(self, stiffness: np.ndarray) -> np.ndarray:
+    def _stiffness_at_samples(self, stiffness: np.ndarray) -> np.ndarray:
         """Return the stiffness at all samples, base axes, (n, 3 tools, 3 tools)."""
         size = stiffness.shape[-1]
         axes = np.kron(np.eye(size // 3), self.part.rotation.as_matrix())

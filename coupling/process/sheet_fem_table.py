@@ -149,7 +149,7 @@ class SheetFemTable(ProcessSchema):
                 f" the tool path spans, got {self.sheet_size_m}"
             )
         x, y = self.sheet_size_m
-        elements = (_coarsened(x / self._element), _coarsened(y / self._element))
+        elements = (_coarsen_count(x / self._element), _coarsen_count(y / self._element))
         radii, contacts = [0.5 * self.tool_diameter_m], [task.contact]
         if task.support is not None:
             radii.append(0.5 * task.support.tool_diameter)
@@ -194,6 +194,6 @@ class SheetFemTable(ProcessSchema):
         return Yld91.of(material, self.anisotropy, self.yield_exponent)
 
 
-def _coarsened(count: float) -> int:
+def _coarsen_count(count: float) -> int:
     """Return the number nearest to a given one that coarse elements can be cut from."""
     return max(round(count / COARSENING), 1) * COARSENING

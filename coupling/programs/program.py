@@ -49,7 +49,7 @@ class Configuration:
     @property
     def quadrants(self) -> tuple[int, int, int]:
         """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
-        axis_1, axis_4, axis_6 = (int(self._written(i) // 90.0) for i in (0, 3, 5))
+        axis_1, axis_4, axis_6 = (int(self._angle_in_degrees(i) // 90.0) for i in (0, 3, 5))
         return axis_1, axis_4, axis_6
 
     @property
@@ -60,15 +60,17 @@ class Configuration:
     @property
     def turn(self) -> int:
         """KUKA's T: a bit for each joint, the first the lowest, one where its angle is negative."""
-        return sum(1 << i for i in range(len(self.angles)) if self._written(i) < 0.0)
+        return sum(1 << i for i in range(len(self.angles)) if self._angle_in_degrees(i) < 0.0)
 
     @property
     def turns(self) -> tuple[int, int, int]:
         """Whole turn in which joints 1, 4 and 6 are, 0 from -180 to 180 deg."""
-        axis_1, axis_4, axis_6 = (int((self._written(i) + 180.0) // 360.0) for i in (0, 3, 5))
+        axis_1, axis_4, axis_6 = (
+            int((self._angle_in_degrees(i) + 180.0) // 360.0) for i in (0, 3, 5)
+        )
         return axis_1, axis_4, axis_6
 
-    def _written(self, joint: int) -> float:
+    def _angle_in_degrees(self, joint: int) -> float:
         """Return a joint's angle as a program writes it [deg]."""
         return round(degrees(self.angles[joint]), DEGREE_DECIMALS)
 

@@ -38,7 +38,7 @@ def check_answer(
         if demand.exceeded
     ]
     loads = [str(warning) for robot in robots for warning in robot.warnings]
-    beyond = [*limits, *chatter, *loads]
+    problems = [*limits, *chatter, *loads]
     margin = min(
         (d.margin for robot in robots for d in robot.demands if d.margin is not None),
         default=np.inf,
@@ -56,7 +56,7 @@ def check_answer(
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
     elif loads:
-        sentence = "The robot reaches the whole path, but is loaded beyond its rating."
+        sentence = "The robot reaches the whole path, but is loaded problems its rating."
     else:
         sentence = "The robot reaches the whole path within its limits."
         if felt:
@@ -66,8 +66,8 @@ def check_answer(
             )
     return Answer(
         sentence=sentence,
-        reason=beyond[0] if beyond and not limits else _of_gears(gears),
-        good=False if beyond or felt else True if tolerance is not None else None,
+        reason=problems[0] if problems and not limits else _of_gears(gears),
+        good=False if problems or felt else True if tolerance is not None else None,
         figures=(
             KeyFigure(
                 "To the nearest joint limit",
@@ -85,7 +85,7 @@ def check_answer(
                 "largest deviation of the tool",
             ),
         ),
-        steps=_steps(bool(beyond), bool(gears), file),
+        steps=_steps(bool(problems), bool(gears), file),
     )
 
 

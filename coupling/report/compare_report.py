@@ -30,7 +30,7 @@ from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
-from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
+from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Part, Section, Table
 from coupling.run.stored_run import StoredRobot, StoredRun
 
 _MEASURED_KIND = "measured"
@@ -240,7 +240,13 @@ def _head(comparison: Comparison) -> list[Section]:
         *("run", "file", "largest", "rms", "clock [ms]"),
         *("frame [um]", "noise", "samples left out"),
     )
-    taken_off = [Section("Measured", [_MEASURED, Table(columns, rows)])] if rows else []
+    understood = [
+        f"{tool.file.name}: {tool.run.measured.understood.sentence}."
+        for _, tool in sorted(comparison.measured.items())
+        if tool.run.measured.understood is not None
+    ]
+    parts: list[Part] = [_MEASURED, Table(columns, rows), *understood]
+    taken_off = [Section("Measured", parts)] if rows else []
     return [*taken_off, Section("Figures", [_figures(comparison)]), *verdicts]
 
 

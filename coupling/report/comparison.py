@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from coupling.errors import ResultError
+from coupling.files.recorded_bag import is_bag
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import ANYWHERE, FrameAccuracy
 from coupling.identification.runs.measurement import SimulatedPath, read_measurement
+from coupling.identification.runs.recorded_columns import ColumnChoice
 from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
 from coupling.report.background import case_content
@@ -58,13 +60,20 @@ class MeasuredTool:
     actual: ToolPath
 
     @classmethod
-    def read(cls, folder: Path, file: Path, run: StoredRun, own_frame: bool) -> MeasuredTool:
+    def read(
+        cls,
+        folder: Path,
+        file: Path,
+        run: StoredRun,
+        own_frame: bool,
+        choice: ColumnChoice | None,
+    ) -> MeasuredTool:
         """Read what was measured under a run.
 
         Raises:
             LearnError: If it is no measurement of this run.
         """
-        source = read_source(folder, read_measurement(file))
+        source = read_source(folder, read_measurement(file, choice))
         base_from_world = source.world_from_base.inverse()
         model = SimulatedPath(run.first.achieved.transformed(base_from_world))
         accuracy = ANYWHERE if own_frame else FrameAccuracy()
@@ -93,19 +102,26 @@ class Comparison(Shown):
     measured: Mapping[int, MeasuredTool]
 
     @classmethod
-    def of(cls, places: Sequence[Path], own_frame: bool = False) -> Comparison:
+    def of(
+        cls,
+        places: Sequence[Path],
+        own_frame: bool = False,
+        choice: ColumnChoice | None = None,
+    ) -> Comparison:
         """Read run folders, and files that were measured under the run before each of them.
 
         Args:
             places: Folders and files in their order.
             own_frame: Whether the pose of the measuring frame is unknown.
+            choice: Columns and units of the files, where they are named.
 
         Raises:
             ResultError: If a folder cannot be read, is named twice, or its robots are others.
             LearnError: If a file is no measurement of its run.
         """
-        folders = [place for place in places if not place.is_file()]
-        if places[0].is_file():
+        is_measured = [place.is_file() or is_bag(place) for place in places]
+        folders = [place for place, is_file in zip(places, is_measured, strict=True) if not is_file]
+        if is_measured[0]:
             raise ResultError(f"{places[0]}: expected a run folder first, got a file")
         if len(places) < 2:
             raise ResultError(f"{places[0]}: expected another run, or a measured path, beside it")
@@ -126,14 +142,14 @@ class Comparison(Shown):
         if len(set(names)) < len(names):
             names = tuple(map(str, folders))
         measured, number = {}, -1
-        for place in places:
-            if not place.is_file():
+        for place, is_file in zip(places, is_measured, strict=True):
+            if not is_file:
                 number += 1
             elif number in measured:
                 raise ResultError(f"{place}: expected one measured path behind {folders[number]}")
             else:
                 measured[number] = MeasuredTool.read(
-                    folders[number], place, runs[number], own_frame
+                    folders[number], place, runs[number], own_frame, choice
                 )
         return cls(names, runs, measured)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from coupling.report.document import document
+from coupling.report.parameter_table import parameter_table
 from coupling.results.cutting_result import CuttingIdentified
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Answer, Note, Section, Table
 
 _WORDS = {
     "mean": "mean",
@@ -17,19 +18,15 @@ _NOTE = Note(
 )
 
 
-def cutting_page(title: str, result: CuttingIdentified) -> str:
-    """Return the page of an identification from slots as one self-contained HTML text."""
-    return document(title, cutting_summary(result))
+def cutting_page(title: str, result: CuttingIdentified, answer: Answer) -> str:
+    """Return the page of an identification from slots, below its first screen, as one HTML text."""
+    return document(title, cutting_summary(result), answer)
 
 
 def cutting_summary(result: CuttingIdentified) -> list[Section]:
     """Return what slots said."""
     across, along, axial = result.axes
     once, passing = result.shown[:3], result.shown[3:]
-    rows = [
-        (row.name, f"{row.value:.4g}", f"{row.low:.3g}", f"{row.high:.3g}")
-        for row in result.parameters
-    ]
     forces = [
         (
             f"{6e4 * row.feed_m_s:.0f}",
@@ -51,7 +48,7 @@ def cutting_summary(result: CuttingIdentified) -> list[Section]:
                 " (once a revolution across, along, axial; teeth across, along).",
             ],
         ),
-        Section("Parameters", [Table(("parameter", "fit", "95 % from", "to"), rows)]),
+        Section("Parameters", [parameter_table(result.parameters)]),
         Section(
             "Forces [N]",
             [

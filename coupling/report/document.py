@@ -74,7 +74,7 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
     heading = f"<h1>{title}</h1>" if title else ""
     figures = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
     numbers = _text({name: scene_numbers(scene) for name, scene in scenes.items()})
-    packed = {"figures": _packed(figures), "scenes": _packed(numbers)}
+    packed = {"figures": _pack(figures), "scenes": _pack(numbers)}
     packed |= {"three": _library(_THREE)} if scenes else {}
     packed |= {"plotly": _library(_PLOTLY)} if drawn else {}
     data = "".join(
@@ -191,10 +191,10 @@ _TROUBLE = (
 
 @cache
 def _library(name: str) -> str:
-    return _packed((_BROWSER / name).read_text(encoding="utf-8"))
+    return _pack((_BROWSER / name).read_text(encoding="utf-8"))
 
 
-def _packed(text: str) -> str:
+def _pack(text: str) -> str:
     # Without a time, so that the same page is the same bytes.
     packed = gzip.compress(text.encode(), _COMPRESSION, mtime=0)
     return base64.b64encode(packed).decode("ascii")

@@ -11,24 +11,22 @@ from coupling.report.identify_figures import (
     amplification,
     arrows,
     intervals,
-    label,
     residuals,
 )
 from coupling.report.parameter_table import in_digits, parameter_table
-from coupling.report.result_answers import identify_answer
 from coupling.results.identified_result import IdentifiedResult
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Answer, Note, Section, Table, warned
 
 _MM = 1e3
 
 
-def identify_page(title: str, result: IdentifiedResult, file: str) -> str:
+def identify_page(title: str, result: IdentifiedResult, answer: Answer) -> str:
     """Return the page of an identification as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Figures of the identification, the content of identified.json.
-        file: Robot file that is written, as commands name it.
+        answer: Its first screen.
     """
     factor = amplification(result)
     arrows_note = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
@@ -44,13 +42,12 @@ def identify_page(title: str, result: IdentifiedResult, file: str) -> str:
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
         Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
     ]
-    return document(title, sections, identify_answer(result, file))
+    return document(title, sections, answer)
 
 
 def identify_summary(result: IdentifiedResult) -> list[Section]:
     """Return what was identified."""
     return [
-        _verdict(result),
         _sizes(result),
         *_loops(result),
         Section("Parameters", [_parameters(result)]),
@@ -58,14 +55,6 @@ def identify_summary(result: IdentifiedResult) -> list[Section]:
         _separability(result),
         *_further(result),
     ]
-
-
-def _verdict(result: IdentifiedResult) -> Section:
-    words = f"NOT WRITTEN: {result.refusal}" if result.refusal else "Identified"
-    fixed = [label(p) for p in result.parameters if not p.identified]
-    if fixed and not result.refusal:
-        words += f", except {', '.join(fixed)}"
-    return Section("", [sentence(words)], good=not result.refusal)
 
 
 def _sizes(result: IdentifiedResult) -> Section:

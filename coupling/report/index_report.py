@@ -19,7 +19,7 @@ from coupling.report.report_file import name_path, write_page
 from coupling.report.result_answers import place_answer, stability_answer, study_answer
 from coupling.report.run_report import answer_of
 from coupling.report.run_scene import part_frame, tracks_of
-from coupling.report.still import stills
+from coupling.report.static_scene import stills
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
 from coupling.results.stability_result import StabilityResult

@@ -42,7 +42,7 @@ def robot_meshes(description: str) -> Sequence[ScenePart]:
     shapes = [(visual, mesh) for visual in visuals if (mesh := _mesh(trimesh, visual)) is not None]
     whole = sum(len(mesh.faces) for _, mesh in shapes)
     share = min(1.0, _TRIANGLES / max(whole, 1))
-    return [_part(visual, _simplified(mesh, share)) for visual, mesh in shapes]
+    return [_part(visual, _simplify(mesh, share)) for visual, mesh in shapes]
 
 
 def _mesh(trimesh: Any, visual: UrdfVisual) -> Any | None:
@@ -71,7 +71,7 @@ def _mesh(trimesh: Any, visual: UrdfVisual) -> Any | None:
     return mesh if is_whole else None
 
 
-def _simplified(mesh: Any, share: float) -> Any:
+def _simplify(mesh: Any, share: float) -> Any:
     if share >= 1.0:
         return mesh
     try:

@@ -81,7 +81,7 @@ def modes_summary(result: ModesResult) -> list[Section]:
             [
                 f"Posture{where}: {posture} deg.",
                 *compliance_sentences(place),
-                *_unloaded(result.places),
+                *_remarks_on_unloaded(result.places),
             ],
         ),
         Section("", [_NOTE, Table(columns, table)]),
@@ -103,7 +103,7 @@ def modes_in_brief(places: Sequence[PlaceModesResult]) -> list[str]:
     lowest = f"Lowest modes with locked motors (damping, softest joint): {modes or 'none'}"
     return [
         f"{lowest}; at t = {place.time_s or 0.0:.3f} s, where the TCP is softest.",
-        " ".join([*compliance_sentences(place), *_unloaded(places)]),
+        " ".join([*compliance_sentences(place), *_remarks_on_unloaded(places)]),
     ]
 
 
@@ -126,7 +126,7 @@ def compliance_sentences(place: PlaceModesResult) -> Iterator[str]:
         )
 
 
-def _unloaded(places: Sequence[PlaceModesResult]) -> list[str]:
+def _remarks_on_unloaded(places: Sequence[PlaceModesResult]) -> list[str]:
     """Return a sentence where gears are unloaded in their backlash at some places of a path."""
     if not any(place.unloaded_joints for place in places[1:]):
         return []

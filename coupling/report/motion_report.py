@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.motion_result import MotionResult, RecordingResult
-from coupling.results.section import UM, Note, Section, Table
+from coupling.results.section import UM, Answer, Note, Section, Table, warned
 
 
-def motion_page(title: str, result: MotionResult) -> str:
+def motion_page(title: str, result: MotionResult, answer: Answer) -> str:
     """Return the page of an identification from motion as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Its figures, the content of identified.json.
+        answer: Its first screen.
     """
     sections = motion_summary(result)
     for recording in result.recordings:
@@ -39,15 +39,11 @@ def motion_page(title: str, result: MotionResult) -> str:
                 f"{recording.name}, {words}: motor torque", [], f"torque-{recording.name}", torques
             )
         )
-    return document(title, sections)
+    return document(title, sections, answer)
 
 
 def motion_summary(result: MotionResult) -> list[Section]:
     """Return what was identified from motion."""
-    good = not result.refusal
-    words = sentence(f"NOT WRITTEN: {result.refusal}") if result.refusal else "Identified."
-    if not result.converged:
-        words += " The fit has not converged: its values may still change."
     noise = max(result.noise_torque_Nm)
     remark = (
         f"The motors' angles are low-passed at {result.bandwidth_Hz:g} Hz; the noise of their encoders"
@@ -55,7 +51,7 @@ def motion_summary(result: MotionResult) -> list[Section]:
         " of time."
     )
     sections = [
-        Section("", [words, *result.remarks], good=good and not result.remarks),
+        *warned(result.remarks),
         Section("", [_sizes(result), remark]),
         Section("Parameters", [parameter_table(result.parameters)]),
     ]

@@ -29,13 +29,13 @@ def _row(parameter: ParameterResult, remark: str) -> tuple[str, ...]:
         parameter.name,
         "none" if parameter.start is None else in_digits(parameter.start),
         *(in_digits(number) if is_fitted else "" for number in fit),
-        _written(parameter),
+        _written_value(parameter),
         parameter.unit,
         remark if parameter.identified else f"not identified: {parameter.reason}",
     )
 
 
-def _written(parameter: ParameterResult) -> str:
+def _written_value(parameter: ParameterResult) -> str:
     if not parameter.identified and parameter.written in (None, parameter.start):
         return "left out" if parameter.start is None else "kept"
     return "" if parameter.written is None else in_digits(parameter.written)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from coupling.errors import sentence
 from coupling.report.document import document
 from coupling.report.modes_report import response_figure
 from coupling.report.parameter_table import parameter_table
@@ -11,24 +10,27 @@ from coupling.results.response_result import (
     PostureResponseResult,
     ResponseFitResult,
 )
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Answer, Note, Section, Table
 
 _ERRORS = Note(
     "Median of |log(model / measurement)|: 0.1 is a tenth in magnitude, or 6 degrees in phase. Motors"
     " are taken for locked, gears for on the flank that gravity presses them to."
 )
 _INTERVALS = Note(
-    "95 % intervals hold errors of the model within a third of an octave; stiffness is known to a factor"
-    " of 2.2 before, damping to a factor of 7 around a ratio of 0.04."
+    "95 % intervals are those of noise, and wider by what the model does not describe. Stiffness is"
+    " known to a factor of 2.2 before, damping to a factor of 7 around a ratio of 0.04."
 )
+# A residual so many times as large as noise is of what the model does not describe.
+_UNEXPLAINED = 2.0
 
 
-def response_page(title: str, result: ResponseFitResult) -> str:
+def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
     """Return the page of an identification from frequency responses as one self-contained HTML text.
 
     Args:
         title: Title of the page.
         result: Its figures, the content of identified.json.
+        answer: Its first screen.
     """
     sections = response_summary(result)
     for number, posture in enumerate(result.postures, start=1):
@@ -45,14 +47,11 @@ def response_page(title: str, result: ResponseFitResult) -> str:
                 heading = f"{posture.name}, {words}: motion by a force along {by}"
                 figure = response_figure(of_force)
                 sections.append(Section(heading, [], f"response-{number}-{by}", [figure]))
-    return document(title, sections)
+    return document(title, sections, answer)
 
 
 def response_summary(result: ResponseFitResult) -> list[Section]:
     """Return what was identified from frequency responses."""
-    words = sentence(f"NOT WRITTEN: {result.refusal}") if result.refusal else "Identified."
-    if not result.converged:
-        words += " The fit has not converged: its values may still change."
     rows = [_row("all that are fitted", result.error)]
     if result.held_out is not None:
         rows.append(_row("all that are held out", result.held_out))
@@ -63,10 +62,9 @@ def response_summary(result: ResponseFitResult) -> list[Section]:
         [(posture.name, _modes(posture)) for posture in result.postures],
     )
     return [
-        Section("", [words], good=not result.refusal and result.converged),
         Section("Error of the responses", [_ERRORS, errors]),
         Section("Parameters", [_INTERVALS, parameter_table(result.parameters)]),
-        Section("Modes with motors locked, as written", [modes, *_unloaded(result)]),
+        Section("Modes with motors locked, as written", [modes, *response_warnings(result)]),
     ]
 
 
@@ -79,11 +77,19 @@ def _modes(posture: PostureResponseResult) -> str:
     return ", ".join(f"{frequency:.1f} ({100.0 * ratio:.1f})" for frequency, ratio in pairs)
 
 
-def _unloaded(result: ResponseFitResult) -> list[str]:
-    return [
+def response_warnings(result: ResponseFitResult) -> list[str]:
+    """Return what the user should look at: gears without load, and what the model does not describe."""
+    warnings = [
         f"{posture.name}: gears of joints {', '.join(map(str, posture.unloaded_joints))} are unloaded in"
         " their backlash, where nothing tells of their stiffness: pull the tool to one side, or use"
         " --torque-curve linear."
         for posture in result.postures
         if posture.unloaded_joints
     ]
+    if result.residual > _UNEXPLAINED * result.noise:
+        warnings.append(
+            f"The fit leaves {100.0 * result.residual:.2g} %, noise alone would be"
+            f" {100.0 * result.noise:.2g} %: something gives way that the robot file has not (links,"
+            " base, tool), is taken for gears and tilts, and may be off by more than the intervals say."
+        )
+    return warnings

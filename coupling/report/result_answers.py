@@ -1,4 +1,4 @@
-"""First screens of what is no run: identification, next command, placement, study and stability."""
+"""First screens of what is no run: next command, placement, study and stability."""
 
 from __future__ import annotations
 
@@ -8,52 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.report.lengths import in_words, judged, state_tolerance
-from coupling.results.identified_result import IdentifiedResult
 from coupling.results.next_result import NextResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.results.stability_result import StabilityResult
 from coupling.study.stored_study import StoredStudy
-
-
-def identify_answer(result: IdentifiedResult, file: str) -> Answer:
-    """Return the first screen of an identification, whose robot file is `file`."""
-    sizes = result.rms_m
-    fit, start, left_out = sizes.fit, sizes.start, sizes.left_out
-    known = sum(parameter.identified for parameter in result.parameters)
-    count = f"{known} of {len(result.parameters)}"
-    if result.refusal:
-        sentence = f"No robot file was written: {result.refusal}."
-        steps = [
-            NextStep(
-                "Plan measurements that tell more:",
-                f"elastic-robot identify --plan -o {shlex.quote('plan.csv')}",
-            )
-        ]
-    else:
-        typical = fit if left_out is None else left_out
-        error = "an unknown error" if typical is None else in_words(typical)
-        sentence = (
-            f"The robot file was written: it predicts a deflection that was not used to within {error}"
-            f" (typically); {count} parameters are identified."
-        )
-        steps = [
-            NextStep(f"Name {file} as description in [robot] of your case."),
-            NextStep("Correct the command:", "elastic-robot compensate case.toml"),
-        ]
-        if known < len(result.parameters):
-            plan = f"elastic-robot identify --plan --robot {shlex.quote(file)} -o plan.csv"
-            steps.append(NextStep("Plan measurements for what is still open:", plan))
-    return Answer(
-        sentence=sentence,
-        good=not result.refusal,
-        figures=(
-            KeyFigure("Start file", _length(start), "typical error of its deflections"),
-            KeyFigure("New file", _length(left_out), "typical error of rows that were left out"),
-            KeyFigure("Measured deflection", _length(sizes.measured), "typical size"),
-        ),
-        steps=steps,
-    )
 
 
 def _length(length: float | None) -> str:
@@ -84,7 +43,8 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
         if result.tolerance_m is not None:
             good = forecast.maximum <= result.tolerance_m
         words = (
-            f"expect the tool within about {in_words(forecast.maximum)} of its path in the next run"
+            f"expect the tool within at most about {in_words(forecast.maximum)} of its path in the next"
+            " run"
         )
         sentence = judged(words, good, result.tolerance_m)
     if result.step.worse:
@@ -102,7 +62,7 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
             KeyFigure(
                 "Expected next",
                 _length(None if forecast is None else forecast.maximum),
-                "largest, on your robot",
+                "at most about, on your robot",
             ),
             KeyFigure(
                 "On average",

@@ -60,7 +60,7 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
     """
     is_stable = figures.stability is None or figures.stability.stable
     if figures.kind == "couple":
-        return _coupled(figures, context, scene, is_stable)
+        return _coupling_answer(figures, context, scene, is_stable)
     expected = ExpectedDeviation.of(figures)
     fits = None if context.tolerance is None else _fits(expected, context.tolerance)
     gains = figures.outlook is None or figures.outlook.gains
@@ -159,10 +159,10 @@ def _sentence(
             " exact that is."
         )
     if not gains:
-        left, uncorrected = _worse(figures, expected)
+        remaining, uncorrected = _worse(figures, expected)
         return (
             "WORSE THAN NOTHING is possible: small errors of the robot file or of the force already"
-            f" leave {left}, uncorrected {uncorrected}: do not send this command to a robot."
+            f" leave {remaining}, uncorrected {uncorrected}: do not send this command to a robot."
         )
     reach = (
         f"expect the tool within {in_words(expected.maximum)} of its path on the real robot"
@@ -286,7 +286,7 @@ def _steps(
         )
 
 
-def _coupled(
+def _coupling_answer(
     figures: RunResult, context: RunContext, scene: Scene | None, is_stable: bool
 ) -> Answer:
     """Return the first screen of a run without a correction."""

@@ -70,12 +70,12 @@ def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
         }
         for (name, path, line), distance in zip(paths, distances, strict=True)
     ]
-    seen = [
+    visible_maxima = [
         float(factor * d.max())
         for (_, _, line), d in zip(paths, distances, strict=True)
         if not line.get("dash")
     ]
-    top, labels = _labels(max(seen), factor, run, gears)
+    top, labels = _labels(max(visible_maxima), factor, run, gears)
     upright: list[Keys] = [{"title": f"distance [{unit}]", "range": [0.0, top]}]
     shares = [1.0]
     if gears:
@@ -106,7 +106,7 @@ def _labels(
     """Name the gears at the largest spikes of their reversals, each in a row above the curves.
 
     Args:
-        largest: Largest distance that is seen, in the unit of the axis.
+        largest: Largest distance that is visible_maxima, in the unit of the axis.
         factor: Number of its units in a metre.
 
     Returns:

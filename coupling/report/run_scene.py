@@ -201,8 +201,8 @@ def _gear_torque(
     to_base = world_from_base.rotation.inv()
     load = np.hstack([to_base.apply(load[:, :3]), to_base.apply(load[:, 3:])])
     theta = chain.theta(q)
-    rest, torque = np.zeros_like(theta), np.zeros_like(q)
-    torque[:, np.asarray(model.gear_joint)] = -model.load(theta, rest, rest, load)[:, model.gears]
+    still, torque = np.zeros_like(theta), np.zeros_like(q)
+    torque[:, np.asarray(model.gear_joint)] = -model.load(theta, still, still, load)[:, model.gears]
     return torque
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from coupling.path.frame import Frame
-from coupling.report.still import stills
+from coupling.report.static_scene import stills
 from coupling.results.scene import Scene, ScenePart, SceneRobot
 
 # Steps in which lengths and angles are written: a tenth of what thinning leaves.
@@ -117,7 +117,9 @@ def scene_numbers(scene: Scene) -> dict[str, Any]:
                 "name": piece.name,
                 "points": _rounded(piece.points, _METRE),
                 "triangles": piece.triangles,
-                "fields": {label: _seen(values) for label, values in piece.fields.items()},
+                "fields": {
+                    label: _rounded_for_colour(values) for label, values in piece.fields.items()
+                },
             }
             for piece in scene.surfaces
         ],
@@ -154,7 +156,7 @@ def _surface(part: ScenePart) -> dict[str, Any]:
     }
 
 
-def _seen(values: np.ndarray) -> np.ndarray:
+def _rounded_for_colour(values: np.ndarray) -> np.ndarray:
     """Return values in as many digits as colours tell, a thousandth of their span."""
     span = float(np.ptp(values))
     return np.round(values, 3 - int(np.floor(np.log10(span)))) if span > 0.0 else values

@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.report.part_deviation import signed_deviation
-from coupling.report.still import colour
+from coupling.report.static_scene import colour
 from coupling.report.style import Keys, drawn, length_unit
 from coupling.report.thinning import extremes
 
@@ -71,12 +71,12 @@ def from_above(views: Sequence[PathView]) -> tuple[go.Figure, ...]:
     factor, unit = length_unit(largest)
     end = max(factor * largest, 1e-3)
     return tuple(
-        _coloured(view, factor * values, end, unit)
+        _draw_coloured(view, factor * values, end, unit)
         for view, values in zip(views, normals, strict=True)
     )
 
 
-def _coloured(view: PathView, values: np.ndarray, end: float, unit: str) -> go.Figure:
+def _draw_coloured(view: PathView, values: np.ndarray, end: float, unit: str) -> go.Figure:
     """Draw one path from above, coloured by its normal deviation on a scale from -end to end."""
     traces: list[Keys] = []
     rows = rows_in_space(view.desired.time, values)

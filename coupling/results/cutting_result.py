@@ -5,15 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from coupling.results.base import ResultFile, ResultPart
-
-
-class CuttingParameterResult(ResultPart):
-    """A fitted parameter with its 95 % interval."""
-
-    name: str
-    value: float
-    low: float
-    high: float
+from coupling.results.parameter_result import ParameterResult
 
 
 class SlotPrediction(ResultPart):
@@ -33,7 +25,7 @@ class CuttingIdentified(ResultFile):
     what = "the figures of an identification from slots"
 
     axes: tuple[str, str, str]
-    parameters: tuple[CuttingParameterResult, ...]
+    parameters: tuple[ParameterResult, ...]
     shown: tuple[float, ...]
     predictions: tuple[SlotPrediction, ...]
     refusal: str = ""

@@ -14,18 +14,18 @@ class RunForecast(ResultPart):
     Attributes:
         rms: Rms distance from the desired path.
         low, high: Range in which it is expected.
-        maximum: Largest distance expected: no bound.
+        maximum: Upper end of the range of the largest distance: that of the rms, with the peaks of what
+            was measured or of what the model expects, whichever is more peaked.
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
         before: Rms that was measured under the last command.
-        robots: Factors of the robot file's parameters by name, of robots within its model's uncertainty.
 
     Example:
         >>> forecast = RunForecast(
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
         >>> print(forecast.sentence.partition(";")[0])
-        Expected deviation on your robot: 90 um rms (range 70 um to 120 um), maximum about 400 um
+        Expected deviation on your robot: 90 um rms (range 70 um to 120 um), largest up to about 400 um
     """
 
     rms: float
@@ -34,7 +34,6 @@ class RunForecast(ResultPart):
     maximum: float
     absolute: bool
     before: float
-    robots: tuple[dict[str, float], ...] = ()
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -44,6 +43,6 @@ class RunForecast(ResultPart):
         return (
             f"Expected deviation on your robot: {format_um(self.rms)} um rms{constant} (range"
             f" {format_um(self.low)} um to {format_um(self.high)} um),"
-            f" maximum about {format_um(self.maximum)} um; measured under the last command:"
+            f" largest up to about {format_um(self.maximum)} um; measured under the last command:"
             f" {format_um(self.before)} um rms"
         )

@@ -61,7 +61,6 @@ class LearnedResult(ResultFile):
     noise_left_m: float
     widened: float
     warnings: list[str]
-    draws: int
     slow_below_Hz: float
     parameters: tuple[LearnedParameterResult, ...]
     gears: tuple[GearDiagnosis, ...]

@@ -39,7 +39,7 @@ class LearningStep:
         best: Number of the run that left least.
         worse: Whether the last run left more than the best one, beyond chance.
         gain: Part of the deviation that is corrected.
-        cutoff: Cutoff, at most that which contracts [Hz].
+        cutoff: Cutoff, at most that of the model [Hz].
     """
 
     base: int
@@ -47,42 +47,6 @@ class LearningStep:
     worse: bool
     gain: float
     cutoff: float
-
-
-@dataclass(frozen=True)
-class Contraction:
-    """Gain and filter, and what they leave of a deviation at worst.
-
-    Attributes:
-        gain: g.
-        cutoff: Frequency of which the filter leaves 1 / sqrt(2) [Hz].
-        learned: Largest part left up to the cutoff.
-        everywhere: Largest part left at any frequency.
-        worst_frequency: Frequency at which that is left [Hz].
-        lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
-        robots: Number of pairs of a robot that is possible and a posture that were looked at.
-        holds: Whether what is left shrinks where it is learned, and grows nowhere.
-    """
-
-    gain: float
-    cutoff: float
-    learned: float
-    everywhere: float
-    worst_frequency: float
-    lowest_mode: float
-    robots: int
-    holds: bool
-
-    @property
-    def sentence(self) -> str:
-        """What it says, in a sentence."""
-        return (
-            f"gain {self.gain:g} up to {self.cutoff:g} Hz (lowest eigenfrequency"
-            f" {self.lowest_mode:.1f} Hz): of a deviation below that at most {100 * self.learned:.0f}"
-            f" % remain after the next run, and at most {100 * self.everywhere:.1f} % at the worst"
-            f" frequency, {self.worst_frequency:.1f} Hz ({self.robots} pairs of a possible robot and"
-            " a posture of the path)"
-        )
 
 
 class NextRunResult(MeasuredRunResult):
@@ -121,6 +85,6 @@ class NextResult(ResultFile):
     robot: str
     repeated: bool
     parameters_refused: str
-    contraction: Contraction
+    lowest_mode_Hz: float | None
     correction: PathCorrectionResult | None
     forecast: RunForecast | None

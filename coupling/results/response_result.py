@@ -40,6 +40,8 @@ class ResponseFitResult(ResultFile):
     refusal: str
     converged: bool
     error: LogErrorResult
+    residual: float
+    noise: float
     held_out: LogErrorResult | None
     parameters: tuple[ParameterResult, ...]
     postures: tuple[PostureResponseResult, ...]

@@ -19,7 +19,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
 from coupling.robot.inverter import Inverter
-from coupling.robot.robot import InverseCommand, MarchingRobot, RobotMarch, SimulatedRobot
+from coupling.robot.robot import Advance, InverseCommand, MarchingRobot, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
 
@@ -77,9 +77,7 @@ class Member:
         path = path.transformed(self.world_from_base)
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
-    def march(
-        self, command: JointPath, start: WrenchHistory, end: float, mode: Mode
-    ) -> MemberMarch:
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
         """Begin a simulation that goes on window by window.
 
         Raises:
@@ -88,46 +86,18 @@ class Member:
         if not isinstance(self.robot, MarchingRobot):
             raise SimulationError(f"{self.name}: expected a robot that can be simulated in windows")
         in_base = start.transformed(self.world_from_base.inverse())
-        return MemberMarch(self, self.robot.march(command, in_base, end, mode))
+        advance = self.robot.march(command, in_base, end, mode)
+
+        def advance_in_world(loads: WrenchHistory, is_repeat: bool) -> ToolPath:
+            in_base = loads.transformed(self.world_from_base.inverse())
+            return self.in_world(advance(in_base, is_repeat))
+
+        return advance_in_world
 
     def model_path(self, path: ToolPath) -> ToolPath:
         """Return the path of its model's tool, in its base, for the tool to be on a path."""
         commanded = path if self.discrepancy is None else self.discrepancy.model(path)
         return commanded.transformed(self.world_from_base.inverse())
-
-
-@dataclass(frozen=True)
-class MemberMarch:
-    """A simulation of a robot of a cell that goes on window by window.
-
-    Attributes:
-        member: The robot.
-        march: The simulation in its own base frame.
-    """
-
-    member: Member
-    march: RobotMarch
-
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
-        """Return the path of its tool within a window, in the world, as `RobotMarch.advance`."""
-        in_base = loads.transformed(self.member.world_from_base.inverse())
-        return self.member.in_world(self.march.advance(in_base, again))
-
-
-@dataclass(frozen=True)
-class CellMarch:
-    """A simulation of the robots of a cell that goes on window by window.
-
-    Attributes:
-        marches: Those of the robots.
-    """
-
-    marches: tuple[MemberMarch, ...]
-
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
-        """Return the paths of the tools within a window, as `RobotMarch.advance`."""
-        pairs = zip(self.marches, loads.tools, strict=True)
-        return ToolPath.of_tools([march.advance(load, again) for march, load in pairs])
 
 
 @dataclass(frozen=True)
@@ -201,16 +171,20 @@ class Cell:
             ]
         )
 
-    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> CellMarch:
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
         """Begin a simulation that goes on window by window, as `MarchingRobot.march`.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         parts = zip(self.members, command.robots, start.tools, strict=True)
-        return CellMarch(
-            tuple(member.march(motion, load, end, mode) for member, motion, load in parts)
-        )
+        marches = [member.march(motion, load, end, mode) for member, motion, load in parts]
+
+        def advance(loads: WrenchHistory, is_repeat: bool) -> ToolPath:
+            pairs = zip(marches, loads.tools, strict=True)
+            return ToolPath.of_tools([march(load, is_repeat) for march, load in pairs])
+
+        return advance
 
     def inverse(
         self,

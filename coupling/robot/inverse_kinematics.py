@@ -123,14 +123,14 @@ class InverseKinematics:
         near = CubicSpline(path.time[some], rows_of_poses)
         robot, angles = RigidRobot(self._robot), np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _BATCH_SIZE)):
-            q, is_reached = self._reached(robot, path.at_rows(rows), near(path.time[rows]))
+            q, is_reached = self._reach_poses(robot, path.at_rows(rows), near(path.time[rows]))
             if not is_reached.all() or self._least_singular_value(robot, q.T) < _SINGULAR:
                 return None
             angles[rows] = q
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
         return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
 
-    def _reached(
+    def _reach_poses(
         self, robot: RigidRobot, path: ToolPath, start: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return joint angles (k, joints) at poses from others, and whether each pose was reached."""

@@ -19,7 +19,6 @@ from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolate_rows
-from coupling.results.gear_result import BacklashReversal
 from coupling.robot.robot import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
@@ -99,18 +98,7 @@ class Inverter:
         command = as_commanded(
             Polish(view, response_to, goal, self.simulations).run(solution.command)
         )
-        joints = self.moving.model.gear_joint
-        changes = [
-            BacklashReversal(
-                joint=int(joints[c.gear]) + 1,
-                begins=c.begins,
-                ends=c.ends,
-                before=c.side_before,
-                after=c.side_after,
-            )
-            for c in solution.crossings
-        ]
-        return InverseCommand(joint_path(command), tuple(changes))
+        return InverseCommand(joint_path(command), solution.reversals)
 
     def _as_commanded(
         self, solution: InverseSolution, limits: JointLimits, ends_at_rest: tuple[bool, bool]

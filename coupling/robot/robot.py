@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -14,6 +15,10 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.gear_result import BacklashReversal
 from elastic_robot.fmi.interface import Mode
+
+# Simulates a window: from the wrenches on the tools at its times, which begin where the last one ended,
+# and whether the last one is taken back and this one in its place, to the paths of the TCPs.
+Advance = Callable[[WrenchHistory, bool], ToolPath]
 
 
 @dataclass(frozen=True)
@@ -40,27 +45,12 @@ class SimulatedRobot(Protocol):
         """
 
 
-class RobotMarch(Protocol):
-    """A simulation that goes on window by window."""
-
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
-        """Return the paths of the TCPs within a window.
-
-        Args:
-            loads: Wrenches on the tools at the window's times, which begin where the last one ended.
-            again: Whether the last window is taken back, and this one is in its place.
-
-        Raises:
-            SimulationError: If the robot cannot be simulated.
-        """
-
-
 @runtime_checkable
 class MarchingRobot(SimulatedRobot, Protocol):
     """A robot that can be simulated window by window."""
 
-    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> RobotMarch:
-        """Begin a simulation, until another one of this robot begins.
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
+        """Begin a simulation, until another one of this robot begins; the result takes its windows.
 
         Args:
             command: Motion of the drives.

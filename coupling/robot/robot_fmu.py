@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from operator import is_not
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
-from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
+from coupling.robot.fmu_signals import (
+    POSE_OUTPUTS,
+    SPRING_INPUTS,
+    WRENCH_INPUTS,
+    input_rows,
+    rows_with_spring,
+    save_trajectory,
+)
+from coupling.robot.robot import Advance
 from coupling.robot.unpacked_robot import UnpackedRobot
 from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
-from elastic_robot.fmi.variables import AXES, POSE
+from elastic_robot.fmi.variables import POSE
 
 # Kinds of a robot's FMU, and the one that is built unless another is asked for.
 FMU_KINDS = ("native", "python")
@@ -36,54 +42,12 @@ DEFAULT_KIND = FMU_KINDS[0]
 _TOLERANCE = 1e-8
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
-# Variables of an FMU with hysteresis, as scalars and as an array.
-_OF_HYSTERESIS = {"elongation", "elongation[1]"}
-# Columns of a spring: anchor, its velocity and the stiffness.
-_SPRING = 6 + len(STIFFNESS_COLUMNS)
+# Variable of an FMU with hysteresis.
+_OF_HYSTERESIS = "elongation[1]"
 # What the outputs tell of a motor.
 _OF_MOTORS = ("torque", "angle", "rate")
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
-
-
-@dataclass(frozen=True)
-class Signals:
-    """Names of inputs and outputs.
-
-    Attributes:
-        wrench: Names of the wrench and of its rate.
-        spring: Names of the contact spring: anchor, its velocity and the stiffness.
-        pose: Names of the TCP's pose.
-        deflection: Function that gives those of so many elastic coordinates.
-        motors: Function that gives those of joints' motors, from 0: torques, angles, rates.
-    """
-
-    wrench: tuple[str, ...]
-    spring: tuple[str, ...]
-    pose: tuple[str, ...]
-    deflection: Callable[[int], tuple[str, ...]]
-    motors: Callable[[Sequence[int]], tuple[str, ...]]
-
-
-SCALARS = Signals(
-    tuple(
-        f"{name}.{axis}"
-        for name in ("force", "moment", "force_rate", "moment_rate")
-        for axis in AXES
-    ),
-    tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
-    tuple(f"tcp.{name}" for name in POSE),
-    lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
-    lambda joints: tuple(f"motor_{name}[{i + 1}]" for name in _OF_MOTORS for i in joints),
-)
-# Of an FMU built with --arrays; what its motors do is not asked for.
-ARRAYS = Signals(
-    ("force", "moment", "force_rate", "moment_rate"),
-    ("anchor.position", "anchor.velocity", "anchor.stiffness"),
-    ("tcp.position", "tcp.orientation"),
-    lambda count: ("deflection",) if count else (),
-    lambda joints: (),
-)
 
 
 class RobotFmu:
@@ -93,7 +57,7 @@ class RobotFmu:
     of the FMU that run side by side.
 
     Args:
-        file: The FMU.
+        file: The FMU; one built with --arrays is for other masters.
         torque_curve: "linear", "backlash" or "spline".
         watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
@@ -133,7 +97,7 @@ class RobotFmu:
         self._robot = UnpackedRobot(self._folder.path)
         self._processes: list[WorkerProcess] = []
         self._saved: tuple[np.ndarray, ...] = ()
-        self._started(1)
+        self._start_processes(1)
 
     def __enter__(self) -> RobotFmu:
         return self
@@ -177,7 +141,7 @@ class RobotFmu:
         end: float,
         mode: Mode,
         robot: Robot | None = None,
-    ) -> FmuMarch:
+    ) -> Advance:
         """Begin a simulation that goes on window by window, until the FMU begins another one.
 
         Args:
@@ -190,15 +154,27 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        parameters = self._prepared(command, mode, robot)
-        (process,) = self._started(1)
-        signals = ARRAYS if "force" in process.variables else SCALARS
+        parameters = self._prepare(command, mode, robot)
+        (process,) = self._start_processes(1)
         time = np.array([start.time[0], end])
-        names, rows = signals.wrench + signals.spring, _with_spring(start)[:1]
-        job = MarchJob(parameters, time, names, rows, signals.pose, len(POSE))
+        names, rows = WRENCH_INPUTS + SPRING_INPUTS, rows_with_spring(start)[:1]
+        job = MarchJob(parameters, time, names, rows, POSE_OUTPUTS, len(POSE))
         with _simulation_errors():
             process.send(job)
-            return FmuMarch(process, process.receive(_unheard)[0])
+            window_start = window_end = process.receive(_unheard)[0]
+
+        def advance(loads: WrenchHistory, is_repeat: bool) -> ToolPath:
+            nonlocal window_start, window_end
+            if not is_repeat:
+                window_start = window_end
+            window = StepWindow(loads.instants, rows_with_spring(loads)[1:], is_repeat)
+            with _simulation_errors():
+                process.send(window)
+                poses = process.receive(_unheard)
+            window_end = poses[-1]
+            return ToolPath(loads.instants, np.vstack([window_start, poses]))
+
+        return advance
 
     def deflected(
         self, command: JointPath, wrench: WrenchHistory, coordinates: int
@@ -215,9 +191,8 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(
-            command, wrench, "dynamic", lambda signals: signals.deflection(coordinates), coordinates
-        )
+        names = [f"deflection[{i + 1}]" for i in range(coordinates)]
+        rows = self._run(command, wrench, "dynamic", names)
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
     def with_motors(
@@ -237,10 +212,8 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        count = len(_OF_MOTORS) * len(joints)
-        rows = self._run(
-            command, wrench, "dynamic", lambda signals: signals.motors(joints), count, robot, what
-        )
+        names = [f"motor_{name}[{i + 1}]" for name in _OF_MOTORS for i in joints]
+        rows = self._run(command, wrench, "dynamic", names, robot, what)
         path = ToolPath(wrench.instants, rows[:, : len(POSE)])
         blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
         return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
@@ -264,8 +237,7 @@ class RobotFmu:
         """
         names = [f"deflection[{k + 1}]" for k in coordinates]
         names += [f"gear_torque[{i + 1}]" for i in range(len(coordinates))]
-        none = WrenchHistory.none(time)
-        rows = self._run(command, none, "dynamic", lambda signals: tuple(names), len(names), robot)
+        rows = self._run(command, WrenchHistory.none(time), "dynamic", names, robot)
         return rows[:, len(POSE) :]
 
     def _run(
@@ -273,23 +245,23 @@ class RobotFmu:
         command: JointPath,
         wrench: WrenchHistory,
         mode: Mode,
-        further: Callable[[Signals], tuple[str, ...]] = lambda signals: (),
-        count: int = 0,
+        further: Sequence[str] = (),
         robot: Robot | None = None,
         what: str = "",
     ) -> np.ndarray:
-        """Return poses, and the values of so many further signals behind them, (n, 7 + count)."""
-        parameters = self._prepared(command, mode, robot)
+        """Return poses, and the values of further outputs behind them, (n, 7 + further)."""
+        parameters = self._prepare(command, mode, robot)
         instants = wrench.instants
-        (first,) = self._started(1)
-        remembers = mode == "dynamic" or not first.variables.isdisjoint(_OF_HYSTERESIS)
+        (first,) = self._start_processes(1)
+        remembers = mode == "dynamic" or _OF_HYSTERESIS in first.variables
         parts = _parts(len(instants), remembers)
-        processes = self._started(len(parts))
-        signals = ARRAYS if "force" in processes[0].variables else SCALARS
-        inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
-        outputs, width = (*signals.pose, *further(signals)), len(POSE) + count
+        processes = self._start_processes(len(parts))
+        inputs = WRENCH_INPUTS if wrench.spring is None else WRENCH_INPUTS + SPRING_INPUTS
+        outputs = (*POSE_OUTPUTS, *further)
         jobs = [
-            SimulationJob(parameters, instants[part], inputs, _inputs(wrench, part), outputs, width)
+            SimulationJob(
+                parameters, instants[part], inputs, input_rows(wrench, part), outputs, len(outputs)
+            )
             for part in parts
         ]
 
@@ -308,7 +280,7 @@ class RobotFmu:
                 self._end()
             raise
 
-    def _prepared(
+    def _prepare(
         self, command: JointPath, mode: Mode, robot: Robot | None
     ) -> dict[str, float | str]:
         """Write what an instance reads when it is made, and return its parameters by name."""
@@ -321,7 +293,7 @@ class RobotFmu:
         self._robot.describe(robot)
         return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
 
-    def _started(self, count: int) -> list[WorkerProcess]:
+    def _start_processes(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
         while len(self._processes) < count:
             with _simulation_errors(f"{self.file}: "):
@@ -333,72 +305,8 @@ class RobotFmu:
             self._processes.pop().close()
 
 
-class FmuMarch:
-    """A simulation of a robot FMU that goes on window by window.
-
-    Args:
-        process: Process that runs the FMU.
-        pose: Pose of the TCP at the start, (7,).
-    """
-
-    def __init__(self, process: WorkerProcess, pose: np.ndarray) -> None:
-        self._process = process
-        self._start = self._end = pose
-
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
-        """Return the path of the TCP within a window.
-
-        Args:
-            loads: Wrench on the tool at the window's times, which begin where the last one ended.
-            again: Whether the last window is taken back, and this one is in its place.
-
-        Raises:
-            SimulationError, HostError: As `RobotFmu.simulate`.
-        """
-        time = loads.instants
-        if not again:
-            self._start = self._end
-        window = StepWindow(time, _with_spring(loads)[1:], again)
-        with _simulation_errors():
-            self._process.send(window)
-            rows = self._process.receive(_unheard)
-        self._end = rows[-1]
-        return ToolPath(time, np.vstack([self._start, rows]))
-
-
 def _unheard(finished: int, total: int) -> None:
     """Take no notice of the progress of a few steps."""
-
-
-def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
-    """Write the motion of one robot as an NPZ that the FMU's `trajectory` reads."""
-    columns = {"time": command.time, **command.columns}
-    np.savez(file, columns=list(columns), data=np.column_stack(list(columns.values())))
-
-
-def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
-    """Return the inputs for some steps: wrench and rate, and anchor, velocity and stiffness of a spring.
-
-    The first row is for initialisation.
-    """
-    (before,), (behind,) = wrench.before[:, part], wrench.behind[:, part]
-    steps = np.diff(wrench.instants[part])[:, None]
-    start, rate = before.copy(), np.zeros_like(before)
-    start[1:], rate[1:] = behind[:-1], (before[1:] - behind[:-1]) / steps
-    loads = np.hstack([start, rate])
-    if wrench.spring is None:
-        return loads
-    (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.entries[:, part]
-    place, velocity = anchor.copy(), np.zeros_like(anchor)
-    place[1:], velocity[1:] = anchor[:-1], np.diff(anchor, axis=0) / steps
-    return np.hstack([loads, place, velocity, stiffness])
-
-
-def _with_spring(wrench: WrenchHistory) -> np.ndarray:
-    """Return the inputs for all steps, with those of a spring that does nothing where there is none."""
-    rows = _inputs(wrench, slice(None))
-    none = np.zeros((len(rows), 0 if wrench.spring is not None else _SPRING))
-    return np.hstack([rows, none])
 
 
 def _parts(samples: int, remembers: bool) -> list[slice]:

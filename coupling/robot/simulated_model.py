@@ -8,7 +8,8 @@ from coupling.errors import SimulationError
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.differences import RobotDifference
-from coupling.robot.robot_fmu import FmuMarch, RobotFmu
+from coupling.robot.robot import Advance
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL, Mode
 
@@ -52,7 +53,7 @@ class SimulatedModel:
         """
         return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
 
-    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> FmuMarch:
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
         """Begin a simulation that goes on window by window, as `RobotFmu.march`.
 
         Raises:

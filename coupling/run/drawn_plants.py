@@ -14,7 +14,6 @@ from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.run.models import Models
-from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.robustness import StiffnessRanges
 from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction
@@ -146,14 +145,14 @@ def drawn_replays(
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
-    has_force = bool(np.any(correction.response.wrench.wrench))
+    loaded = correction.response.wrench
+    has_force = bool(np.any(loaded.wrench))
     basis = basis_of(models, ranges, force_factors, has_force, assumed)
     if assumed:
         ranges = [{**limits, **more} for limits, more in zip(ranges, assumed, strict=True)]
     pushes = has_force and force_factors is not None
     if not (pushes or any(ranges)) or all(model.robot.is_rigid for model in models):
         return DrawnReplays(basis)
-    command = ReplayedCommand.of(cell, correction)
 
     def replay(
         name: str,
@@ -164,7 +163,10 @@ def drawn_replays(
         """Return what the command leaves on robots that differ, under a factor of the force."""
         pairs = zip(robots, differences, strict=True)
         differing = [robot.differing(difference, name) for robot, difference in pairs]
-        return command.on(name, differing, force)
+        path = cell.with_robots(differing).simulate(
+            correction.joints, loaded.scaled(force), "dynamic"
+        )
+        return Replay.of(name, path, correction.desired)
 
     count, completed_count = counts
     draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))

@@ -22,7 +22,7 @@ from coupling.run.execute import Run
 from coupling.run.figures import figures_of
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, other_mode
 from coupling.run.plant import PLANT_REPLAY
-from coupling.run.robots import drawn_robots
+from coupling.run.robot_results import drawn_robots
 from coupling.run.simulated_motor_torques import MOTOR_TORQUES
 from coupling.run.stored_run import (
     ANCHOR,

@@ -39,7 +39,7 @@ def tool_gap(case: Case, correction: Correction) -> ToolGap | None:
     return ToolGap(correction.desired.time, support.gap, before, after)
 
 
-def _unloaded(command: CheckedCommand) -> ToolPath | None:
+def _unloaded_paths(command: CheckedCommand) -> ToolPath | None:
     """Return the paths under the corrected command and gravity alone."""
     correction = command.correction
     none = WrenchHistory.none(correction.desired.time, len(correction.joints.q))
@@ -60,6 +60,6 @@ def _gap(command: CheckedCommand) -> ToolGap | None:
     return tool_gap(command.case, command.correction)
 
 
-UNLOADED_PATHS = Check[ToolPath | None]("unloaded", _unloaded, None, of_corrections)
+UNLOADED_PATHS = Check[ToolPath | None]("unloaded", _unloaded_paths, None, of_corrections)
 OTHER_MODE = Check[OtherModePaths]("other_mode", _other_mode, OtherModePaths())
 TOOL_GAP = Check[ToolGap | None]("gap", _gap, None)

@@ -16,8 +16,9 @@ import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.errors import PlanningError, SimulationError
-from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.inverse.links import rigid_motion
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
@@ -123,7 +124,7 @@ def require_motors_that_hold(case: Case) -> None:
         PlanningError: With joint, time, torque and limit.
     """
     none = WrenchHistory.none(case.desired.time, len(case.robots))
-    for placed, motion in _limited(case, none):
+    for placed, motion in _limited_robots(case, none):
         moving = MovingRobot(placed.description, placed.torque_curve)
         loads = gear_loads(moving, motion)
         for gear, joint in enumerate(moving.model.gear_joint.tolist()):
@@ -174,17 +175,19 @@ def explained_by_motors(case: Case, process: EvaluatedProcess) -> Iterator[None]
 
 def _exceeded_limits(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
     """Yield a warning for each motor of servos that has too little torque for the desired path."""
-    for placed, motion in _limited(case, wrench):
+    for placed, motion in _limited_robots(case, wrench):
         moving = MovingRobot(placed.description, placed.torque_curve)
         task = moving.task(motion)
-        links = stiff_links(moving, task)
+        links = rigid_motion(moving.model, task)
         for demand in predict_motor_torques(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
                     yield _with_robot_name(case, placed, warning)
 
 
-def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
+def _limited_robots(
+    case: Case, wrench: WrenchHistory
+) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
     """Yield the robots that servos move whose torque has a limit, and what is wanted of each."""
     motions = wanted_of(case.robots, case.desired, wrench)
     for placed, motion in zip(case.robots, motions, strict=True):

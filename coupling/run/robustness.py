@@ -19,7 +19,6 @@ from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
-from coupling.run.replayed_command import ReplayedCommand
 from coupling.solve.correction import Correction
 
 
@@ -78,16 +77,20 @@ def replayed(
     """
     if all(model.robot.is_rigid for model in models):
         return ()
-    replays, command = [], ReplayedCommand.of(cell, correction)
+    replays = []
+    loaded = correction.response.wrench
     for variation in VARIATIONS:
         differing = [model.differing(variation.difference, variation.name) for model in models]
-        pushes = variation.force != 1.0 and bool(np.any(command.loads.wrench))
+        pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
         differs = any(
             new.robot is not model.robot for new, model in zip(differing, models, strict=True)
         )
         if not (differs or pushes):
             continue
-        replays.append(command.on(variation.name, differing, variation.force))
+        path = cell.with_robots(differing).simulate(
+            correction.joints, loaded.scaled(variation.force), "dynamic"
+        )
+        replays.append(Replay.of(variation.name, path, correction.desired))
     return tuple(replays)
 
 

@@ -278,43 +278,12 @@ EXPECTED = {
     ),
 }
 
-# Keys for whose numbers no range makes sense, and why.
-_DIRECTION = "a direction: its length has no meaning"
-_COUNT = "a choice of the user's: it costs time and cannot be in another unit"
-_SHARE = "a share, which its schema bounds"
-NO_RANGE = {
-    "process.normal": _DIRECTION,
-    "joint.axis": _DIRECTION,
-    "joint.tilt.axis": _DIRECTION,
-    "process.retries": _COUNT,
-    "process.layers": _COUNT,
-    "process.yield_exponent": _COUNT,
-    "coupling.max_evaluations": _COUNT,
-    "compensation.max_rounds": _COUNT,
-    "compensation.max_passes": _COUNT,
-    "study.samples": _COUNT,
-    "study.seed": _COUNT,
-    "study.deviation": "a spread, which may be as small as it likes",
-    "place.settings": _COUNT,
-    "place.seed": _COUNT,
-    "place.cases": _COUNT,
-    "process.support_share": _SHARE,
-    "compensation.gain": _SHARE,
-    "study.coverage": _SHARE,
-    "place.clear_share": _SHARE,
-    "joint.gear.efficiency": _SHARE,
-    "process.parameters": "start values of the user's FMU, in its own units",
-    "joint.drive.servo.rate_gain": "judged by the rate loop's bandwidth, joint.drive.rate_bandwidth",
-    "joint.drive.servo.rate_bandwidth_Hz": "likewise",
-    "joint.drive.servo.integral_gain": "refused where the loop swings up; any smaller one is used",
-}
-
 # Parts of an entry of [study], whose range is that of the entry.
 _OF_SPREAD = re.compile(r"^(study\.\w+)\.(low|high|mean)$")
 
 
 def range_key(key: str) -> str:
-    """Return the key of `EXPECTED` or `NO_RANGE` that a key of a file belongs to.
+    """Return the key of `EXPECTED` that a key of a file belongs to; not all have a range there.
 
     Example:
         >>> range_key("support.home_deg"), range_key("study.force_factor.low")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from coupling.sheet_fem.compiled import compile_function
 
 
@@ -54,22 +52,6 @@ def hollomon_prestrain(youngs_modulus: float, strength: float, exponent: float) 
         0.0005791
     """
     return float((youngs_modulus / strength) ** (1.0 / (exponent - 1.0)))
-
-
-def tensile_strength(material: Material) -> float:
-    """Return R_m [Pa]: largest force over first cross section in a tensile test (Considere).
-
-    The force K (eps_0 + eps)^n exp(-eps) is largest at the log strain eps = n - eps_0.
-
-    Example:
-        >>> soft_aluminium = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
-        >>> round(1e-6 * tensile_strength(soft_aluminium), 1)
-        102.2
-    """
-    uniform = max(material.exponent - material.prestrain, 0.0)
-    return float(
-        material.strength * (material.prestrain + uniform) ** material.exponent * np.exp(-uniform)
-    )
 
 
 @compile_function

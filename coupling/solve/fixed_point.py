@@ -208,7 +208,7 @@ def iterate(
         from_origin = x.deviation_from(origin)
         update = loop.scheme.update(from_origin, g.deviation_from(origin))
         ahead = float(np.sqrt(np.mean(np.sum((update - from_origin)[..., :3] ** 2, axis=-1))))
-        if _met(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
+        if _meets_tolerance(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
         if trouble is not None:
@@ -242,7 +242,9 @@ def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcom
     return Outcome.ROBOT_FAILED, reason
 
 
-def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, springs: bool) -> bool:
+def _meets_tolerance(
+    evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, springs: bool
+) -> bool:
     """Return whether the tolerance is met; `ahead` is the step that the scheme would take, rms [m]."""
     last = evaluations[-1]
     remaining = _left_over_change(evaluations) if springs else 1.0

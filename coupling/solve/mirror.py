@@ -105,7 +105,7 @@ class Mirror(Schema):
         verdict = self._verdict(iterations, coupling)
         while verdict is None:
             try:
-                last, step = self._mirrored(loop, last, path, rows)
+                last, step = self._mirror_command(loop, last, path, rows)
             except ProcessError as error:
                 reason = f"the process failed in iteration {len(iterations)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
@@ -132,19 +132,19 @@ class Mirror(Schema):
                 best = last
             verdict = self._verdict(iterations, last.coupling)
         correction_so_far = replace(first, iterations=tuple(iterations))
-        return self._validated(loop, rows, correction_so_far, best, verdict)
+        return self._validate(loop, rows, correction_so_far, best, verdict)
 
-    def _mirrored(
+    def _mirror_command(
         self, loop: Loop[InvertibleRobot], last: _Attempt, desired: ToolPath, rows: np.ndarray
     ) -> tuple[_Attempt, _LargestStep]:
         """Return the next command, coupled, and the largest step of its correction."""
-        corrected, step = self._corrected(last, desired)
+        corrected, step = self._correct(last, desired)
         joints = on_cycle(loop.robot.plan(corrected), loop.controller)
         # The process sees at first what it saw last, moved with the command.
         start = last.coupling.path.displaced(corrected.deviation_from(last.command))
         return _Attempt(corrected, joints, couple(loop, joints, start, rows)), step
 
-    def _corrected(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, _LargestStep]:
+    def _correct(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, _LargestStep]:
         """Return the mirrored command and the largest step of its correction."""
         correction = last.command.deviation_from(desired)
         correction -= self.gain * last.coupling.path.deviation_from(desired)
@@ -195,7 +195,7 @@ class Mirror(Schema):
             return f"; {last.limited_samples} samples are limited by max_correction_rate_m_s"
         return "; the robot's response is discontinuous there, as at a gear that reverses"
 
-    def _validated(
+    def _validate(
         self,
         loop: Loop[InvertibleRobot],
         rows: np.ndarray,

@@ -18,7 +18,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, ProcessResponse
 from coupling.results.iteration_result import Evaluation
-from coupling.robot.robot import MarchingRobot, RobotMarch, SimulatedRobot
+from coupling.robot.robot import Advance, MarchingRobot, SimulatedRobot
 from coupling.solve.fixed_point import Coupling, Evaluated, Loop, Tolerance, iterate
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode
@@ -40,12 +40,12 @@ class _WindowRobot:
     """Robots within a window, simulated from its beginning as often as they are asked.
 
     Args:
-        march: Their simulation.
+        advance: Their simulation.
     """
 
-    def __init__(self, march: RobotMarch) -> None:
-        self._march = march
-        self._again = False
+    def __init__(self, advance: Advance) -> None:
+        self._advance = advance
+        self._is_repeat = False
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths of the TCPs within the window.
@@ -53,12 +53,12 @@ class _WindowRobot:
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
-        again, self._again = self._again, True
-        return self._march.advance(wrench, again)
+        is_repeat, self._is_repeat = self._is_repeat, True
+        return self._advance(wrench, is_repeat)
 
     def go_on(self) -> None:
         """Let the next window begin where this one has ended."""
-        self._again = False
+        self._is_repeat = False
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class _WindowProcess:
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to the paths within the window."""
         since = len(self.time) - len(path.time) + 1
-        self.pose[:, since:] = path.pose[:, 1:]
+        self.pose[:, since - 1 :] = path.pose
         means = self.process.means(self.time, self.pose, since)
         return ProcessResponse(
             WrenchHistory.of_means(path.time, np.concatenate([self.first, means], axis=1))

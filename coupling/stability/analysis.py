@@ -53,7 +53,7 @@ def stability_in_posture(
     path = PathStability((Judgement.of(cuts, placed),))
     more: dict[str, object] = {"remarks": cuts.beyond_limits(placed.q)}
     if seconds:
-        more["march"] = _marched(path.worst, seconds)
+        more["march"] = _march(path.worst, seconds)
     return _result(cuts, path).model_copy(update=more)
 
 
@@ -118,7 +118,7 @@ def stability_along_path(
         ),
     }
     if seconds:
-        more["march"] = _marched(worst, seconds)
+        more["march"] = _march(worst, seconds)
     return result.model_copy(update=more)
 
 
@@ -161,7 +161,7 @@ def _point(judgement: Judgement) -> StabilityPoint:
     )
 
 
-def _marched(judgement: Judgement, seconds: float) -> MarchResult:
+def _march(judgement: Judgement, seconds: float) -> MarchResult:
     placed = judgement.placed
     marched = march(judgement.there.whole, placed.cut, placed.feed_per_tooth, seconds)
     late = marched.out_of_cut[-max(1, len(marched.out_of_cut) // 10) :]

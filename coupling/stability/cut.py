@@ -171,17 +171,17 @@ class SteadyCut:
         angles[-1] = turn
         pieces = np.column_stack([angles[:-1], angles[1:]])
         middle = pieces.mean(axis=1)
-        cuts = [np.any(high > low) for low, high in self._engaged(middle[:, None] + tips)]
+        cuts = [np.any(high > low) for low, high in self._engaged_heights(middle[:, None] + tips)]
         return pieces[self._in_cut(middle, tips)] / self.cutter.speed if any(cuts) else pieces[:0]
 
     def _in_cut(self, angle: np.ndarray, tips: np.ndarray) -> np.ndarray:
         """Return whether an edge is in the cut at angles of rotation, (n,)."""
         inside = np.zeros(len(angle), dtype=bool)
-        for low, high in self._engaged(angle[:, None] + tips):
+        for low, high in self._engaged_heights(angle[:, None] + tips):
             inside |= np.any(high > low, axis=1)
         return inside
 
-    def _engaged(self, tip: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def _engaged_heights(self, tip: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield heights between which edges are in the cut, by arc and by turn of a long edge."""
         lag, tip = self.cutter.lag, tip % (2.0 * np.pi)
         for start, end, depth in self.arcs:
@@ -212,7 +212,7 @@ class SteadyCut:
             edge = (self.damping.friction * radial, radial, 0.0)
         tip = self.cutter.speed * time[:, None] + channel.tips
         total = np.zeros((len(time), 6, 2))
-        for low, high in self._engaged(tip):
+        for low, high in self._engaged_heights(tip):
             # Axes: times, teeth, Gauss points.
             height = low[..., None] + 0.5 * (1.0 + _NODES) * (high - low)[..., None]
             phi = (tip % (2.0 * np.pi))[..., None] - self.cutter.lag * height

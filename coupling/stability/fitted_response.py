@@ -67,7 +67,7 @@ def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list
     omega = np.geomspace(s.imag[0], s.imag[-1], count + 2)[1:-1]
     poles = omega * (-0.02 + 1j)
     for _ in range(_ROUNDS):
-        poles_next = _relocated(s, compliance, weight, poles)
+        poles_next = _relocate_poles(s, compliance, weight, poles)
         if len(poles_next) != count:
             return None
         is_at_rest = np.allclose(poles_next, poles, rtol=1e-8)
@@ -95,7 +95,7 @@ def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list
     return error, modes
 
 
-def _relocated(
+def _relocate_poles(
     s: np.ndarray, compliance: np.ndarray, weight: np.ndarray, poles: np.ndarray
 ) -> np.ndarray:
     """Return poles in the upper half plane, moved once, as zeros of the fitted scaling function."""

@@ -8,23 +8,22 @@ one period to the next is then a matrix, whose largest eigenvalue mu tells the g
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from coupling.errors import StabilityError
 from coupling.stability.cut import Channel, SteadyCut
+from coupling.stability.spectral_element import ElementRule, element_rule
 from coupling.stability.structure import WRENCH, Structure
 
 # Points of an element: so many, and more for each radian of the fastest mode within it.
 _POINTS, _PER_RADIAN = 6, 0.6
 # An element with more of them is divided.
 _MOST_POINTS = 28
-# Decay within an element from which on its integrals are graded towards their end, and how.
-_SLOW_DECAY, _GRADES = 15.0, 5.0 ** np.arange(-6, 1)
 # A multiplier is real up to rounding; one below zero is a flip's (period doubling).
 _REAL = 1e-12
 # Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
@@ -35,108 +34,6 @@ _MOST_IN_ALL = 600
 _HARMONICS = 60
 
 Border = Literal["Hopf", "flip", "none"]
-
-
-@dataclass(frozen=True)
-class _Rule:
-    """Points of an element, within 0 and 1, and its integrals.
-
-    Attributes:
-        points: Gauss points x, (p,).
-        weights: Their weights, (p,).
-    """
-
-    points: np.ndarray
-    weights: np.ndarray
-
-    def lagrange(self, x: np.ndarray) -> np.ndarray:
-        """Return the polynomials that are 1 at one point and 0 at the others, (.., p)."""
-        return _legendre(2.0 * x - 1.0, len(self.points)) @ self._coefficients
-
-    @cached_property
-    def _coefficients(self) -> np.ndarray:
-        count = len(self.points)
-        values = _legendre(2.0 * self.points - 1.0, count)
-        # Discrete orthogonality at Gauss points: the inverse of `values`.
-        return (2.0 * np.arange(count)[:, None] + 1.0) * values.T * self.weights
-
-    def within(self, c: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to each point x.
-
-        Args:
-            c: Exponents over the element, complex, (k,).
-
-        Returns:
-            Complex, (p, p, k).
-        """
-        return self._integrals(c, self.points, _base)
-
-    def whole(self, c: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (1 - xi)) times each polynomial, complex, (p, k)."""
-        return self._integrals(c, np.ones(1), _whole_base)[0]
-
-    def partial(self, c: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return the integrals of exp(c (x - xi)) times each polynomial from 0 to x, (n, p, k).
-
-        Args:
-            c: Exponents over the element, complex, (k,).
-            x: Ends, within 0 and 1, (n,).
-        """
-
-        def base_of(points: int, count: int, graded: bool) -> np.ndarray:
-            return _weighted(points, count, graded, x)
-
-        return self._integrals(c, x, base_of)
-
-    def _integrals(
-        self,
-        c: np.ndarray,
-        x: np.ndarray,
-        base_of: Callable[[int, int, bool], np.ndarray],
-    ) -> np.ndarray:
-        graded = bool(np.abs(c.real).max(initial=0.0) > _SLOW_DECAY)
-        count = len(self.points) // 2 + 6 + (0 if graded else int(np.abs(c).max(initial=0.0) / 3.0))
-        behind, _ = _quadrature(count, graded)
-        wave = np.exp((x[:, None] * behind)[..., None] * c)
-        # (n, p, q) @ (n, q, k)
-        return base_of(len(self.points), count, graded) @ wave
-
-
-def _legendre(x: np.ndarray, count: int) -> np.ndarray:
-    """Return Legendre's polynomials of degrees 0 to count - 1, (.., count)."""
-    return np.polynomial.legendre.legvander(x, count - 1)
-
-
-@cache
-def _rule(count: int) -> _Rule:
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return _Rule(0.5 * (1.0 + nodes), 0.5 * weights)
-
-
-def _weighted(points: int, count: int, graded: bool, x: np.ndarray) -> np.ndarray:
-    """Return the polynomials times the weights of a quadrature from 0 to x, (n, p, q)."""
-    behind, weight = _quadrature(count, graded)
-    way = x[:, None] * behind
-    base = _rule(points).lagrange(x[:, None] - way) * (x[:, None] * weight)[..., None]
-    return np.ascontiguousarray(base.transpose(0, 2, 1))
-
-
-@cache
-def _base(points: int, count: int, graded: bool) -> np.ndarray:
-    return _weighted(points, count, graded, _rule(points).points)
-
-
-@cache
-def _whole_base(points: int, count: int, graded: bool) -> np.ndarray:
-    return _weighted(points, count, graded, np.ones(1))
-
-
-@cache
-def _quadrature(count: int, graded: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and weights between 0 and 1, where graded in panels that shrink towards 0."""
-    rule, edges = _rule(count), np.append(0.0, _GRADES if graded else [1.0])
-    width = np.diff(edges)[:, None]
-    return (edges[:-1, None] + width * rule.points).ravel(), (width * rule.weights).ravel()
 
 
 @dataclass(frozen=True)
@@ -154,7 +51,7 @@ class _Element:
     channel: Channel
     begin: float
     length: float
-    rule: _Rule
+    rule: ElementRule
     first: int
 
     @cached_property
@@ -242,7 +139,7 @@ class PeriodOperator:
                 radians = (end - begin) * structure.fastest
                 points = refined * (_POINTS + _PER_RADIAN * radians)
                 parts = int(np.ceil(points / _MOST_POINTS))
-                rule = _rule(int(np.ceil(points / parts)) + (2 if parts > 1 else 0))
+                rule = element_rule(int(np.ceil(points / parts)) + (2 if parts > 1 else 0))
                 length = (end - begin) / parts
                 for part in range(parts):
                     elements.append(_Element(channel, begin + part * length, length, rule, first))

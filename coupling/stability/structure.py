@@ -126,11 +126,6 @@ class Structure:
         """Highest angular frequency of a mode that swings [rad/s]; 0 where none does."""
         return float(self.eigenvalue.imag.max(initial=0.0))
 
-    @property
-    def decay(self) -> float:
-        """Growth of the mode that decays slowest without a cut [1/s]."""
-        return float(self.eigenvalue.real.max())
-
     def answer(self, exponent: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Return the displacement of the tip by wrenches that go with exp(s t).
 

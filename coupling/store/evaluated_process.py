@@ -100,7 +100,7 @@ class EvaluatedProcess:
             if store is None:
                 response = as_stored(self.computed(path))
             else:
-                response, origin = self._claimed(store, key, path)
+                response, origin = self._compute_claimed(store, key, path)
         seconds = time.perf_counter() - start
         self._watch(StoredAnswer(key=key, origin=origin, seconds=seconds))
         self.last = ProcessRequest(path, response, max(seconds, self._stored_seconds(store, key)))
@@ -147,7 +147,7 @@ class EvaluatedProcess:
     def _stored_response(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
         return self._pending[key][0] if key in self._pending else store.read(key, path)
 
-    def _claimed(
+    def _compute_claimed(
         self, store: Store, key: str, path: ToolPath
     ) -> tuple[ProcessResponse, Literal["computed", "store"]]:
         """Return the answer, computed by this process or by another one that was quicker."""

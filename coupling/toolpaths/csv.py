@@ -67,7 +67,7 @@ class CsvPath(ToolPathTable):
             require_few(float(path.time[-1] - path.time[0]) / self.sample_s, self.file)
             time, _ = divide_steps(path.time, self.sample_s)
             path, rows = InterpolatedPath(path).at(time), np.arange(len(time))
-        return self._headed(UntiltedPath(part, path, rows))
+        return self._with_headings(UntiltedPath(part, path, rows))
 
     def _table(self) -> np.ndarray:
         """Return time [s], position [m] and quaternion of each row, (rows, 8)."""

@@ -112,4 +112,4 @@ class GcodePath(ToolPathTable):
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         path = ToolPath(instants.time, poses(points, tool)).transformed(part)
-        return self._headed(UntiltedPath(part, path, instants.sample_rows))
+        return self._with_headings(UntiltedPath(part, path, instants.sample_rows))

@@ -10,7 +10,8 @@ import numpy as np
 
 from coupling.errors import CaseError
 from coupling.programs.reading import ReadingNotes
-from coupling.toolpaths.arcs import PLANES, Arc
+from coupling.toolpaths.arcs import PLANES
+from coupling.toolpaths.gcode_arcs import ArcWords
 from coupling.toolpaths.gcode_codes import (
     IDLE_G,
     MOTIONS,
@@ -31,7 +32,8 @@ from coupling.toolpaths.gcode_feed import Feed
 from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
 from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_tool import ToolDirection
-from coupling.toolpaths.gcode_words import Block, read_blocks
+from coupling.toolpaths.gcode_waits import Waits
+from coupling.toolpaths.gcode_words import Block, read_blocks, require_within
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.spindle import GcodeSpindle
 
@@ -46,10 +48,7 @@ _PLACELESS_WORDS = frozenset((5.1, 50.0, 60.0, 80.0))
 # Idle words that belong to another word of their line: a printer's wait, HAAS's smoothing, and OKUMA's
 # work offset.
 _WORDS_OF = {"S": 4.0, "E": 187.0, "H": 15.0}
-# No robot goes farther [m], or waits longer [s].
-_MAX_DISTANCE, _MAX_DWELL = 100.0, 3600.0
-# A longer wait may be one in milliseconds [s].
-_DOUBTFUL_DWELL = 60.0
+_MAX_DISTANCE = 100.0  # no robot goes farther [m]
 
 
 def read_program(
@@ -73,7 +72,7 @@ def read_program(
             steps += machine.steps(block)
         except ValueError as cause:
             raise CaseError(f"{file}: line {block.line}: {cause}") from cause
-    machine.note_long_waits()
+    machine.waits.note_long()
     if not machine.has_moved:
         unknown = machine.unknown
         letters = ", ".join(unknown)
@@ -102,6 +101,7 @@ class _Machine:
         has_moved: Whether it has moved from one known point to another.
         tool: Direction of the tool.
         spindle: Words of its spindle.
+        waits: Its waits.
     """
 
     def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
@@ -115,7 +115,7 @@ class _Machine:
         self._place, self._is_known = np.full(3, np.nan), False
         self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
-        self._long_waits: list[str] = []
+        self.waits = Waits(notes)
         # What took the tool away from the part, behind its moves: nothing may follow.
         self._away: str | None = None
         self._cancelled = False
@@ -129,12 +129,6 @@ class _Machine:
             for letter, value in zip(_AXES, self._place.tolist(), strict=True)
             if value != value
         ]
-
-    def note_long_waits(self) -> None:
-        """Note the first wait that may be meant in milliseconds, and how many others there are."""
-        if self._long_waits:
-            others = len(self._long_waits) - 1
-            self._notes.assume(self._long_waits[0] + (f"; so do {others} others" if others else ""))
 
     def steps(self, block: Block) -> Iterator[GcodeMove | Dwell]:
         """Yield what a line does.
@@ -152,9 +146,9 @@ class _Machine:
         if block.g:
             self._modes(block.g, values)
             if 4.0 in block.g:
-                yield self._dwell(block.line, values)
+                yield self.waits.wait(block.line, values)
             for value in RETURNS.keys() & set(block.g):
-                self._returned(value, values, block.line)
+                self._leave_out_return(value, values, block.line)
         if block.statements or not _DIRECTION_WORDS.isdisjoint((*block.g, *block.m)):
             lost = self.tool.modes(block, self.has_moved, self._lengths)
             if lost:
@@ -241,37 +235,7 @@ class _Machine:
             self._notes.assume("G99 is the level that cycles return to, not feed per revolution")
         self._notes.leave_out(word)
 
-    def _dwell(self, line: int, values: dict[str, float]) -> Dwell:
-        """Return a wait: by P, by X as FANUC, or by F as Siemens has it [s]."""
-        # A printer's S is in seconds; of others it may be turns of the spindle.
-        letters = "PSXF" if "E" in self._notes.left_out else "PXF"
-        words = [letter for letter in letters if letter in values]
-        if "S" in values and "S" not in letters:
-            raise ValueError(
-                "expected a wait G4 P in seconds, got S, revolutions or seconds: write it with P"
-            )
-        if len(words) > 1 and words[0] == "P":
-            words = words[:1]
-        letter = words[0] if words else ""
-        if not words:
-            raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = _require_within(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
-        if letter != "P":
-            self._notes.assume(f"G4 {letter} is a wait in seconds")
-        if duration > _DOUBTFUL_DWELL or (
-            duration > 1.0 and letter == "P" and "E" in self._notes.left_out
-        ):
-            self._long_waits.append(
-                f"line {line}: G4 {letter}{duration:g} waits {duration:g} s; where it is from a control"
-                f" that takes milliseconds, write G4 {letter}{duration / 1000.0:g}"
-            )
-        if not _PLACE_LETTERS.isdisjoint(values):
-            raise ValueError(
-                "expected G4 without coordinates, got some: write them in another line"
-            )
-        return Dwell(duration)
-
-    def _returned(self, value: float, values: dict[str, float], line: int) -> None:
+    def _leave_out_return(self, value: float, values: dict[str, float], line: int) -> None:
         """Leave out a way to a place that is not known in the part: before the moves, or behind them."""
         axes = [letter for letter in _AXES if letter in values]
         others = [letter for letter in OTHER_AXES if letter in values]
@@ -318,7 +282,7 @@ class _Machine:
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    _require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
+                    require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (
@@ -350,7 +314,7 @@ class _Machine:
                 " there"
             )
         self.tool.require_meaning()
-        arc = self._arc(values, start, end) if is_arc else None
+        arc = self._arc_words(values).arc(start, end) if is_arc else None
         turn = self.tool.turn(state, stays)
         if stays and (turn is None or turn.angle == 0.0):
             return
@@ -377,42 +341,12 @@ class _Machine:
                     f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
                 )
 
-    def _arc(self, values: dict[str, float], start: np.ndarray, end: np.ndarray) -> Arc:
-        plane, clockwise = PLANES[self._plane], self._motion == 2.0
-        axes = (plane.first, plane.second)
-        in_plane, across = [_OFFSETS[axis] for axis in axes], _OFFSETS[plane.normal]
-        if values.get(across) == 0.0:
-            # A centre is in the plane of its arc: a zero across it says the same.
-            self._notes.leave_out(f"{across}0")
-            del values[across]
-        offset_words = [letter for letter in _OFFSETS if letter in values]
-        if "R" in values:
-            if offset_words:
-                raise ValueError(
-                    f"expected either R or a centre, got both R and {offset_words[0]}: give one"
-                )
-            return Arc.of_radius(plane, start, end, self._lengths(values["R"]), clockwise)
-        centre_is = f"a centre {in_plane[0]}, {in_plane[1]} in this plane"
-        if across in offset_words:
-            raise ValueError(
-                f"expected R or {centre_is}, got {across}{values[across]:g}, an offset across it: select"
-                " the arc's plane by G17, G18 or G19"
-            )
-        if not offset_words:
-            raise ValueError(f"expected R or {centre_is}, got none: give it")
-        if self._absolute_centre and len(offset_words) < 2:
-            raise ValueError(
-                f"expected both {in_plane[0]} and {in_plane[1]} after G90.1, got"
-                f" {offset_words[0]}: give both"
-            )
-        offsets = np.array([self._lengths(values.get(letter, 0.0)) for letter in in_plane])
-        centre = offsets if self._absolute_centre else start[list(axes)] + offsets
-        return Arc.about(plane, start, end, centre, clockwise)
-
-
-def _require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
-    if not low <= value <= high:
-        raise ValueError(
-            f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
+    def _arc_words(self, values: dict[str, float]) -> ArcWords:
+        return ArcWords(
+            values,
+            PLANES[self._plane],
+            self._motion == 2.0,
+            self._absolute_centre,
+            self._lengths,
+            self._notes,
         )
-    return value

@@ -213,3 +213,12 @@ def _strip_comments(line: str) -> str:
             "expected a comment to be closed, got '(' without ')': close it in its line"
         )
     return "".join(code)
+
+
+def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
+    """Return the value of a word, which must be between two bounds."""
+    if not low <= value <= high:
+        raise ValueError(
+            f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
+        )
+    return value

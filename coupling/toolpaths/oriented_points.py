@@ -209,4 +209,4 @@ class OrientedPath(ToolPathTable):
         Raises:
             CaseError: If the file is unreadable or not such a path, or takes too long.
         """
-        return self._headed(self._points.untilted(part, self._law, self.file, corners))
+        return self._with_headings(self._points.untilted(part, self._law, self.file, corners))

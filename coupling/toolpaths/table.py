@@ -49,7 +49,7 @@ class ToolPathTable(Schema, ABC):
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _headed(self, untilted: UntiltedPath) -> UntiltedPath:
+    def _with_headings(self, untilted: UntiltedPath) -> UntiltedPath:
         """Return a path as a file gives it, with its feed where the tilt is measured from it."""
         if self.tilt_frame == "part":
             return untilted
@@ -72,9 +72,9 @@ class ToolPathTable(Schema, ABC):
         Raises:
             CaseError: As for `untilted`, or if the tool is turned too fast along it.
         """
-        return self._tilted(self.untilted(part))
+        return self._tilt_path(self.untilted(part))
 
-    def _tilted(self, untilted: UntiltedPath) -> ToolPath:
+    def _tilt_path(self, untilted: UntiltedPath) -> ToolPath:
         path = untilted.tilted(self.tilt)
         if self.tilt_frame == "path":
             _require_slow_turns(path)
@@ -91,7 +91,7 @@ class ToolPathTable(Schema, ABC):
             untilted: The path before the tool is turned, where it is known already.
         """
         untilted = untilted or self.untilted(part, corners)
-        return Task(part, self._tilted(untilted), sample_rows=untilted.sample_rows)
+        return Task(part, self._tilt_path(untilted), sample_rows=untilted.sample_rows)
 
 
 def _require_slow_turns(path: ToolPath) -> None:

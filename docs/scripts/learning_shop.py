@@ -18,8 +18,9 @@ from scipy.spatial.transform import Rotation
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.identification.next.inputs import next_case_text
-from coupling.identification.runs.learning import Learned, LearnOptions, learn
+from coupling.identification.runs.learning import Learned, learn
 from coupling.identification.runs.measurement import Measurement
+from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.results import learned_text
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -128,9 +129,7 @@ class Shop:
         """Return what one run under the file's command tells."""
         measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
-            return learn(
-                [read_source(self._first, measured)], LearnOptions(draws=trial.draws), models
-            )
+            return learn([read_source(self._first, measured)], FramePrior(), models)
 
     def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
         """Return how far the tool of the file's and of the learned robot is from the real one's [m].
@@ -160,7 +159,7 @@ class Shop:
             sources.append(read_source(run, measured))
             begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
-                learned = learn(sources, LearnOptions(draws=trial.draws), models)
+                learned = learn(sources, FramePrior(), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
             found.append(learned)
             if not learned.refusal:

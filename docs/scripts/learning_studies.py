@@ -73,7 +73,6 @@ class Trial:
         seconds: How much of a run is measured [s].
         every: Every so many samples of 4 ms.
         runs: Number of runs that are learned from.
-        draws: Simulated robots for the intervals.
         beyond: What the tool does beyond the model.
     """
 
@@ -82,7 +81,6 @@ class Trial:
     seconds: float = np.inf
     every: int = 1
     runs: int = 2
-    draws: int = 0
     beyond: Beyond | None = None
 
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from coupling.case.case import Case
-from coupling.export.exported import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.exporting import export_run
 from coupling.path.controller import Controller
 from coupling.path.joint_path import JointPath

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu.job import SimulationJob
-from coupling.robot.robot_fmu import SCALARS
+from coupling.robot.fmu_signals import POSE_OUTPUTS, WRENCH_INPUTS
 from docs.scripts.page import table as page_table
 from docs.scripts.trust_comparison import Against, Comparison
 from docs.scripts.trust_fmu import answers
@@ -90,7 +90,7 @@ class Release:
         settings |= {f"q_cmd[{i + 1}]": float(angle) for i, angle in enumerate(self.q)}
         settings |= {name: damping * value for name, value in _dampings(robot()).items()}
         rows = np.hstack([push[0], still, push[1], still])
-        return SimulationJob(settings, time, SCALARS.wrench, rows, SCALARS.pose[:3], 3)
+        return SimulationJob(settings, time, WRENCH_INPUTS, rows, POSE_OUTPUTS[:3], 3)
 
     def surge(self, path: np.ndarray) -> Surge:
         """Return what a simulated path of the tool [m], (n, 3), says, as recordings are read."""

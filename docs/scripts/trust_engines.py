@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.task import REFERENCE, ROBOT, TRAJECTORY
 from coupling.fmu.job import SimulationJob
 from coupling.fmu_export.build import KINDS
-from coupling.robot.robot_fmu import SCALARS
+from coupling.robot.fmu_signals import POSE_OUTPUTS, WRENCH_INPUTS
 from docs.scripts.page import DOCS
 from docs.scripts.trust_comparison import Against, Comparison
 from docs.scripts.trust_fmu import answers
@@ -111,15 +111,13 @@ def _still(curve: str, postures: np.ndarray, wrench: np.ndarray, **start: float)
     """Return the job to rest in all postures under a wrench."""
     rows = np.hstack([postures, np.tile(wrench, (len(postures), 1))])
     settings: dict[str, str | float] = {"mode": "quasistatic", "torque_curve": curve, **start}
-    return _job(
-        settings, np.arange(len(rows), dtype=float), (*_COMMANDS, *SCALARS.wrench[:6]), rows
-    )
+    return _job(settings, np.arange(len(rows), dtype=float), (*_COMMANDS, *WRENCH_INPUTS[:6]), rows)
 
 
 def _job(
     settings: Mapping[str, str | float], time: np.ndarray, inputs: tuple[str, ...], rows: np.ndarray
 ) -> SimulationJob:
-    return SimulationJob(settings, time, inputs, rows, SCALARS.pose[:3], 3)
+    return SimulationJob(settings, time, inputs, rows, POSE_OUTPUTS[:3], 3)
 
 
 def _compared(what: str, jobs: dict[str, SimulationJob], moved: float) -> Comparison:

@@ -16,12 +16,12 @@ import coupling
 import elastic_robot
 from coupling.cli import app
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.index_html import variable_rows
 from coupling.run.usual_ranges import EXPECTED
 from docs.scripts.page import DOCS, table
 from docs.site.keys import case_page, robot_page
-from elastic_robot.fmi.interface import blocks
 
 _ROOT = DOCS.parent
 _PICTURE = re.compile(r"!\[([^\]]*)\]\((?:docs/)?(figures/[^)]+)\)")
@@ -37,7 +37,7 @@ def commands_page() -> str:
 
 def variables_page() -> str:
     """Return the page of the FMU's variables, those of the example robot."""
-    described = blocks(load_robot(shipped_robots()["icme2008"]))
+    described = all_blocks(load_robot(shipped_robots()["icme2008"]))
     lines = [
         tuple(_cell(f"`{cell}`" if k == 0 else cell) for k, cell in enumerate(row))
         for row in variable_rows(described, scalars(described))

@@ -100,7 +100,7 @@ class CommandedMotion:
         powers[:3] = command.q, command.qd, 0.5 * command.qdd
         estimated_jerk = 0.0
         if past is not None and length > _NO_STEP:
-            gained, q, qd = _explained(past, command, length)
+            gained, q, qd = _explain_change(past, command, length)
             powers += _OFFSET @ np.array([-q, -length * qd]) / length**_EXPONENTS
             estimated_jerk = gained / max(past.length, length / SETTINGS.neighbour_ratio)
         powers[3] += np.where(np.isnan(command.jerk), estimated_jerk, command.jerk) / 6.0
@@ -134,7 +134,7 @@ class CommandedMotion:
         return LastStep(length, drives, self.command.qd, self.command.qdd)
 
 
-def _explained(past: LastStep, command: Command, length: float) -> np.ndarray:
+def _explain_change(past: LastStep, command: Command, length: float) -> np.ndarray:
     """Return what q'' would gain over one more step like the last one, and what was missed, (3, n).
 
     In angle and rate, as far as the accelerations explain it.

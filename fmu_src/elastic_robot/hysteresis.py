@@ -100,7 +100,7 @@ class Hysteresis:
         >>> one = np.array([1])
         >>> two_slip = Elements(0 * one.repeat(2), np.array([1, 2]), np.array([2e-5, 6e-5]), one / 2)
         >>> gear = Hysteresis(two_slip, np.array([40.0]))
-        >>> s = gear.moved(np.zeros(2), np.array([3e-5]))
+        >>> s = gear.elongation_after(np.zeros(2), np.array([3e-5]))
         >>> s, gear.torque(s)
         (array([2.e-05, 3.e-05]), array([30.]))
     """
@@ -153,12 +153,12 @@ class Hysteresis:
         sticking = self.elements.slip_angle - np.abs(elongation)
         return np.where(self.sticks(elongation, rate), sticking, slipping)
 
-    def moved(self, elongation: np.ndarray, change: np.ndarray) -> np.ndarray:
+    def elongation_after(self, elongation: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Return the elongations [rad], (e,), after a monotone change of x [rad], (m,)."""
         limit = self.elements.slip_angle
         return np.clip(elongation + change[self.elements.coordinate], -limit, limit)
 
-    def held(self, elongation: np.ndarray, rate: np.ndarray) -> HeldHysteresis:
+    def at_state(self, elongation: np.ndarray, rate: np.ndarray) -> HeldHysteresis:
         """Return what the elements add where s [rad] is (e,) and the rates [rad/s] of x are (m,)."""
         slope = self.slope(self.sticks(elongation, rate))
         return HeldHysteresis(self.torque(elongation), slope, self.gradient(elongation))
@@ -209,7 +209,7 @@ class Past:
 
     def elongation_at(self, x: np.ndarray) -> np.ndarray:
         """Return s [rad], (e,), of gears that have gone to x [rad], (m,)."""
-        return self.hysteresis.moved(self.elongation, x - self.x)
+        return self.hysteresis.elongation_after(self.elongation, x - self.x)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """H [N m], (m,), of gears that have gone to x [rad], (m,)."""

@@ -68,7 +68,7 @@ class KinematicErrors:
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return eps, eps', eps'', eps''' [rad, 1, 1/rad, 1/rad^2] at q (..., n) [rad], (4, ..., n)."""
-        phase = self._turned(q)
+        phase = self._phases(q)
         sine, cosine = self.amplitude * np.sin(phase), self.amplitude * np.cos(phase)
         n = self.order
         sines = np.array([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
@@ -76,13 +76,13 @@ class KinematicErrors:
 
     def output_angle(self, q: np.ndarray) -> np.ndarray:
         """Return u = q + eps(q) [rad] at q (..., n) [rad], (..., n)."""
-        return q + (self.amplitude * np.sin(self._turned(q))) @ self._owner if self.count else q
+        return q + (self.amplitude * np.sin(self._phases(q))) @ self._owner if self.count else q
 
     def slope(self, q: np.ndarray) -> np.ndarray:
         """Return du/dq = 1 + eps' [1] at q (..., n) [rad], (..., n)."""
         if self.count == 0:
             return np.ones_like(q)
-        slope: np.ndarray = (self.amplitude * self.order * np.cos(self._turned(q))) @ self._owner
+        slope: np.ndarray = (self.amplitude * self.order * np.cos(self._phases(q))) @ self._owner
         return 1.0 + slope
 
     def at_output(self, drives: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ class KinematicErrors:
         each = np.einsum("ij...a,ab->...iajb", by, np.eye(n))
         return each.reshape(*q.shape[:-1], 3 * n, 3 * n)
 
-    def _turned(self, q: np.ndarray) -> np.ndarray:
+    def _phases(self, q: np.ndarray) -> np.ndarray:
         """Return the angles of the sines [rad], (..., s)."""
         return self.order * q[..., self.joint] + self.phase
 

@@ -77,10 +77,14 @@ class Linearisation:
     def by_motors(self, output_by_motor: np.ndarray) -> Linearisation:
         """Return it by the motors, with `KinematicErrors.gradient` in its units, (3 n, 3 n)."""
 
-        def moved(columns: np.ndarray) -> np.ndarray:
+        def by_motors_alone(columns: np.ndarray) -> np.ndarray:
             return np.hstack([columns[:, :6], columns[:, 6:] @ output_by_motor])
 
-        return replace(self, forcing=moved(self.forcing), feedthrough=moved(self.feedthrough))
+        return replace(
+            self,
+            forcing=by_motors_alone(self.forcing),
+            feedthrough=by_motors_alone(self.feedthrough),
+        )
 
     @property
     def inputs(self) -> tuple[str, ...]:

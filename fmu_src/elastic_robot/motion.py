@@ -71,13 +71,13 @@ class _Instant:
     Attributes:
         drives: Motion of the drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n).
         acting: Loads on the tool.
-        carried: S + H + d x' [N m], (m,).
+        gear_torque: S + H + d x' [N m], (m,).
         motors: The motors that move by themselves.
     """
 
     drives: np.ndarray
     acting: ToolLoad
-    carried: np.ndarray
+    gear_torque: np.ndarray
     motors: MotorInstant
 
 
@@ -183,7 +183,7 @@ class DrivenMotion:
                 raise given_up(time, f"needs more than {steps:.0f} steps")
             now, (coordinates, rates, _) = instant(time, y), self._split(y)
             x, v = coordinates[: self._m], rates[: self._m]
-            of_x = free_acceleration(self._dynamics, now.drives, x, v, now.acting, now.carried)
+            of_x = free_acceleration(self._dynamics, now.drives, x, v, now.acting, now.gear_torque)
             if not self._motors.drives:
                 return np.concatenate([v, of_x])
             growth = self._motors.growth(now.motors, modes)
@@ -218,7 +218,7 @@ class DrivenMotion:
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
         jump, time = SETTINGS.jump(self._local_error), start
         resting: set[int] = set()
-        y = self._joined(state)
+        y = self._join_state(state)
         coordinates, rates, _ = self._split(y)
         turns = [_turn(len(coordinates) + k) for k in self._law.elements.gears]
         of_elements: list[_Event] = [slips, *turns] if elements else []
@@ -254,7 +254,7 @@ class DrivenMotion:
         count = self._m + len(self._motors.drives)
         return [y[:count], y[count : 2 * count], y[2 * count :]]
 
-    def _joined(self, state: State) -> np.ndarray:
+    def _join_state(self, state: State) -> np.ndarray:
         """Return what is integrated; motors' angles count from the start, as doubles have digits."""
         motors = state.motors
         parts = state.x, 0.0 * motors.angle, state.v, motors.rate, motors.integral
@@ -316,7 +316,7 @@ class DrivenMotion:
         if not (len(gears) or holds or limits):
             return []
 
-        def beyond(time: float, y: np.ndarray) -> np.ndarray:
+        def distances_to_edges(time: float, y: np.ndarray) -> np.ndarray:
             """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
             ways = np.abs(y[gears]) - width[gears]
             if holds:
@@ -329,12 +329,12 @@ class DrivenMotion:
 
         later = y.copy()
         later[: self._m] += _LATER * self._split(y)[1][: self._m]
-        side = np.sign(beyond(now + _LATER, later))
+        side = np.sign(distances_to_edges(now + _LATER, later))
 
         @lru_cache(maxsize=1)  # which every event asks
         def ways(time: float, bytes_of_y: bytes) -> np.ndarray:
             y = np.frombuffer(bytes_of_y)
-            ways = side * beyond(time, y)
+            ways = side * distances_to_edges(time, y)
             if not limits:
                 return ways
             at = self._motors.ways(instant(time, y).motors, modes, begin.motors)

@@ -58,21 +58,21 @@ class MotorInstant:
     """What motors do in a state.
 
     Attributes:
-        wanted, turning: w and w' [rad/s, rad/s^2], (d,).
-        asked, torque: Kp w + z, and tau [N m], (d,).
+        rate_error, turning: w and w' [rad/s, rad/s^2], (d,).
+        torque_command, torque: Kp w + z, and tau [N m], (d,).
         acceleration: q'' [rad/s^2], (d,).
     """
 
-    wanted: np.ndarray
+    rate_error: np.ndarray
     turning: np.ndarray
-    asked: np.ndarray
+    torque_command: np.ndarray
     torque: np.ndarray
     acceleration: np.ndarray
 
     @property
     def heading(self) -> np.ndarray:
         """Sign of w a little later, where w itself turns at least, in any unit, (d,)."""
-        return np.where(np.abs(self.wanted) <= _STILL, self.turning, self.wanted)
+        return np.where(np.abs(self.rate_error) <= _STILL, self.turning, self.rate_error)
 
 
 # What there is to say of a robot without moving motors, asked for in every evaluation.
@@ -129,12 +129,16 @@ class Motors:
         """
         if not self.drives:
             return hysteresis
-        of, m, ones = hysteresis.elements, len(hysteresis.slip_torque), np.ones(len(self.drives))
+        of, m, unit_share = (
+            hysteresis.elements,
+            len(hysteresis.slip_torque),
+            np.ones(len(self.drives)),
+        )
         elements = Elements(
-            np.append(of.coordinate, m + np.arange(len(ones))),
-            np.append(of.number, ones.astype(int)),
+            np.append(of.coordinate, m + np.arange(len(unit_share))),
+            np.append(of.number, unit_share.astype(int)),
             np.append(of.slip_angle, self._each.slip_angle),
-            np.append(of.share, ones),
+            np.append(of.share, unit_share),
         )
         slips = self.friction + self._each.load_friction
         return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
@@ -153,22 +157,26 @@ class Motors:
         commands: np.ndarray,
         state: MotorState,
         gear_torque: np.ndarray,
-        given: np.ndarray,
+        commanded_torque: np.ndarray,
     ) -> MotorInstant:
         """Return what the motors do.
 
         Args:
             commands: q, q', q'' of all drives' commands [rad, rad/s, rad/s^2], (3, n).
             gear_torque: S + H + d x' of all elastic coordinates, -T of gears [N m], (m,).
-            given: Torques of motors without servo [N m], (d,).
+            commanded_torque: Torques of motors without servo [N m], (d,).
         """
         (q, qd, qdd), gears = commands[:, self.joint], gear_torque[self.gear]
         each = self._each
         k_v, forward = each.position_gain, each.feed_forward
         rate_error = k_v * (q - state.angle) + forward * qd - state.rate
-        torque_command = each.rate_gain * rate_error + state.integral if self.servo else given
+        torque_command = (
+            each.rate_gain * rate_error + state.integral if self.servo else commanded_torque
+        )
         torque = (
-            np.minimum(np.maximum(torque_command, -self.limit), self.limit) if self.servo else given
+            np.minimum(np.maximum(torque_command, -self.limit), self.limit)
+            if self.servo
+            else commanded_torque
         )
         rise = self.errors.slope(self.joined(commands[0], state.angle))[self.joint]
         part = state.presliding / each.slip_angle
@@ -181,7 +189,7 @@ class Motors:
         """Return the numbers of what z does from a state on, (d,)."""
         if not self.servo:
             return np.full(len(self.drives), _WAITS)
-        side, room = np.sign(now.asked), self.room(now)
+        side, room = np.sign(now.torque_command), self.room(now)
         onwards = side * now.heading > 0.0
         is_beyond = room < -_AT_LIMIT * self.limit
         at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
@@ -194,7 +202,7 @@ class Motors:
     def growth(self, now: MotorInstant, modes: np.ndarray) -> np.ndarray:
         """Return z' [N m/s], (d,)."""
         keeps = np.where(modes == _KEEPS, -self._each.rate_gain * now.turning, 0.0)
-        return np.where(modes == _GROWS, self._each.integral_gain * now.wanted, keeps)
+        return np.where(modes == _GROWS, self._each.integral_gain * now.rate_error, keeps)
 
     def ways(self, now: MotorInstant, modes: np.ndarray, before: MotorInstant) -> np.ndarray:
         """Return what falls through zero where z goes on otherwise or the torque limit is passed.
@@ -206,25 +214,25 @@ class Motors:
             before: The motors where that began.
         """
         limited = self.servo & np.isfinite(self.limit)
-        side, keeps, room = np.sign(before.asked), modes == _KEEPS, self.room(now)
+        side, keeps, room = np.sign(before.torque_command), modes == _KEEPS, self.room(now)
         is_beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
         stays = np.minimum(-side * self._by(now, _WAITS), side * self._by(now, _GROWS))
         to_limit = np.where(keeps, stays, np.where(is_beyond, -room, room))
-        onwards = np.sign(before.heading) * now.wanted
+        onwards = np.sign(before.heading) * now.rate_error
         return np.concatenate([to_limit[limited], onwards[limited & is_beyond & ~keeps]])
 
     def room(self, now: MotorInstant) -> np.ndarray:
         """Return the way to the torque limit, below 0 beyond it [N m], (d,)."""
-        return self.limit - np.abs(now.asked)
+        return self.limit - np.abs(now.torque_command)
 
-    def held(self, commands: np.ndarray, gear_torque: np.ndarray) -> np.ndarray:
+    def holding_integral(self, commands: np.ndarray, gear_torque: np.ndarray) -> np.ndarray:
         """Return z [N m], (d,), with which servos hold motors that start as commanded; as of `at`."""
         q, qd, qdd = commands[:, self.joint]
         none = np.zeros(len(q))
         now = self.at(commands, MotorState(q, qd, none, none), gear_torque, none)
         inertia = self._each.inertia
         free = now.acceleration - now.torque / inertia
-        return inertia * (qdd - free) - self._each.rate_gain * now.wanted
+        return inertia * (qdd - free) - self._each.rate_gain * now.rate_error
 
     @cached_property
     def limit(self) -> np.ndarray:

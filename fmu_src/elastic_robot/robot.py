@@ -14,9 +14,8 @@ from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.motion import DrivenMotion, State
 from elastic_robot.motors import IDEAL, Motors, MotorState, require_drives
 from elastic_robot.parameters import Parameters
-from elastic_robot.robot_outputs import RobotOutputs
+from elastic_robot.robot_outputs import HeldInputs, RobotOutputs
 from elastic_robot.settings import SETTINGS
-from elastic_robot.snapshot import HeldInputs, Snapshot
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
@@ -91,18 +90,6 @@ class ElasticRobot(RobotOutputs):
         self._law = self._motors.with_friction(self._hysteresis)
 
     @property
-    def snapshot(self) -> Snapshot:
-        """The present state; assigning one of the same robot goes on from there, bit for bit."""
-        return Snapshot(self._now(), self._held, self._parameters, self._opposite)
-
-    @snapshot.setter
-    def snapshot(self, snapshot: Snapshot) -> None:
-        if snapshot.parameters is not self._parameters:
-            self.parameters = snapshot.parameters
-        self._state, self._held = snapshot.state, snapshot.held
-        self._opposite = snapshot.opposite
-
-    @property
     def time(self) -> float:
         """Present time [s]."""
         return self._now().time
@@ -141,8 +128,8 @@ class ElasticRobot(RobotOutputs):
         none = np.zeros_like(angle)
         motors = MotorState(angle, rate, none, none)
         self._state = State(time, x, np.zeros_like(x), past.elongation_at(x), motors)
-        self._held = inputs
-        integral = self._motors.held(inputs.commands, self._elastic_torque())
+        self._inputs = inputs
+        integral = self._motors.holding_integral(inputs.commands, self._elastic_torque())
         self._state = replace(self._state, motors=replace(motors, integral=integral))
         self._opposite = (False, False)
         self._opposite = bool(self.tcp()[6] < 0.0), bool(self.rigid()[6] < 0.0)
@@ -171,9 +158,9 @@ class ElasticRobot(RobotOutputs):
             self._state = replace(state, time=end, x=x, elongation=past.elongation_at(x))
         else:
             self._state = self._advance(state, inputs, end, drives, load)
-        self._held = inputs
+        self._inputs = inputs
         if self._drive == "torque":  # the rigid robot goes with motors that have no command
-            self._held = replace(inputs, q=self.motor_angle(), qd=self.motor_rate())
+            self._inputs = replace(inputs, q=self.motor_angle(), qd=self.motor_rate())
 
     def _advance(
         self, state: State, inputs: HeldInputs, end: float, drives: Drives, load: Load

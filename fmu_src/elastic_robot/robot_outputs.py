@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
@@ -21,11 +23,41 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
-from elastic_robot.snapshot import HeldInputs
 from elastic_robot.static_sensitivity import StaticSensitivities, static_sensitivities
 from elastic_robot.tool_load import ToolLoad
-from elastic_robot.torque_curves import TorqueCurve, ways_to_bends
+from elastic_robot.torque_curves import TorqueCurve
+from elastic_robot.trajectory import Drives
 from elastic_robot.turns import Turns
+
+
+@dataclass(frozen=True)
+class HeldInputs:
+    """Drives and loads of the robot at the present time.
+
+    Attributes:
+        q, qd, qdd: Commanded motion of the drives, before their gears [rad, rad/s, rad/s^2], (n,).
+        acting: Loads on the tool.
+        torque: Torques of motors without servo [N m], (d,) or of all (1,).
+    """
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+    acting: ToolLoad
+    torque: np.ndarray
+
+    @classmethod
+    def at(
+        cls, time: float, drives: Drives, acting: ToolLoad, torque: np.ndarray | None = None
+    ) -> HeldInputs:
+        """Return the drives' motion at a time, with what acts on tool and motors then."""
+        q, qd, qdd = drives.at(np.array([time]))[:, 0]
+        return cls(q, qd, qdd, acting, np.zeros(1) if torque is None else torque)
+
+    @property
+    def commands(self) -> np.ndarray:
+        """q, q', q'' [rad, rad/s, rad/s^2], (3, n)."""
+        return np.stack([self.q, self.qd, self.qdd])
 
 
 class RobotOutputs:
@@ -42,7 +74,7 @@ class RobotOutputs:
     _quasistatic: bool
     _turns: Turns
     _state: State | None
-    _held: HeldInputs
+    _inputs: HeldInputs
     _opposite: tuple[bool, bool]
 
     def tcp(self) -> np.ndarray:
@@ -54,7 +86,7 @@ class RobotOutputs:
 
         In quasi-static mode they are those of the rigid robot.
         """
-        chain, inputs = self.chain, self._held
+        chain, inputs = self.chain, self._inputs
         theta, rate = chain.theta(np.stack([inputs.q, inputs.qd]))
         if not self._quasistatic:
             theta, rate = self._theta(), self._theta_rate()
@@ -62,7 +94,7 @@ class RobotOutputs:
 
     def rigid(self) -> np.ndarray:
         """Return the pose of the TCP with undeflected joints [m, 1], (7,), qw as of the elastic one."""
-        return self._pose(self.chain.theta(self._held.q), self._opposite[1])
+        return self._pose(self.chain.theta(self._inputs.q), self._opposite[1])
 
     def deviation(self) -> np.ndarray:
         """Return TCP minus rigid TCP [m] and the rotation vector between them [rad], (6,)."""
@@ -83,28 +115,6 @@ class RobotOutputs:
         """Return the elongations s of the elements of the gears' hysteresis [rad], (e,)."""
         return self._now().elongation
 
-    def elongation_derivative(self) -> np.ndarray:
-        """Return s' [rad/s], (e,); zero in quasi-static mode."""
-        return self._hysteresis.rate(self._now().elongation, self._now().v)
-
-    def slip(self) -> np.ndarray:
-        """Return how far the elements are from sticking or slipping instead [rad], (e,)."""
-        return self._hysteresis.ways(self._now().elongation, self._now().v)
-
-    def deflection_derivative(self) -> np.ndarray:
-        """Return x' [rad/s], (m,), as the derivative of `deflection` by time."""
-        return self.deflection_rate()
-
-    def rate_derivative(self) -> np.ndarray:
-        """Return x'' of the equation of motion [rad/s^2], (m,); zero in quasi-static mode."""
-        if self._quasistatic:
-            return np.zeros(self.chain.elastic_count)
-        return self._operating_point().motion[2]
-
-    def bend(self) -> np.ndarray:
-        """Return the distances of gears from the next bends of their curves [rad], (torsions, 2)."""
-        return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
-
     def gear_torque(self) -> np.ndarray:
         """Return the torque of each gear on its link, about the joint's axis [N m], (torsions,)."""
         return -self._elastic_torque()[self.chain.torsions]
@@ -116,7 +126,7 @@ class RobotOutputs:
         rotor's inertia, the friction of a motor that has slipped; in quasi-static mode its gear's alone.
         """
         gear_torque, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
-        inputs, frictions = self._held, iter(self._parameters.friction)
+        inputs, frictions = self._inputs, iter(self._parameters.friction)
         torque = gear_torque * self.chain.kinematic_errors.slope(self.motor_angle())[joints]
         if self._motors.drives:
             torque[np.isin(joints, self._motors.joint)] = self._instant().torque
@@ -133,11 +143,11 @@ class RobotOutputs:
 
     def motor_angle(self) -> np.ndarray:
         """Return the angles of the motors over the gear ratio [rad], (n,)."""
-        return self._motors.joined(self._held.q, self._now().motors.angle)
+        return self._motors.joined(self._inputs.q, self._now().motors.angle)
 
     def motor_rate(self) -> np.ndarray:
         """Return the rates of the motors over the gear ratio [rad/s], (n,)."""
-        return self._motors.joined(self._held.qd, self._now().motors.rate)
+        return self._motors.joined(self._inputs.qd, self._now().motors.rate)
 
     def rotor_angle(self) -> np.ndarray:
         """Return the angles of the motors that move by themselves [rad], (motors,)."""
@@ -155,37 +165,13 @@ class RobotOutputs:
         """Return the elongations of their friction [rad], (motors,)."""
         return self._of_motors(self._now().motors.presliding)
 
-    def rotor_angle_derivative(self) -> np.ndarray:
-        """Return their rates [rad/s], (motors,)."""
-        return self.rotor_rate()
-
-    def rotor_rate_derivative(self) -> np.ndarray:
-        """Return their accelerations [rad/s^2], (motors,)."""
-        return self._of_motors(self._instant().acceleration)
-
-    def servo_integral_derivative(self) -> np.ndarray:
-        """Return the growth of their servos' integrals [N m/s], (motors,)."""
-        now = self._instant()
-        return self._of_motors(self._motors.growth(now, self._motors.modes(now)))
-
-    def presliding_derivative(self) -> np.ndarray:
-        """Return the rates of the elongations of their friction [rad/s], (motors,)."""
-        law, elongation, rate = self._friction()
-        return self._of_motors(law.rate(elongation, rate)[self.chain.elements.count :])
-
     def _of_motors(self, values: np.ndarray) -> np.ndarray:
         """Return values of the motors, where all of them move by themselves or none does."""
         return values if self._motors.drives else np.zeros(len(self._parameters.friction))
 
-    def _friction(self) -> tuple[Hysteresis, np.ndarray, np.ndarray]:
-        """Return the law of all elements, the motors' behind the gears', elongations and rates."""
-        state = self._now()
-        elongation = np.append(state.elongation, state.motors.presliding)
-        return self._law, elongation, np.append(state.v, state.motors.rate)
-
     def _instant(self) -> MotorInstant:
         """Return what the motors do."""
-        motors, inputs = self._now().motors, self._held
+        motors, inputs = self._now().motors, self._inputs
         return self._motors.at(inputs.commands, motors, self._elastic_torque(), inputs.torque)
 
     def _elastic_torque(self) -> np.ndarray:
@@ -202,24 +188,24 @@ class RobotOutputs:
         return pose
 
     def _rigid_placement(self) -> pin.SE3:
-        return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._held.q))
+        return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._inputs.q))
 
     def _elastic_placement(self) -> pin.SE3:
         return base_from_tool(self.chain, self._dynamics.data, self._theta())
 
-    def _moved(self) -> np.ndarray:
+    def _motor_motion(self) -> np.ndarray:
         """Return q, q', q'' of all motors, at rest in quasi-static mode, (3, n)."""
         if self._quasistatic:
-            return self._held.commands * [[1.0], [0.0], [0.0]]
+            return self._inputs.commands * [[1.0], [0.0], [0.0]]
         if not self._motors.drives:
-            return self._held.commands
+            return self._inputs.commands
         motors = self._now().motors
         motion = np.stack([motors.angle, motors.rate, self._instant().acceleration])
-        return self._motors.joined(self._held.commands, motion)
+        return self._motors.joined(self._inputs.commands, motion)
 
     def _at_output(self) -> np.ndarray:
         """Return the motion of all drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n)."""
-        return self.chain.kinematic_errors.at_output(self._moved())
+        return self.chain.kinematic_errors.at_output(self._motor_motion())
 
     def _theta(self) -> np.ndarray:
         """Return the angles of the chain [rad], (angles,)."""
@@ -233,16 +219,12 @@ class RobotOutputs:
 
     def contact_force(self) -> np.ndarray:
         """Return the force of the contact on the tool [N], (3,); none where it is not touched."""
-        if not self._held.acting.contact.holds:
+        if not self._inputs.acting.contact.holds:
             return np.zeros(3)
         return self._contact()[2][0, :3]
 
-    def contact_gap(self) -> np.ndarray:
-        """Return the way from the sphere at the TCP to the contact's plane [m], (1,); 1 without one."""
-        return -self._contact()[0] if self._held.acting.contact.holds else np.ones(1)
-
     def _contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        inputs, theta = self._held, self._theta()
+        inputs, theta = self._inputs, self._theta()
         if self._quasistatic:
             return self._dynamics.contact_state(
                 theta[None], np.zeros((1, len(theta))), inputs.acting.resting
@@ -265,8 +247,8 @@ class RobotOutputs:
     def _at_rest(
         self,
     ) -> tuple[Dynamics, TorqueCurve, np.ndarray, np.ndarray, ToolLoad, HeldHysteresis]:
-        state, inputs = self._now(), self._held
-        hysteresis = self._hysteresis.held(state.elongation, state.v)
+        state, inputs = self._now(), self._inputs
+        hysteresis = self._hysteresis.at_state(state.elongation, state.v)
         u = self._at_output()[0]
         return self._dynamics, self._curve, u, state.x, inputs.acting, hysteresis
 
@@ -293,7 +275,7 @@ class RobotOutputs:
 
     def _output_by_motor(self) -> np.ndarray:
         """Return the derivatives of the drives at their gears' outputs by the motors, (3 n, 3 n)."""
-        return self.chain.kinematic_errors.gradient(self._moved())
+        return self.chain.kinematic_errors.gradient(self._motor_motion())
 
     def _operating_point(self) -> OperatingPoint:
         state = self._now()
@@ -301,8 +283,8 @@ class RobotOutputs:
         motion[0] = state.x
         if not self._quasistatic:
             motion[1] = state.v
-        acting = self._held.acting.resting if self._quasistatic else self._held.acting
-        hysteresis = self._hysteresis.held(state.elongation, state.v)
+        acting = self._inputs.acting.resting if self._quasistatic else self._inputs.acting
+        hysteresis = self._hysteresis.at_state(state.elongation, state.v)
         motion[2] = free_acceleration(
             self._dynamics, drives, motion[0], motion[1], acting, self._elastic_torque()
         )

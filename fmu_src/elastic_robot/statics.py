@@ -142,7 +142,7 @@ class EnergyAtRest:
             x = None
         if x is None or not np.abs(x).max(initial=0.0) <= SETTINGS.most_deflection:
             raise EquilibriumError(self._refusal)
-        for gear in self._undecided(x):
+        for gear in self._undecided_gears(x):
             mirrored = x.copy()
             mirrored[gear] *= -1.0
             other = self._minimum(mirrored, middle)
@@ -228,7 +228,7 @@ class EnergyAtRest:
         that their load drives on carry what they lose across it, twice, so that a rounded flank is steep
         enough there.
         """
-        residual, driven = self.residual(x), self._driven(x)
+        residual, driven = self.residual(x), self._load_slope(x)
         inside = (self.curve.region(x) == 0) & ~middle
         holding = self.past.slope(x) - driven  # by elements of hysteresis and the load [N m/rad]
         leaves = np.abs(residual) > holding * (self._width - np.sign(residual) * x)
@@ -337,17 +337,17 @@ class EnergyAtRest:
         jacobian = tcp_jacobian(chain, self.dynamics.data, self._theta(x))
         return self.acting.wrench[3:] @ jacobian[3:, chain.elastic]
 
-    def _undecided(self, x: np.ndarray) -> np.ndarray:
+    def _undecided_gears(self, x: np.ndarray) -> np.ndarray:
         """Return the gears on a flank that their load might hold on the other flank, too.
 
         Those that it drives through backlash, and that carry at most twice what is lost on the way.
         """
-        driven = self._driven(x)
+        driven = self._load_slope(x)
         on_flank = (self._width > 0.0) & (np.abs(x) > self._width)
         across = 4.0 * self._width * driven
         return np.flatnonzero(on_flank & (driven > 0.0) & (np.abs(self.curve.torque(x)) < across))
 
-    def _driven(self, x: np.ndarray) -> np.ndarray:
+    def _load_slope(self, x: np.ndarray) -> np.ndarray:
         """Return how each gear's load grows with its angle [N m/rad], (m,)."""
         return self.curve.slope(x) + self.past.slope(x) - np.diag(self._stiffness(x))
 

@@ -275,23 +275,6 @@ class BacklashBranch:
         return self.stiffness * self.backlash * self.region
 
 
-def ways_to_bends(curve: TorqueCurve, x: np.ndarray) -> np.ndarray:
-    """Return the distances of each x from the next bend of its law below and above [rad], (m, 2).
-
-    1 where there is none.
-
-    Example:
-        >>> gear = BacklashCurve(np.array([1e4]), np.array([1e-3]))
-        >>> ways_to_bends(gear, np.array([4e-4])), ways_to_bends(gear, np.array([3e-3]))
-        (array([[0.0014, 0.0006]]), array([[0.002, 1.   ]]))
-    """
-    ways = curve.bend_angles - x[:, None]
-    below = np.where(ways < 0.0, -ways, np.inf).min(axis=1, initial=np.inf)
-    above = np.where(ways >= 0.0, ways, np.inf).min(axis=1, initial=np.inf)
-    nearest = np.stack([below, above], axis=1)
-    return np.where(np.isfinite(nearest), nearest, 1.0)
-
-
 TORQUE_CURVES: dict[str, CurveClass] = {
     "linear": LinearCurve,
     "backlash": BacklashCurve,

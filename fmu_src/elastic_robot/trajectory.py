@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from bisect import bisect_right
 from math import inf
 from pathlib import Path
@@ -12,7 +13,6 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.settings import SETTINGS
-from elastic_robot.table_file import read_table
 
 
 class Drives(Protocol):
@@ -230,18 +230,29 @@ def _quintic_hermite(time: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.nd
 def read_trajectory(path: Path, joint_count: int) -> Trajectory:
     """Read a trajectory from CSV (header line) or NPZ (arrays `columns` and `data`).
 
-    Columns time, q1.., and optionally qd1.., qdd1.. are found by name; others are ignored.
+    Columns time, q1.., and optionally qd1.., qdd1.. are found by name; others are ignored.  The native
+    FMU checks more (docs/fmu.md#trajectories).
 
     Raises:
         TrajectoryError: With the file, what was expected and what was got.
     """
     try:
-        return trajectory_of(*read_table(path), joint_count)
-    except (ValueError, TrajectoryError) as cause:
+        return trajectory_of(*_read_table(path), joint_count)
+    except FileNotFoundError:
+        raise TrajectoryError(f"trajectory {path}: does not exist") from None
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile, TrajectoryError) as cause:
         reason = str(cause).removeprefix("trajectory: ")
         raise TrajectoryError(f"trajectory {path}: {reason}") from cause
-    except MemoryError as cause:
-        raise TrajectoryError(f"trajectory {path}: it does not fit into memory") from cause
+
+
+def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
+    """Return the names of a file's columns and its numbers, (rows, columns)."""
+    if path.suffix == ".npz":
+        with np.load(path) as archive:
+            return [str(name) for name in archive["columns"]], np.asarray(archive["data"], float)
+    with path.open(encoding="utf-8-sig") as file:
+        names = [name.strip() for name in file.readline().split(",")]
+        return names, np.loadtxt(file, delimiter=",", ndmin=2)
 
 
 def trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import elastic_robot
 from coupling.cli import app, main
 from coupling.cli.console import console
-from coupling.export.exported import TOLERANCE
+from coupling.export.exported_program import TOLERANCE
 from coupling.identification.next.options import KINDS
 from coupling.programs.languages import LANGUAGES
 from coupling.robot.robot_fmu import DEFAULT_KIND

@@ -12,7 +12,7 @@ import pytest
     ("name", "expected"),
     [
         ("coupling/run/robustness", "tests/run/test_robustness.py"),  # imported
-        ("coupling/conduct", "tests/results/test_outlook.py"),  # by what is imported
+        ("coupling/run_to_folder", "tests/results/test_outlook.py"),  # by what is imported
         ("coupling/errors", "coupling/errors.py"),  # has examples
         ("tests/helpers/killing", "tests/run/test_run_log.py"),
         ("tests/docs/test_changed", "tests/docs/test_changed.py"),

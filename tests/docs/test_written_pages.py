@@ -27,12 +27,16 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_every_script_of_a_page_finds_what_it_imports(script):
+def test_every_script_of_a_page_is_imported_and_finds_the_marks_of_its_parts(script):
     if script in ("make_comparison", "make_identify", "make_trust"):
         pytest.importorskip(
             "mujoco", reason="needs the package mujoco, which is in the extra 'test'"
         )
-    assert importlib.import_module(f"docs.scripts.{script}").__doc__
+    module = importlib.import_module(f"docs.scripts.{script}")
+    assert module.__doc__
+    for written in (thing for thing in vars(module).values() if isinstance(thing, Page)):
+        text = (DOCS / f"{written.name}.md").read_text()
+        assert [part for part in written.parts if f"<!-- {part} -->" not in text] == []
 
 
 def test_a_part_is_replaced_as_often_as_it_is_made(folder):

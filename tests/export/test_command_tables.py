@@ -11,7 +11,7 @@ from command_tables import NAMES, WAY, written
 
 from coupling.errors import ProgramError
 from coupling.export.commands import command_of_table
-from coupling.export.exported import ExportOptions
+from coupling.export.exported_program import ExportOptions
 from coupling.export.exporting import export_commands
 from coupling.files.csv_table import WRENCH_COLUMNS
 from coupling.files.robot_file import find_robot

@@ -13,7 +13,7 @@ from wall_case import WALL_CASE
 from coupling.case.file import load_case
 from coupling.errors import ProgramError
 from coupling.export.commands import command_in_run, command_of_table
-from coupling.export.exported import ExportOptions
+from coupling.export.exported_program import ExportOptions
 from coupling.export.exporting import export_commands
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes

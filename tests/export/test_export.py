@@ -15,7 +15,7 @@ from wall_case import WALL_CASE
 from coupling.case.file import load_case
 from coupling.errors import PlanningError
 from coupling.export import exporting
-from coupling.export.exported import ExportOptions
+from coupling.export.exported_program import ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes

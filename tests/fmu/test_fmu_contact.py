@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from exchanged_robot import ExchangedRobot
 
 from elastic_robot.plane_contact import PlaneContact
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load
 from elastic_robot.trajectory import HeldCommand
 
@@ -39,8 +39,8 @@ def planes(height: float) -> tuple[dict[str, np.ndarray], list[Load]]:
     return inputs, [Load(spring=spring, contact=PLANE) for spring in rows]
 
 
-def modelled(example, mode: str, curve: str) -> ElasticRobot:
-    return ElasticRobot(example, curve, mode == "quasistatic", tolerance=1e-9)
+def modelled(example, mode: str, curve: str) -> ExchangedRobot:
+    return ExchangedRobot(example, curve, mode == "quasistatic", tolerance=1e-9)
 
 
 def job(mode: str, curve: str, inputs: dict[str, np.ndarray]) -> dict:
@@ -48,7 +48,7 @@ def job(mode: str, curve: str, inputs: dict[str, np.ndarray]) -> dict:
     return {"settings": {"mode": mode, "torque_curve": curve}, "inputs": inputs, **common}
 
 
-def assert_as_in_the_model(robot: ElasticRobot, loads: list[Load], answer: dict) -> None:
+def assert_as_in_the_model(robot: ExchangedRobot, loads: list[Load], answer: dict) -> None:
     """Path, compliance and force at every communication point."""
     robot.reset(0.0, DRIVES, loads[0])
     for k, values in enumerate(answer["values"]):

@@ -11,7 +11,7 @@ from random_robots import make_robot
 
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import co_simulation_blocks
+from elastic_robot.fmi.interface import blocks
 from elastic_robot.gear_parts import Drive, StopElement
 
 HEIGHT = 0.2356  # of the TCP where all drives are at 0 [m]
@@ -57,7 +57,7 @@ def fmus(tmp_path_factory):
 
 def test_all_outputs_are_those_of_the_native_fmu(fmus, run_fmu):
     """To 1e-5 of their usual sizes, where both may err by 1e-9 m at the TCP."""
-    table = co_simulation_blocks(robot())
+    table = blocks(robot())
     outputs = [v for b in table.values() if b.causality == "output" for v in b.variables]
     jobs = [
         {

@@ -10,9 +10,9 @@ from random_robots import make_robot
 from scipy.spatial.transform import Rotation
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -51,7 +51,7 @@ def test_gears_and_motors_carry_what_the_links_need(tmp_path, seed, curve):
     robot = make_robot(seed, 2 + seed)
     n = len(robot.joints)
     fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
-    names = {key: [v.name for v in block.variables] for key, block in blocks(robot).items()}
+    names = {key: [v.name for v in block.variables] for key, block in all_blocks(robot).items()}
     of = {key: fmu.of(names[key]) for key in names if key != "strings"}
     slave = fmu.slave()
     slave.setupExperiment(startTime=0.0)

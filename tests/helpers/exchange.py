@@ -12,8 +12,8 @@ from fmpy.fmi2 import FMU2Model
 from native_fmu import POSTURE
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import blocks
 
 STATES = ("deflection", "deflection_rate")
 DERIVATIVES = ("deflection_derivative", "rate_derivative")
@@ -32,7 +32,7 @@ class Exchange:
         by_name = {v.name: v.valueReference for v in self.description.modelVariables}
         self.references = {
             name: [by_name[v.name] for v in block.variables]
-            for name, block in blocks(self.robot).items()
+            for name, block in all_blocks(self.robot).items()
         }
         self.references["time"] = [by_name["time"]]
         self.strings = {

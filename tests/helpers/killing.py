@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from places import LINE_CASE
 
 if TYPE_CHECKING:
-    from coupling.export.exported import ExportedProgram, ExportOptions
+    from coupling.export.exported_program import ExportedProgram, ExportOptions
 
 PROGRAM = Path(__file__).parent / "logged_program.py"
 # What is about the run itself, and differs between two runs of one case.
@@ -27,7 +27,7 @@ OF_THE_RUN = ("run.json", "report.html", "evaluations")
 _context = multiprocessing.get_context("forkserver")
 _PRELOADED = (
     "cli",
-    "conduct",
+    "run_to_folder",
     "export.exporting",
     "study.conduct",
     "identification.next.command",
@@ -228,7 +228,7 @@ def die_while_exporting(folder: Path, stage: str, text: str) -> None:
 
 def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:
     """Return a program of one file, WAY.src, with this text, as an export has it."""
-    from coupling.export.exported import ExportedProgram, ExportOptions
+    from coupling.export.exported_program import ExportedProgram, ExportOptions
     from coupling.path.deviation import Deviation
     from coupling.programs.languages import LANGUAGES
     from coupling.programs.program import ProgramFile, ProgramMove, RobotProgram

@@ -11,9 +11,9 @@ from native_fmu import NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.kinematics import base_from_tool
 
 CURVES = ("linear", "backlash", "spline")
@@ -112,7 +112,7 @@ def instance_of(
     fmu = NativeFmu(build_fmu(case.robot, folder / "R.fmu", BuildOptions("native")), folder / "fmu")
     references = {
         name: fmu.of([v.name for v in block.variables])
-        for name, block in blocks(case.robot).items()
+        for name, block in all_blocks(case.robot).items()
     }
     slave = fmu.slave()
     slave.setupExperiment(startTime=0.0)
@@ -139,7 +139,9 @@ def through_fmu(case: Case, folder: Path) -> Found:
     if case.length > 0.0:
         slave.setReal(knowns, case.inputs.tolist())
         slave.doStep(0.0, case.length)
-    outputs = [name for name, block in blocks(case.robot).items() if block.causality == "output"]
+    outputs = [
+        name for name, block in all_blocks(case.robot).items() if block.causality == "output"
+    ]
     names = [name for name in outputs if references[name]]
     asked = [reference for name in names for reference in references[name]]
     along_seed = slave.getDirectionalDerivative(asked, knowns, case.seed.tolist())

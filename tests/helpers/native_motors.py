@@ -8,8 +8,8 @@ import numpy as np
 from native_fmu import NativeFmu
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.gear_parts import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
@@ -56,7 +56,7 @@ class Both:
             for tolerance in tolerances
         ]
         self.model = ElasticRobot(robot, curve, tolerance=exact, drive=drive)
-        self.names = {k: [v.name for v in b.variables] for k, b in blocks(robot).items()}
+        self.names = {k: [v.name for v in b.variables] for k, b in all_blocks(robot).items()}
         self.model.reset(0.0, HeldCommand(0.0, q, 0.0 * q, 0.0 * q), Load())
         self.time = 0.0
 

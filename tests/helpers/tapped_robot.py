@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from coupling.identification.response.identification import MeasuredPosture
@@ -9,7 +11,7 @@ from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.robot.parameters import apply_values
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
+from elastic_robot.description import Robot, Tilt
 
 AXES = "xyz"
 
@@ -23,6 +25,22 @@ def drawn_values(robot: Robot, rng: np.random.Generator) -> dict[str, float]:
         values[f"{name}.stiffness"] = part.stiffness * float(np.exp(0.3 * rng.normal()))
         values[f"{name}.damping"] = part.damping * float(np.exp(0.5 * rng.normal()))
     return values
+
+
+def bending_links(robot: Robot, rng: np.random.Generator) -> Robot:
+    """Return the robot with a tilt at each joint without one, 3 to 9 times as stiff as its gear."""
+    joints = []
+    for joint in robot.joints:
+        if joint.stiffness is not None and not joint.tilt:
+            axis = np.cross(joint.axis, np.eye(3)[np.argmin(np.abs(joint.axis))])
+            factor = float(np.exp(rng.uniform(1.2, 2.2)))
+            damping = factor * joint.damping
+            tilt = Tilt(
+                tuple((axis / np.linalg.norm(axis)).tolist()), factor * joint.stiffness, damping
+            )
+            joint = replace(joint, tilt=(tilt,))
+        joints.append(joint)
+    return replace(robot, joints=tuple(joints))
 
 
 def tap(

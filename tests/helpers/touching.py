@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from complex_robot import Numbers, acceleration, changed, evaluate
+from exchanged_robot import ExchangedRobot
 from native_core import Core
 from pendulum import held
 from scipy.integrate import solve_ivp
@@ -13,7 +14,6 @@ from scipy.integrate import solve_ivp
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import PlaneContact
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load
 
 KINDS = ("python", "native")
@@ -56,7 +56,7 @@ class Touching:
 
     def __init__(self, kind: str, robot: Robot, q, curve: str = "linear", **options) -> None:
         self.q, self._curve, self._options = np.array(q, dtype=float), curve, options
-        self.python = ElasticRobot(robot, curve, **options)
+        self.python = ExchangedRobot(robot, curve, **options)
         self.core = Core(robot) if kind == "native" else None
         self.m = self.python.chain.elastic_count
 

@@ -10,6 +10,7 @@ from spring_robot import upright
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.robot.robot import Advance
 from elastic_robot.fmi.interface import Mode
 
 
@@ -36,13 +37,11 @@ class VibratingRobot:
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the path from rest."""
         march = self.march(command, wrench, float(wrench.time[-1]), mode)
-        return march.advance(wrench, again=False)
+        return march(wrench, False)
 
-    def march(
-        self, command: JointPath, start: WrenchHistory, end: float, mode: Mode
-    ) -> VibratingMarch:
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
         """Begin at rest."""
-        return VibratingMarch(self, command)
+        return VibratingMarch(self, command).advance
 
 
 @dataclass
@@ -55,9 +54,9 @@ class VibratingMarch:
     state: np.ndarray = field(default_factory=lambda: np.zeros(4))
     steps: dict[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
+    def advance(self, loads: WrenchHistory, is_repeat: bool) -> ToolPath:
         """Return the path within a window, at rows of the command; forces are constant over steps."""
-        self.state = self.begun if again else self.state
+        self.state = self.begun if is_repeat else self.state
         self.begun = self.state
         time = loads.instants
         states = [self.state]

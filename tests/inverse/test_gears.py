@@ -80,7 +80,7 @@ def test_a_flank_follows_a_ramp_behind_an_exponential(tau):
     np.testing.assert_allclose(wind_up.angle[:, 0], steady + amplitude * decay, rtol=0, atol=1e-15)
     rate = a / K - amplitude / tau * decay
     np.testing.assert_allclose(wind_up.rate[:, 0], rate, rtol=0, atol=1e-14 / tau)
-    assert wind_up.crossings == ()
+    assert wind_up.reversals == ()
 
 
 def test_in_its_backlash_a_gear_integrates_the_torque():
@@ -91,8 +91,8 @@ def test_in_its_backlash_a_gear_integrates_the_torque():
     moved = cumulative_trapezoid(torque, time, initial=0.0) / 100.0
     np.testing.assert_allclose(wind_up.angle[:, 0], -2e-4 + moved, rtol=0, atol=1e-16)
     np.testing.assert_allclose(wind_up.rate[:, 0], torque / 100.0, rtol=0, atol=1e-16)
-    (only,) = wind_up.crossings
-    assert (only.begins, only.ends, only.side_before, only.side_after) == (0.0, 1.0, 0, 0)
+    (only,) = wind_up.reversals
+    assert (only.begins, only.ends, only.before, only.after) == (0.0, 1.0, 0, 0)
 
 
 @pytest.mark.parametrize("tau", TIME_CONSTANTS)
@@ -116,10 +116,10 @@ def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall
     wind_up = solve(time, -a * (time - t_0), "backlash", tau, expected[0])
     np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
     if leaves < time[-1]:
-        (crossing,) = wind_up.crossings
+        (crossing,) = wind_up.reversals
         # Between two samples of a millisecond the passage is taken for even.
         assert crossing.begins == pytest.approx(leaves, abs=1e-3)
-        assert (crossing.side_before, crossing.side_after) == (1, -1 if arrives < 0.4 else 0)
+        assert (crossing.before, crossing.after) == (1, -1 if arrives < 0.4 else 0)
         assert crossing.ends == pytest.approx(min(arrives, 0.4), abs=1e-3)
 
 
@@ -171,10 +171,10 @@ def test_two_solutions_approach_and_the_backlash_is_told_whole(seed, kind, tau, 
     assert (np.diff(apart) <= 1e-11).all()
     edge = {"backlash": B, "spline": 0.5 * B}.get(kind, 0.0)
     for gear in range(2):
-        own = [c for c in wind_up.crossings if c.gear == gear]
+        own = [c for c in wind_up.reversals if c.joint == gear + 1]
         for c, after in itertools.pairwise(own):
             assert c.begins <= c.ends <= after.begins
-            assert c.side_after == after.side_before != 0
+            assert c.after == after.before != 0
         covered = np.any([(time > c.begins) & (time < c.ends) for c in own] + [time < 0], axis=0)
         e = np.abs(wind_up.angle[:, gear])
         assert (e[covered] <= edge + 2e-13).all()
@@ -190,17 +190,17 @@ def test_without_torque_a_gear_rests_in_its_backlash_or_falls_back_to_its_edge(k
     if abs(start) * B <= edge:
         assert (wind_up.angle == start * B).all()
         inside = abs(start) * B < edge
-        assert [c.side_after for c in wind_up.crossings] == [0] * inside
+        assert [c.after for c in wind_up.reversals] == [0] * inside
     else:
         assert edge - 2e-13 <= abs(wind_up.angle[-1, 0]) < 1.3 * edge
-        assert len(wind_up.crossings) <= 1
+        assert len(wind_up.reversals) <= 1
 
 
 def test_a_torque_that_only_touches_zero_opens_no_backlash():
     time = np.linspace(0.0, 2.0, 2001)
     torque = 30.0 * (1.0 + np.cos(2.0 * np.pi * 5.0 * time))
     wind_up = solve(time, torque, "backlash", 1e-3, B)
-    assert wind_up.crossings == ()
+    assert wind_up.reversals == ()
     assert (wind_up.angle >= B).all()
 
 
@@ -210,7 +210,7 @@ def test_a_gear_that_floats_for_seconds_makes_no_chatter():
     torque = 1e-11 * np.random.default_rng(3).normal(size=20001)
     for start in (-B, B):
         wind_up = solve(time, torque, "backlash", 1e-3, start)
-        assert len(wind_up.crossings) <= 1
+        assert len(wind_up.reversals) <= 1
         assert np.abs(wind_up.angle - start).max() < 1e-12
 
 
@@ -220,7 +220,7 @@ def test_without_backlash_a_gear_is_a_spring():
     springs = [solve(time, torque, kind, 1e-3, 0.0, backlash=0.0) for kind in KINDS[:3]]
     for other in springs[1:]:
         np.testing.assert_allclose(other.angle, springs[0].angle, rtol=0, atol=1e-17)
-        assert other.crossings == ()
+        assert other.reversals == ()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -259,5 +259,5 @@ def test_gears_do_not_depend_on_each_other():
             time, torque[:, gear : gear + 1], curve_of("backlash"), damping[[gear]], start[[gear]]
         )
         assert (together.angle[:, gear] == alone.angle[:, 0]).all()
-        own = [c for c in together.crossings if c.gear == gear]
-        assert [(c.begins, c.ends) for c in own] == [(c.begins, c.ends) for c in alone.crossings]
+        own = [c for c in together.reversals if c.joint == gear + 1]
+        assert [(c.begins, c.ends) for c in own] == [(c.begins, c.ends) for c in alone.reversals]

@@ -15,12 +15,13 @@ from scipy.spatial.transform import Rotation
 from coupling.check.backlash import exact_command
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.command import rigid_command
-from coupling.inverse.diagnosis import loads_along, stiff_links
+from coupling.inverse.diagnosis import loads_along
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.link_model import LinkModel
+from coupling.inverse.links import rigid_motion
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque
@@ -297,7 +298,7 @@ def test_motors_are_asked_for_what_the_simulated_ones_need(case):
     robot, wanted, file = case
     moving = MovingRobot(robot, "linear")
     task = moving.task(wanted)
-    links = stiff_links(moving, task)
+    links = rigid_motion(moving.model, task)
     demands = predict_motor_torques(moving, links, loads_along(moving, links, task.wrench))
     time = np.linspace(0.0, END, 801)
     with RobotFmu(file, "linear") as fmu:

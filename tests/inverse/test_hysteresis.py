@@ -183,9 +183,9 @@ def test_elements_that_slip_at_no_torque_change_nothing():
         plain = solve_wind_up(time, torque, curve, damping, start)
         slipping = solve_wind_up(time, torque, curve, damping, start, (none,))
         np.testing.assert_allclose(slipping.angle, plain.angle, rtol=0, atol=1e-12)
-        assert len(slipping.crossings) == len(plain.crossings)
-        for own, other in zip(slipping.crossings, plain.crossings, strict=True):
-            assert own.side_before == other.side_before
+        assert len(slipping.reversals) == len(plain.reversals)
+        for own, other in zip(slipping.reversals, plain.reversals, strict=True):
+            assert own.before == other.before
             assert own.begins == pytest.approx(other.begins, abs=1e-7)
             assert own.ends == pytest.approx(other.ends, abs=1e-7)
 

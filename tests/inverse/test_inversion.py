@@ -153,7 +153,7 @@ def test_one_gear_with_backlash_has_its_closed_form():
     size = inertia * amplitude * w**2 / np.hypot(k, d * w)
     start = backlash + size * np.cos(lag)
     wind_up = solve_wind_up(t, torque[:, None], curve, np.array([d]), np.array([start]))
-    first = wind_up.crossings[0]
+    first = wind_up.reversals[0]
     on_flank = t < first.begins
     expected = backlash + size * np.cos(w * t - lag)
     np.testing.assert_allclose(wind_up.angle[on_flank, 0], expected[on_flank], rtol=0.0, atol=1e-9)
@@ -165,7 +165,7 @@ def test_one_gear_with_backlash_has_its_closed_form():
     )
     # The flank is left where the spring's torque is gone.
     assert first.begins == pytest.approx((np.pi / 2.0 + lag) / w, abs=1e-7)
-    assert (first.side_before, first.side_after) == (1, -1)
+    assert (first.before, first.after) == (1, -1)
 
 
 @pytest.mark.parametrize("damping", [0.05, 1.0])
@@ -178,7 +178,7 @@ def test_gears_with_little_damping_cross_as_well(robot, models, damping):
     soft = replace(robot, joints=joints)
     task = wanted(soft)
     command, inverse = inverted(soft, "backlash", task)
-    assert len(inverse.crossings) > 0
+    assert len(inverse.reversals) > 0
     assert distances(models.of(soft, "backlash").fmu, task, command).max() < 1e-5
 
 

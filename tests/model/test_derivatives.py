@@ -12,9 +12,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from random_robots import robots, with_hysteresis
 
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.chain import build_chain
 from elastic_robot.errors import ParameterError
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.parameter_names import parameter_names
 from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, residual_derivatives
@@ -121,7 +121,7 @@ def test_a_table_takes_the_place_of_stiffness_and_backlash():
 def test_parameters_are_those_of_the_fmu_in_its_order(example):
     keys = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
     for robot in (example, with_hysteresis(example, 1)):
-        table = blocks(robot)
+        table = all_blocks(robot)
         names = [variable.name for key in keys for variable in table[key].variables]
         assert list(parameter_names(build_chain(robot))) == names
 

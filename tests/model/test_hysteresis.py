@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exchanged_robot import ExchangedRobot
 from hypothesis import given
 from hypothesis import strategies as st
 from pendulum import dynamics_of, held, pendulum
@@ -218,14 +219,14 @@ def test_a_robot_that_buckles_is_an_error_with_the_load():
 def test_static_sensitivities_are_those_of_the_step_taken_again(seed, curve):
     """Central differences of a step of the quasi-static robot, by wrench, drives and parameters."""
     robot = with_hysteresis(make_robot(seed, 1 + seed % 6), seed)
-    model = ElasticRobot(robot, curve, quasistatic=True)
+    model = ExchangedRobot(robot, curve, quasistatic=True)
     rng, n = np.random.default_rng(seed), len(robot.joints)
     q, wrench = rng.uniform(-3.0, 3.0, n), rng.normal(size=6) * 2000.0
     model.reset(0.0, held(q), Load(-wrench))
-    before, parameters = model.snapshot, model.parameters
+    before, parameters = model._now(), model.parameters
 
     def step(angles=q, loads=wrench, **numbers) -> ElasticRobot:
-        model.snapshot = before
+        model.put(before)
         model.parameters = replace(parameters, **numbers)
         model.step(1.0, held(angles), Load(loads))
         return model
@@ -268,8 +269,8 @@ def test_an_element_at_its_slip_angle_sticks_where_its_gear_goes_back():
         np.testing.assert_array_equal(law.rate(s, on), np.zeros(3))
         np.testing.assert_array_equal(law.ways(s, back), np.zeros(3))
         np.testing.assert_array_equal(law.ways(s, on), np.full(3, 1e-3 * 0.2))
-        np.testing.assert_allclose(law.held(s, back).slope, np.sum(FORCE / ANGLE), rtol=1e-15)
-        np.testing.assert_array_equal(law.held(s, on).slope, np.zeros(1))
+        np.testing.assert_allclose(law.at_state(s, back).slope, np.sum(FORCE / ANGLE), rtol=1e-15)
+        np.testing.assert_array_equal(law.at_state(s, on).slope, np.zeros(1))
 
 
 def test_elements_are_those_of_their_gears():

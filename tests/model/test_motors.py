@@ -13,7 +13,6 @@ from elastic_robot.errors import ParameterError
 from elastic_robot.gear_parts import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import HeldCommand
 
 STIFFNESS, DAMPING, INERTIA = 1e5, 200.0, 50.0  # [N m/rad, N m s/rad, kg m^2] of the pendulum
 
@@ -73,23 +72,6 @@ def test_what_falls_through_zero_beside_another_edge_is_seen(step, pieces):
                 model.step(time, held(np.full(4, 2e-3)), load)
         ends.append(np.concatenate([model.deflection(), model.motor_angle()]))
     np.testing.assert_allclose(*ends, rtol=0, atol=1e-11)
-
-
-def test_a_state_is_kept_as_arrays_and_goes_on_bit_for_bit():
-    robot = driven(make_robot(5, 3), np.random.default_rng(5))
-    one, other = (ElasticRobot(robot, "linear", drive="servo") for _ in range(2))
-    q = 0.3 * np.ones(3)
-    one.reset(0.0, held(q), Load())
-    for robot_, first, last in ((one, 0, 5), (None, 0, 0), (one, 5, 8), (other, 5, 8)):
-        if robot_ is None:
-            other.snapshot = one.snapshot
-        for k in range(first, last):
-            load = Load(np.array([0.0, 0.0, 400.0 * np.sin(k), 0.0, 0.0, 0.0]))
-            command = HeldCommand(4e-3 * k, q + 1e-3 * k, 0.0 * q, 0.0 * q)
-            robot_.step(4e-3 * (k + 1), command, load)
-    for name in ("tcp", "motor_torque", "servo_integral", "presliding", "elongation"):
-        np.testing.assert_array_equal(getattr(one, name)(), getattr(other, name)())
-    assert np.abs(one.presliding()).max() > 0.0
 
 
 def test_what_knows_ideal_drives_alone_says_so():

@@ -298,26 +298,6 @@ def test_loads_in_contact_have_the_slopes_that_are_told(seed):
         np.testing.assert_allclose(found / scale, slope / scale, rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("quasistatic", [False, True])
-def test_a_snapshot_in_contact_goes_on_bit_for_bit(quasistatic):
-    """From the middle of a contact that friction slows."""
-    plane = PlaneContact(1e7, 0.5, 0.02, 0.3)
-    load = onto(plane, (0.0, 0.0, -0.025), (0.05, 0.0, 0.0))
-    robot = ElasticRobot(pendulum(backlash=1e-4), "backlash", quasistatic)
-    robot.reset(0.0, held([0.0]), onto(plane, (0.0, 0.0, -0.025), force=(0.0, 0.0, MASS * 9.81)))
-    time = 0.0
-    while not robot.contact_force().any():
-        time += 1e-3
-        robot.step(time, held([0.0]), load)
-    kept, force = robot.snapshot, robot.contact_force()
-    robot.step(time + 0.02, held([0.0]), load)
-    other = ElasticRobot(pendulum(backlash=1e-4), "backlash", quasistatic)
-    other.snapshot = kept
-    assert other.contact_force().tobytes() == force.tobytes()
-    other.step(time + 0.02, held([0.0]), load)
-    assert other.deflection().tobytes() == robot.deflection().tobytes()
-
-
 # Refusals.
 
 

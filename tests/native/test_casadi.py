@@ -11,7 +11,7 @@ from exchange import DERIVATIVES, STATES, Exchange
 from places import DOCS, EXAMPLES
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.fmi.interface import blocks
+from coupling.fmu_export.exchange_blocks import all_blocks
 
 casadi = pytest.importorskip("casadi", reason="needs CasADi (pip install casadi)")
 
@@ -28,7 +28,7 @@ def test_its_values_and_jacobians_are_ours(pair, example, curve):
     robot.set("torque_curve", curve)
     function = robot.create("function", ["x", "u"], ["ode", "y"])
     jacobian = function.jacobian()
-    all_inputs = [name for name, block in blocks(example).items() if block.causality == "input"]
+    all_inputs = [name for name, block in all_blocks(example).items() if block.causality == "input"]
     rng = np.random.default_rng(0)
     for _ in range(3):
         exchange.state = np.concatenate([3e-4 * rng.normal(size=11), 0.1 * rng.normal(size=11)])

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from exchange import exchange_of
+from exchanged_robot import ExchangedRobot
 from fmpy import simulate_fmu
 from random_robots import driven, limited, make_robot
 
@@ -14,7 +13,6 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.fmi.outputs import STATES
 from elastic_robot.motion import State
 from elastic_robot.motors import MotorState
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
@@ -41,7 +39,7 @@ class Setting:
         command = {"q_cmd": q, "qd_cmd": qd, "qdd_cmd": rng.normal(size=joints)}
         for name, values in {**command, "wrench": WRENCH, "torque_cmd": torque}.items():
             self.exchange.set(name, values)
-        self.model = ElasticRobot(self.robot, "linear", drive=drive)
+        self.model = ExchangedRobot(self.robot, "linear", drive=drive)
         held = HeldCommand(0.0, command["q_cmd"], command["qd_cmd"], command["qdd_cmd"])
         self.model.reset(0.0, held, Load(WRENCH), undeflected=True)
         chain, motors = (
@@ -60,11 +58,9 @@ class Setting:
         stop, presliding = (
             np.clip(s, -a, a) for s, a in zip((stop, presliding), whole, strict=True)
         )
-        before = self.model.snapshot
         if drive != "ideal":
             state = State(0.0, x, v, stop, MotorState(angle, rate, integral, presliding))
-            inputs = replace(before.held, torque=torque)
-            self.model.snapshot = replace(before, state=state, held=inputs)
+            self.model.put(state, torque)
 
     def settle(self) -> None:
         """Let elements slip, and stick where they go back, as two events do; stay in event mode."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exchange import DERIVATIVES, STATES, Exchange, exchange_of
+from exchanged_robot import ExchangedRobot
 from fmpy.fmi2 import FMU2Slave
 from native_derivatives import random_stiffness
 from random_robots import make_robot
@@ -18,7 +19,6 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, residual, residual_derivatives
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load, ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
@@ -188,7 +188,7 @@ def test_rates_accelerations_and_ways_to_bends_are_those_of_python(tmp_path, cur
     slave.setString([exchange.strings["torque_curve"]], [curve])
     slave.enterInitializationMode()
     slave.exitInitializationMode()
-    model = ElasticRobot(robot, curve, tolerance=1e-10)
+    model = ExchangedRobot(robot, curve, tolerance=1e-10)
     rest, wrench = HeldCommand(0.0, *np.zeros((3, 4))), np.array([3e2, -2e2, 1e2, 0.0, 10.0, 0.0])
     model.reset(0.0, rest, Load())
     slave.setReal(exchange.of("wrench"), wrench.tolist())
@@ -219,7 +219,7 @@ def test_the_initial_state_and_its_outputs_are_those_of_co_simulation(tmp_path, 
     state, accelerations = exchange.state, exchange.derivatives()[11:]
     exchange.fmu.exitInitializationMode()
     np.testing.assert_array_equal(exchange.state, state)
-    robot = ElasticRobot(example)
+    robot = ExchangedRobot(example)
     robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.full(6, 0.5)), Load(load))
     np.testing.assert_allclose(state[:11], robot.deflection(), rtol=0, atol=1e-15)
     assert not state[11:].any()

@@ -13,8 +13,8 @@ from places import DOCS
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import arrays
-from elastic_robot.fmi.interface import blocks
 
 STEP = 0.004  # [s]
 
@@ -50,7 +50,7 @@ def test_variables_are_those_of_fmi2_with_arrays(pair):
 @pytest.mark.parametrize("joints", [1, 3, 7])
 def test_each_element_is_in_one_array_with_one_range_unit_and_nominal(joints):
     """What an array states once must hold for all of its elements, on any robot."""
-    table = blocks(make_robot(4, joints))
+    table = all_blocks(make_robot(4, joints))
     groups = [group for block in arrays(table).values() for group in block]
     elements = [v for group in groups for v in group.elements]
     assert elements == [v for block in table.values() for v in block.variables]
@@ -82,11 +82,11 @@ def test_all_reals_and_derivatives_are_bit_for_bit_those_of_fmi2(tmp_path, seed,
     pair = make_pair(robot, tmp_path, arrays)
     table = {
         name: [pair.scalars[v.name] for v in block.variables]
-        for name, block in blocks(robot).items()
+        for name, block in all_blocks(robot).items()
     }
     inputs = [
         name
-        for name, block in blocks(robot).items()
+        for name, block in all_blocks(robot).items()
         if block.causality == "input" and not name.startswith("contact")  # there is none
     ]
     two, three = pair.fmi2(), pair.fmi3()

@@ -10,7 +10,7 @@ import pytest
 from native_pair import make_pair
 from random_robots import driven, make_robot, with_gear_parts, with_hysteresis
 
-from elastic_robot.fmi.interface import blocks
+from coupling.fmu_export.exchange_blocks import all_blocks
 
 STEP = 0.004
 LOAD = (300.0, -200.0, -400.0, 30.0, 10.0, -20.0)
@@ -33,7 +33,7 @@ class Motion:
         self.two, self.three, self.states = self.pair.fmi2(), self.pair.fmi3(), ()
         curve = CURVES[seed % 3] if drive == "ideal" else "linear"
         self.strings = {"torque_curve": curve, "drive": drive}
-        table = {name: block for name, block in blocks(self.robot).items() if block.variables}
+        table = {name: block for name, block in all_blocks(self.robot).items() if block.variables}
         self.references = {
             name: [self.pair.scalars[v.name] for v in block.variables]
             for name, block in table.items()

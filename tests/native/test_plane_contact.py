@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from touching import Independent, onto
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.fmi.interface import blocks
+from coupling.fmu_export.exchange_blocks import all_blocks
 from elastic_robot.plane_contact import PlaneContact
 
 KNOWNS = ("wrench", "q_cmd", "qd_cmd", "anchor", "anchor_velocity", "contact", "contact_normal")
@@ -38,7 +38,9 @@ def test_derivatives_in_contact_are_slopes(tmp_path, number):
     """By inputs and parameters, of a sphere that strikes a plane or is in it: four-point differences."""
     robot, rng = make_robot(number + 300, 2 + number % 5), np.random.default_rng(number)
     fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
-    of = {name: fmu.of([v.name for v in block.variables]) for name, block in blocks(robot).items()}
+    of = {
+        name: fmu.of([v.name for v in block.variables]) for name, block in all_blocks(robot).items()
+    }
     curve = ("linear", "backlash", "spline")[number % 3]
     mode = "quasistatic" if number % 4 == 3 else "dynamic"
     slave = fmu.start(

@@ -11,12 +11,12 @@ from native_core import Core, CoreError, read_data, with_settings
 from native_fmu import SANITIZERS, build_linked
 from random_robots import driven, make_robot
 
+from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.native.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
-from elastic_robot.fmi.interface import blocks
 from elastic_robot.gear_parts import KinematicError
 
 
@@ -68,7 +68,7 @@ def test_the_core_takes_its_settings_from_its_data(example):
 
 def data_of(robot: Robot) -> str:
     """All lines of an FMU's robot.txt."""
-    table = blocks(robot)
+    table = all_blocks(robot)
     return robot_data(robot, table, arrays(table), "{x}").decode()
 
 

@@ -1,4 +1,4 @@
-"""Which trajectory files are read and which are refused, by the model in Python and the C core alike."""
+"""Which trajectory files are read and which refused, by the C core and by a reader in Python alike."""
 
 from __future__ import annotations
 
@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 from native_core import Core, CoreError
 from random_robots import make_robot
+from table_file import parse_table, read_table
 from trajectory_files import DATA, INTEGERS, PLACES, READ, REFUSED, damaged_files, npz
 
 from elastic_robot.errors import TrajectoryError
-from elastic_robot.table_file import parse_table
-from elastic_robot.trajectory import read_trajectory, trajectory_of
+from elastic_robot.trajectory import Trajectory, trajectory_of
 
 TIMES = np.array([0.0, 0.1, 0.5, 0.8, 1.0])
+
+
+def read_trajectory(file: Path, joints: int) -> Trajectory:
+    try:
+        return trajectory_of(*read_table(file), joints)
+    except (ValueError, TrajectoryError) as cause:
+        reason = str(cause).removeprefix("trajectory: ")
+        raise TrajectoryError(f"trajectory {file}: {reason}") from cause
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from native_fmu import TCP, NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.fmi.interface import blocks
+from coupling.fmu_export.exchange_blocks import all_blocks
 
 
 def test_the_fmu_in_python_has_the_same_inputs_outputs_and_parameters(example, tmp_path):
@@ -39,7 +39,7 @@ def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
     robot = make_robot(3, 5)
     fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
     slave, said = fmu.slave(), []
-    table = blocks(robot)
+    table = all_blocks(robot)
     strings = table.pop("strings")
     assert [v.name for v in strings.variables] == [
         "trajectory",

@@ -12,8 +12,9 @@ from tuned_fmu import simulate_tuned
 from coupling.errors import PlanningError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.inverse.diagnosis import loads_along, stiff_links
+from coupling.inverse.diagnosis import loads_along
 from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.links import rigid_motion
 from coupling.path.histories import WrenchHistory
 from coupling.place.gear_loops import GearLoops
 from coupling.place.objective import PlaceDemands
@@ -149,7 +150,7 @@ def test_motors_ask_for_the_torque_that_a_check_of_the_path_estimates(monkeypatc
     (wanted,) = wanted_of(case.robots, case.desired, wrench)
     moving = MovingRobot(robot, "linear")
     task = moving.task(wanted)
-    links = stiff_links(moving, task)
+    links = rigid_motion(moving.model, task)
     demands = predict_motor_torques(moving, links, loads_along(moving, links, task.wrench))
     share = own.screen(own.stations).figures(own.present[None]).motor_share[0]
     assert share == pytest.approx(max(d.torque[1.0] for d in demands) / 1e4, rel=0.03)

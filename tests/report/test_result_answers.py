@@ -176,7 +176,12 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
 CASES = {
     "next: good": (next_screen(1e-4, tolerance=2e-4)[1], True, "GOOD ENOUGH: expect", "export"),
     "next: more than allowed": (next_screen(3e-4, tolerance=2e-4)[1], False, "NOT GOOD", "export"),
-    "next: nothing stated": (next_screen(3e-4)[1], None, "Expect the tool within about", "export"),
+    "next: nothing stated": (
+        next_screen(3e-4)[1],
+        None,
+        "Expect the tool within at most about",
+        "export",
+    ),
     "next: worse": (next_screen(1e-4, worse=True)[1], False, "WORSE THAN BEFORE", "export"),
     "next: not computed": (next_screen(None)[1], None, "Measured: 0.900 mm", "compensate"),
     "place: better": (

@@ -28,7 +28,7 @@ from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.run_result import RunResult
 from coupling.results.section import Table
-from coupling.robot.links import link_points
+from coupling.robot.link_points import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.path_checks import OTHER_MODE

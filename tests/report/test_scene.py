@@ -17,7 +17,7 @@ from coupling.path.frame import AT_THE_ORIGIN
 from coupling.report.document import document
 from coupling.report.meshes import robot_meshes
 from coupling.report.run_scene import run_scene
-from coupling.report.still import links, stills
+from coupling.report.static_scene import links, stills
 from coupling.results.scene import Scene
 from coupling.results.section import Answer
 from coupling.run.stored_run import read_run

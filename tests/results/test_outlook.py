@@ -10,7 +10,6 @@ from outlooks import deviation, outlook
 from rich.console import Console
 
 from coupling.cli import runs
-from coupling.conduct import FinishedRun
 from coupling.report.document import document
 from coupling.report.verdict import verdict
 from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, Replay, WorstReplay
@@ -19,6 +18,7 @@ from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
+from coupling.run_to_folder import FinishedRun
 
 pytestmark = pytest.mark.usefixtures("few_drawn_robots")
 

@@ -32,9 +32,8 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.table_file import parse_table
 from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import HeldCommand, trajectory_of
+from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 PART = "[part]"
 POINTS = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]]
@@ -186,8 +185,8 @@ def test_the_package_for_other_tools_starts_from_the_programmed_path(tmp_path):
     with zipfile.ZipFile(file) as archive:
         fmu = zipfile.ZipFile(io.BytesIO(archive.read("resources/ElasticRobot.fmu")))
         name = next(n for n in fmu.namelist() if n.endswith("command.npz"))
-        table = parse_table(fmu.read(name), True)
-        first = trajectory_of(*table, len(case.robots[0].home)).at(np.zeros(1))[0, 0]
+        motion = read_trajectory(Path(fmu.extract(name, tmp_path)), len(case.robots[0].home))
+        first = motion.at(np.zeros(1))[0, 0]
     robot = case.robots[0]
     chain = build_chain(robot.description)
     at = base_from_tool(chain, chain.model.createData(), chain.theta(first))

@@ -15,6 +15,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process import MillingForceTable
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
+from coupling.robot.robot import Advance
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.outcome import Outcome
@@ -92,6 +93,20 @@ def displacement(result, desired: ToolPath) -> np.ndarray:
 def by_itself(machine: VibratingRobot, depth: float) -> SlotInTime:
     a, b = machine.rates
     return SlotInTime(TEETH, RPM * np.pi / 30.0, depth, TANGENTIAL, RADIAL, FEED, a, b)
+
+
+def test_a_cut_begins_where_its_robot_stands_wherever_the_first_guess_begins():
+    """To the windows' tolerance, in all rows: what a tooth meets first was made from there."""
+    task, process = slot(30, 8, 1e-3)
+    desired = task.desired
+    loop = Loop(SOFT, process, "dynamic", SCHEMES["anderson"](), Tolerance(1e-7, 5e-8, 1e-5))
+    command = JointPath(desired.time, (desired.position[0],))
+    aside = desired.displaced(np.array([0.0, 2e-4, 0.0, 0.0, 0.0, 0.0]))
+    here, there = (couple(loop, command, start) for start in (desired, aside))
+    np.testing.assert_allclose(there.path.position, here.path.position, atol=1e-7)
+    np.testing.assert_allclose(
+        there.response.wrench.wrench[:, 1:], here.response.wrench.wrench[:, 1:], atol=0.5
+    )
 
 
 def errors_of(steps: tuple[int, ...], depth: float, periods: int = 24, fine: int = 120):
@@ -185,12 +200,12 @@ class Springs:
         self.desired, self.compliance = desired, compliance
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        return self.advance(wrench, again=False)
+        return self.advance(wrench, False)
 
-    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Springs:
-        return self
+    def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
+        return self.advance
 
-    def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
+    def advance(self, loads: WrenchHistory, is_repeat: bool) -> ToolPath:
         path = self.desired.at_rows(np.searchsorted(self.desired.time, loads.instants))
         moved = np.zeros((1, len(path.time), 6))
         moved[..., :3] = self.compliance * loads.before[..., :3]
@@ -215,13 +230,13 @@ def test_a_window_that_never_converges_is_told_with_the_forces_on_the_path_witho
     class Away(VibratingMarch):
         size = 1e-6
 
-        def advance(self, loads: WrenchHistory, again: bool) -> ToolPath:
+        def advance(self, loads: WrenchHistory, is_repeat: bool) -> ToolPath:
             Away.size *= -3.0
-            return super().advance(loads, again).displaced(np.array([Away.size, 0, 0, 0, 0, 0]))
+            return super().advance(loads, is_repeat).displaced(np.array([Away.size, 0, 0, 0, 0, 0]))
 
     class Runaway(VibratingRobot):
         def march(self, command, start, end, mode):
-            return Away(self, command)
+            return Away(self, command).advance
 
         def simulate(self, command, wrench, mode):
             return SOFT.simulate(command, wrench, mode)

@@ -11,12 +11,13 @@ from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.results.cutting_result import (
     CuttingIdentified,
-    CuttingParameterResult,
     SlotPrediction,
 )
+from coupling.results.parameter_result import ParameterResult
 
 Quantity = Literal["mean", "once", "passing"]
 Axis = Literal["across", "along", "axial"]
+_UNITS = ("Pa",) * 3 + ("N/m",) * 3 + ("m",)
 # Fewer feeds than these leave none to hold out.
 _HELD_OUT = 4
 
@@ -55,10 +56,20 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
     return CuttingIdentified(
         axes=slots.axes,
         parameters=tuple(
-            CuttingParameterResult(
-                name=name, value=value, low=max(value - half, 0.0), high=value + half
+            ParameterResult(
+                name=name,
+                unit=unit,
+                start=None,
+                value=value,
+                low=max(value - half, 0.0),
+                high=value + half,
+                written=value,
+                identified=True,
+                reason="",
             )
-            for name, value, half in zip((*COEFFICIENTS, "run_out_m"), values, halves, strict=True)
+            for name, unit, value, half in zip(
+                (*COEFFICIENTS, "runout_m"), _UNITS, values, halves, strict=True
+            )
         ),
         shown=tuple(fit.shown.tolist()),
         predictions=tuple(predictions),
@@ -84,5 +95,10 @@ def keys_text(result: CuttingIdentified, source: str) -> str:
     ]
     lines += [
         f"{row.name:8s} = {row.value:.4g}    # {row.low:.3g} to {row.high:.3g}" for row in rows
+    ]
+    lines += [
+        f"# runout_m = {row.value:.3g}    # {row.low:.2g} to {row.high:.2g}, of spindle and clamping"
+        for row in result.parameters
+        if row.name not in COEFFICIENTS
     ]
     return "\n".join(lines) + "\n"

@@ -201,7 +201,7 @@ class _Loop:
             )
             before = _Slopes(*map(np.zeros, shapes))
         zero, acting = np.zeros_like(x), ToolLoad(wrench)
-        sticking = self._hysteresis.held(s, zero)
+        sticking = self._hysteresis.at_state(s, zero)
         point = OperatingPoint(
             np.stack([self._q, 0.0 * self._q, 0.0 * self._q]),
             np.stack([x, zero, zero]),

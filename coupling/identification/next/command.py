@@ -22,17 +22,15 @@ from coupling.identification.next.path_learning import (
     learn_path,
     learning_step,
 )
-from coupling.identification.runs.learning import Learned, LearnOptions, learn
-from coupling.identification.runs.problem import FramePrior
+from coupling.identification.runs.learning import Learned, learn
+from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.source import MeasuredFile
-from coupling.results.next_result import Contraction, LearningStep
+from coupling.results.next_result import LearningStep
 from coupling.run.models import Models
 
 # Parameters are fitted to the first runs, up to this number: the second command crosses the backlash of
 # gears at other times, which the first run does not show.
 _FITTED_RUNS = 2
-# Prior of the measuring frame where it is not known better.
-_FRAME = FramePrior()
 
 
 @dataclass(frozen=True)
@@ -56,11 +54,6 @@ class CommandPlan:
     learned: Learned | None
     options: NextOptions
     repeated: bool
-
-    @property
-    def contraction(self) -> Contraction:
-        """Gain and filter of learning along the path."""
-        return self.model.contraction
 
     @property
     def is_refused(self) -> bool:
@@ -97,7 +90,8 @@ def plan(
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
     repeats = [is_repeated(history, number, model.x) for number in range(len(sizes))]
-    step = learning_step(sizes, repeats, model.has_parameters, options)
+    is_cautious = not model.has_parameters and history.reverses_gears(model.x)
+    step = learning_step(sizes, repeats, is_cautious, options)
     if step.worse and learned is None:
         model = model_of_run(history, step.base, options)
         history = history.aligned_with(model.x)
@@ -124,11 +118,10 @@ def _robot(
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
     """Return the parameters that the runs identify."""
-    shift, turn = options.frame_accuracy.shift, options.frame_accuracy.turn
-    frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
+    shift, turn, usual = options.frame_accuracy.shift, options.frame_accuracy.turn, FramePrior()
+    frame = FramePrior(min(shift, usual.shift), min(turn, usual.turn))
     sources = [
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    learn_options = LearnOptions(bool(np.isinf(turn)), options.draws, options.seed, frame)
-    return learn(sources, learn_options, models, watch)
+    return learn(sources, ANYWHERE if np.isinf(turn) else frame, models, watch)

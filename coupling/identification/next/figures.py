@@ -36,7 +36,7 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
         robot=plan.model.name,
         repeated=plan.repeated,
         parameters_refused="" if plan.learned is None else plan.learned.refusal,
-        contraction=plan.contraction,
+        lowest_mode_Hz=plan.model.lowest_mode if np.isfinite(plan.model.lowest_mode) else None,
         correction=_correction(plan),
         forecast=forecast,
     )
@@ -73,7 +73,7 @@ def _run(run: MeasuredRun) -> NextRunResult:
         noise_m=run.noise,
         left_out=run.left_out,
         size_m=run.size,
-        forecast=forecast and forecast.model_copy(update={"robots": ()}),
+        forecast=forecast,
         distance_m=np.linalg.norm(run.deviation[thin], axis=1).tolist(),
     )
 
@@ -85,8 +85,6 @@ def sentences(plan: CommandPlan) -> list[str]:
     lines += _warnings(plan)
     if plan.learned is not None and plan.learned.refusal:
         lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
-    if plan.correction is not None:
-        lines.append(f"Converges: {plan.contraction.sentence}.")
     if not plan.options.absolute:
         lines.append(
             "The constant part of the deviation is not corrected, as the measuring frame is not known:"

@@ -15,6 +15,8 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.forecast import RunForecast
 
+# Least rms by which a peak is told [m].
+_LEAST = 1e-9
 # Part of a change of the path that the robot does not do as its model, of the change's rms; factor
 # within which an rms is expected beside that.
 _PART_OFF, _FACTOR = 0.15, 1.5
@@ -50,20 +52,20 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
         square += 6.0 * run.noise**2 * plan.correction.noise_share
     rms = float(np.sqrt(square))
     uncertainty = _PART_OFF**2 * _mean_square(slow(change)) + plan.options.random**2
+    high = float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty))
+    size, largest = run.size, float(np.linalg.norm(residual, axis=1).max())
+    largest_measured = size.maximum if absolute else size.maximum_less_constant
+    # What remains is as peaked as what was measured, or as the model expects.
+    peak = max(
+        largest_measured / max(plan.options.rms_of(size), _LEAST), largest / max(rms, _LEAST)
+    )
     return RunForecast(
         rms=rms,
         low=rms / _FACTOR,
-        high=float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty)),
-        maximum=max(float(np.linalg.norm(residual, axis=1).max()), rms),
+        high=high,
+        maximum=peak * high,
         absolute=absolute,
         before=plan.options.rms_of(history.runs[-1].size),
-        robots=tuple(
-            {
-                parameter.name: float(np.exp(value))
-                for parameter, value in zip(history.parameters, x, strict=True)
-            }
-            for x in model.samples
-        ),
     )
 
 

@@ -13,6 +13,8 @@ from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.source import MeasuredFile, require_comparable
+from coupling.inverse.diagnosis import diagnose
+from coupling.inverse.inversion import MovingRobot
 from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
@@ -107,6 +109,13 @@ class History:
             if len(self._paths) > _CACHED:
                 self._paths.pop(next(iter(self._paths)))
         return self._paths[key]
+
+    def reverses_gears(self, x: np.ndarray) -> bool:
+        """Return whether a gear of a robot with log factors x [1], (P,), passes through its backlash."""
+        first = self.sources[0]
+        moving = MovingRobot(self.robot_at(x), first.torque_curve)
+        gears = diagnose(moving, first.desired_motion)
+        return any(gear.reversals > 0 and gear.at_risk for gear in gears)
 
     def unmodelled(self, number: int, x: np.ndarray) -> np.ndarray:
         """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0.

@@ -79,19 +79,15 @@ class NextOptions:
     Attributes:
         frame_accuracy: Standard deviations of the measuring device's frame and tip.
         move: One of `KINDS`.
-        cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
-            contracts.
-        seed: Seed of the sampled robots.
+        cutoff: Cutoff of learning along the path that is asked for [Hz]; None: as runs confirm
+            it.
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
-        draws: Simulated robots for the intervals of parameters; 0 for those of the fit.
     """
 
     frame_accuracy: FrameAccuracy = field(default_factory=FrameAccuracy)
     move: str = "auto"
     cutoff: float | None = None
-    seed: int = 1
     repeatability: float = REPEATABILITY
-    draws: int = 0
 
     @property
     def random(self) -> float:

@@ -1,9 +1,9 @@
 """Iterative learning control along the path: d_(k+1) = d_b + g Q (y_b - s_b - d_b) [Bristow2006].
 
 The inverse of the robot's model takes the desired path less a correction d.  y_b is the measured tool,
-s_b the model's under the command of run b, Q a Gaussian low-pass and g the gain.  Where the model is on
-its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured deviation; as s_b is simulated,
-a model whose parameters were learned later takes its part off, and nothing is corrected twice.
+s_b the model's under the command of run b, Q a low-pass of zero phase and g the gain.  Where the model
+is on its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured deviation; as s_b is
+simulated, a model whose parameters were learned later takes its part off: nothing is corrected twice.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 from coupling.identification.next.command_model import CommandModel
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
+from coupling.identification.next.learning_filter import low_passed, weight_of_sample, width_in_time
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.measurement import SimulatedPath
-from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.linear import interpolate_rows
 from coupling.results.next_result import DeviationSize, LearningStep
@@ -30,16 +30,16 @@ _CONFIRMED = 0.7
 _WORSE, _DEVIATIONS = 1.1, 2.0
 # Independent values of what differs from run to run: a shift and a drift in three directions.
 _VALUES = 6.0
-# Cutoff that learning begins with where the robot's parameters are learned, and where not [Hz]: there
-# gears cross their backlash at other times than the model's.
+# Cutoff that learning begins with, and where gears cross their backlash at other times than the model's,
+# as its parameters are not learned [Hz].
 _FIRST, _CAUTIOUS = 1.5, 0.4
 # Cutoff up to which it grows [Hz]: above it a correction has more noise than signal.
 _HIGHEST = 3.0
 # Runs that are compared for outliers; a run is one where it is so many times as far from their median as
 # they usually are.
 _COMPARED, _OUTLIER = 3, 6.0
-# Steps of the table of a correction per time constant of the filter, and fewest of them.
-_STEPS, _FEWEST_STEPS = 2.0, 8
+# Steps per standard deviation of the filter in time, fewest of them, and steps between a table's rows.
+_STEPS, _FEWEST_STEPS, _TABLE = 8, 32, 4
 
 
 @dataclass(frozen=True)
@@ -84,33 +84,33 @@ def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> 
 def learning_step(
     sizes: Sequence[DeviationSize],
     repeats: Sequence[bool],
-    has_parameters: bool,
+    is_cautious: bool,
     options: NextOptions,
 ) -> LearningStep:
     """Return from which run the next command goes on, and how far.
 
     A worse run is taken back: from the best one, with half the gain and half the cutoff.  The cutoff
-    doubles when a run confirms its correction, up to that at which the iteration contracts.  What
+    doubles when a run confirms its correction, up to 3 Hz and that at which learning converges.  What
     does not repeat from run to run is averaged, with the gains 1/2, 1/3, .. [Butcher2008].
 
     Args:
         sizes: Measured deviation of every run.
         repeats: Whether each run left more than by what it differs from the run before.
-        has_parameters: Whether the robot's parameters were learned.
+        is_cautious: Whether gears pass through a backlash that was not learned.
         options: Repeatability, and whether the constant counts.
 
     Example:
         >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
         >>> runs = [size(4e-4), size(4e-5)]
-        >>> step = learning_step(runs, [True] * 2, True, NextOptions())
+        >>> step = learning_step(runs, [True] * 2, False, NextOptions())
         >>> step.base, step.gain, step.cutoff
         (1, 1.0, 3.0)
-        >>> step = learning_step([*runs, size(9e-5)], [True] * 3, True, NextOptions())
+        >>> step = learning_step([*runs, size(9e-5)], [True] * 3, False, NextOptions())
         >>> step.base, step.gain, step.cutoff
         (1, 0.5, 1.5)
     """
     best, base, scale, averaged = 0, 0, 1.0, 1
-    cutoff = options.cutoff or (_FIRST if has_parameters else _CAUTIOUS)
+    cutoff = options.cutoff or (_CAUTIOUS if is_cautious else _FIRST)
     worse = False
     for run in range(1, len(sizes)):
         worse = is_worse(sizes[run], sizes[best], options)
@@ -133,30 +133,34 @@ def learn_path(history: History, model: CommandModel, step: LearningStep) -> Pat
 
     Args:
         history: All measured runs.
-        model: The robot's model, with the highest cutoff that contracts.
+        model: The robot's model.
         step: Run to go on from, gain and cutoff.
     """
     run = history.runs[step.base]
-    cutoff = min(step.cutoff, model.contraction.cutoff)
-    low_pass = SlowPart.of(run.measured.time, cutoff)
-    desired = run.desired.time
-    count = max(int(np.ceil(_STEPS * len(low_pass.time))), _FEWEST_STEPS)
-    time = np.linspace(desired[0], desired[-1], count + 1)
+    cutoff = min(step.cutoff, model.highest_cutoff)
+    start, end = run.desired.time[[0, -1]]
+    count = max(int(np.ceil(_STEPS * (end - start) / width_in_time(cutoff))), _FEWEST_STEPS)
+    time = np.linspace(start, end, count - count % _TABLE + _TABLE + 1)
+    spacing = float(time[1] - time[0])
     last = range(max(step.base + 1 - _COMPARED, 0), step.base + 1)
     unmodelled = replace_outliers(
-        np.array([_slow_at(low_pass.time, history, number, model.x, cutoff) for number in last])
+        low_passed(
+            spacing,
+            np.stack([_unmodelled_at(time, history, number, model.x) for number in last], axis=1),
+            cutoff,
+        )
     )
-    gain = step.gain * model.contraction.gain
-    change = gain * (unmodelled - low_pass(corrected(run, run.measured.time)))
-    deviation = corrected(run, time) + interpolate_rows(time, low_pass.time, change)
-    return PathCorrection(time, deviation, cutoff, gain, gain * low_pass.weight_of_sample)
+    before = corrected(run, time)
+    gain = step.gain
+    deviation = before + gain * (unmodelled - low_passed(spacing, before, cutoff))
+    samples = run.measured.time
+    share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
+    return PathCorrection(time[::_TABLE], deviation[::_TABLE], cutoff, gain, gain * share)
 
 
-def _slow_at(
-    time: np.ndarray, history: History, number: int, x: np.ndarray, cutoff: float
-) -> np.ndarray:
-    """Return what a robot with log factors x [1], (P,), does not explain of a run [m, rad], (k, 6)."""
-    low_pass = SlowPart.of(history.runs[number].measured.time, cutoff)
+def _unmodelled_at(time: np.ndarray, history: History, number: int, x: np.ndarray) -> np.ndarray:
+    """Return what a robot with log factors x [1], (P,), does not explain of a run [m, rad], (n, 6)."""
+    low_pass = signal_filter(history.runs[number].measured.time)
     return interpolate_rows(time, low_pass.time, low_pass(history.unmodelled(number, x)))
 
 
@@ -166,23 +170,23 @@ def replace_outliers(runs: np.ndarray) -> np.ndarray:
     What one run alone shows for a while is an outlier until another one confirms it.
 
     Args:
-        runs: Deviations beyond the model of the last runs [m, rad], (1 to 3, k, 6).
+        runs: Deviations beyond the model of the last runs [m, rad], (k, 1 to 3, 6).
 
     Example:
-        >>> runs = np.zeros((3, 50, 6))
-        >>> runs[:, :, 0] = 1e-5 * np.arange(3.0)[:, None]
-        >>> runs[2, 20, 0] = 2e-4
+        >>> runs = np.zeros((50, 3, 6))
+        >>> runs[:, :, 0] = 1e-5 * np.arange(3.0)
+        >>> runs[20, 2, 0] = 2e-4
         >>> replace_outliers(runs)[18:22, 0].tolist()
         [2e-05, 2e-05, 1e-05, 2e-05]
-        >>> replace_outliers(runs[1:])[20, 0].tolist()
+        >>> replace_outliers(runs[:, 1:])[20, 0].tolist()
         0.0002
     """
-    if len(runs) < _COMPARED:
-        return np.asarray(runs[-1])
-    median = np.median(runs, axis=0)
-    distance = np.linalg.norm((runs - median)[:, :, :3], axis=2)
-    far = distance[-1] > _OUTLIER * np.median(np.sort(distance, axis=0)[1:])
-    return np.where(far[:, None], median, runs[-1])
+    if runs.shape[1] < _COMPARED:
+        return np.asarray(runs[:, -1])
+    median = np.median(runs, axis=1)
+    distance = np.linalg.norm((runs - median[:, None])[:, :, :3], axis=2)
+    far = distance[:, -1] > _OUTLIER * np.median(np.sort(distance, axis=1)[:, 1:])
+    return np.where(far[:, None], median, runs[:, -1])
 
 
 def corrected(run: MeasuredRun, time: np.ndarray) -> np.ndarray:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.identification.estimate import Estimate, estimate
 from coupling.identification.response.experiment import (
-    PostureResponse,
     ResponseExperiment,
     ResponseLinearisation,
 )
@@ -23,10 +21,10 @@ _FIRST, _LEAST = 0.5, 0.01
 _ROUNDS, _MOST_STEPS, _SETTLED = 3, 60, 1e-4
 # Logs of factors at most [1].
 _FARTHEST = 4.0
+# Weight above which a value is not of a valley [1].
+_PEAKS = 0.7
 # Median of |r| of normal r, in standard deviations.
 _MEDIAN = 0.6745
-# Residuals within a band so wide [octaves] are taken for one another's.
-_BAND = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -36,10 +34,14 @@ class ResponseFit:
     Attributes:
         estimate: The estimate.
         deviation: Standard deviations of the parameters, their units, (P,).
+        residual: Standard deviation of the real and imaginary residuals [1].
+        noise: Standard deviation of the noise in them [1].
     """
 
     estimate: Estimate[ResponseLinearisation]
     deviation: np.ndarray
+    residual: float
+    noise: float
 
     @property
     def x(self) -> np.ndarray:
@@ -69,12 +71,22 @@ def fit_responses(
     else:
         estimated = start.estimate
     for _ in range(_ROUNDS):
-        residual = estimated.linearisation.residual
-        size = np.median(np.abs([residual.real, residual.imag])) / _MEDIAN
-        experiment = replace(experiment, deviation=max(float(size), _LEAST))
+        size = max(_size(estimated.linearisation), _LEAST)
+        experiment = replace(experiment, deviation=size)
         x = np.where(is_free, estimated.x, fixed)
         estimated = _estimate(experiment.at(x), is_free)
-    return ResponseFit(estimated, _deviations(estimated.linearisation, is_free))
+    point = estimated.linearisation
+    size = _size(point)
+    noise = min(_roughness(point), size)
+    return ResponseFit(estimated, _deviations(point, is_free, size, noise), size, noise)
+
+
+def _size(point: ResponseLinearisation) -> float:
+    """Return the standard deviation of what is left [1], where it is not that of valleys."""
+    trust = np.concatenate([posture.trust for posture in point.experiment.postures])
+    residual = point.residual[trust > _PEAKS]
+    size = np.median(np.abs([residual.real, residual.imag])) / _MEDIAN
+    return float(size)
 
 
 def _estimate(start: ResponseLinearisation, is_free: np.ndarray) -> Estimate[ResponseLinearisation]:
@@ -83,35 +95,47 @@ def _estimate(start: ResponseLinearisation, is_free: np.ndarray) -> Estimate[Res
     return estimate(start, (low, high), _MOST_STEPS, _SETTLED)
 
 
-def _deviations(point: ResponseLinearisation, is_free: np.ndarray) -> np.ndarray:
+def _deviations(
+    point: ResponseLinearisation, is_free: np.ndarray, size: float, noise: float
+) -> np.ndarray:
     """Return the standard deviations of the parameters, their units, (P,); 0 for those that are fixed.
 
-    The larger of two: by independent residuals, and by residuals that within a band of a response are
-    one another's (clusters, Liang and Zeger 1986,
-    docs/references.md), as errors of a model are.
+    With the normal matrix N, the residual's deviation s and the noise n in it, d^2 = s^2 - n^2 is what
+    the model does not describe.  Noise is independent from value to value; the rest is alike in all
+    responses and postures, so that its K values tell no more than as many as there are P parameters:
+
+        variance = N^-1 (n^2 + d^2 K / P) / s^2
+
+    Args:
+        point: The fit.
+        is_free: Mask of the parameters that are fitted, (P,).
+        size: Standard deviation s of the residual [1].
+        noise: Standard deviation of the noise in it [1].
     """
-    matrix, residual = point.rows
+    matrix, _ = point.rows
     matrix = matrix[:, is_free]
-    inverse = np.linalg.pinv(matrix.T @ matrix)
-    scores = matrix * residual[:, None]
-    count = len(point.residual)
-    bands = np.concatenate(_bands(point.experiment.postures))
-    sums = np.zeros((bands.max() + 1, matrix.shape[1]))
-    for part in (scores[:count], scores[count : 2 * count]):
-        np.add.at(sums, bands, part)
-    clustered = inverse @ sums.T @ sums @ inverse
+    values_each = 2 * len(point.residual) / matrix.shape[1]
+    variance = max(noise, _LEAST) ** 2 + (size**2 - noise**2) * max(values_each, 1.0)
+    widened = variance / point.experiment.deviation**2
     deviation = np.zeros(len(is_free))
-    deviation[is_free] = np.sqrt(np.maximum(np.diag(inverse), np.diag(clustered)))
+    deviation[is_free] = np.sqrt(widened * np.diag(np.linalg.pinv(matrix.T @ matrix)))
     return deviation
 
 
-def _bands(postures: Sequence[PostureResponse]) -> list[np.ndarray]:
-    """Return the number of the band of each residual, counted over all responses, (n,) each."""
-    bands, before = [], 0
-    for posture in postures:
-        for response in posture.in_order:
-            octaves = np.log2(response.frequency / response.frequency[0])
-            _, numbers = np.unique((octaves / _BAND).astype(int), return_inverse=True)
-            bands.append(before + numbers)
-            before += int(numbers.max()) + 1
-    return bands
+def _roughness(point: ResponseLinearisation) -> float:
+    """Return the standard deviation of noise [1], by second differences of residuals over frequencies.
+
+    What a model does not describe is smooth, noise is not: r_(k-1) - 2 r_k + r_(k+1) has six times its
+    variance.
+    """
+    postures, differences = point.experiment.postures, []
+    counts = [len(r.frequency) for posture in postures for r in posture.in_order]
+    ends = np.cumsum(counts)[:-1]
+    trust = np.concatenate([posture.trust for posture in postures])
+    for residual, weight in zip(np.split(point.residual, ends), np.split(trust, ends), strict=True):
+        second = np.diff(residual, 2)[weight[1:-1] > _PEAKS]
+        differences += [second.real, second.imag]
+    rough = np.concatenate(differences)
+    if not len(rough):
+        return np.inf
+    return float(np.median(np.abs(rough))) / _MEDIAN / np.sqrt(6.0)

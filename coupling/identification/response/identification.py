@@ -12,6 +12,12 @@ from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.identification.response.experiment import DELAY, PostureResponse, ResponseExperiment
 from coupling.identification.response.fit import ResponseFit, fit_responses
+from coupling.identification.response.mismatch import (
+    CHECKS,
+    LARGEST_ERROR,
+    LARGEST_IN_A_POSTURE,
+    describe_mismatch,
+)
 from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.verdict import ParameterVerdict
 from coupling.modes.hammer_test import is_hammer_test, read_measured
@@ -33,6 +39,8 @@ from elastic_robot.parameters import Parameters
 _STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
 # Likewise of the instruments: log of the factor of their calibration [1], and delay of filters [s].
 _FACTOR, _DELAY = 0.03, 3e-4
+# What is taken off an error as theirs, at most [standard deviations].
+_INSTRUMENTS = 3.0
 # A standard deviation above this part of the one before says that the measurement tells little.
 _TOLD = 0.5
 # Half a 95 % interval of a normal distribution [standard deviations].
@@ -43,6 +51,11 @@ _LINEARISED = 3
 _NONE = -20.0
 # A robot is written that is better than the start by this factor at least.
 _BETTER = 0.95
+# Half of the springs are not further from the start's, but for a factor in common: the median is that of
+# twice what is known of them (log).
+_FAR_SPRINGS = 2.0 * 0.6745 * _STIFFNESS
+# One that predicts what is held out worse than the start by this factor is not.
+_WORSE = 1.2
 
 
 @dataclass(frozen=True)
@@ -151,11 +164,16 @@ def identify_from_responses(
     ]
     overall = _median_errors(errors, [not each.is_held_out for each in measured])
     held_out = [each.is_held_out for each in measured]
+    predicted = _median_errors(errors, held_out) if any(held_out) else None
+    mismatches = _mismatches(measured, postures, errors, overall.written, experiment)
+    mismatches += _far_springs(fit.x[: len(stiffness)])
     result = ResponseFitResult(
-        refusal=_refusal(overall, changed),
+        refusal=_refusal(changed, overall, predicted, mismatches),
         converged=fit.estimate.converged,
         error=overall,
-        held_out=_median_errors(errors, held_out) if any(held_out) else None,
+        residual=fit.residual,
+        noise=fit.noise,
+        held_out=predicted,
         parameters=tuple(verdict.result(numbers[verdict.name]) for verdict in verdicts),
         postures=tuple(
             _posture_result(posture, each, joints, values, error)
@@ -214,8 +232,10 @@ def _residual(posture: PostureResponse, values: np.ndarray) -> np.ndarray:
     """Return log of model over measurement [1], complex, (n,), but for a factor and a delay."""
     residual = posture.log_residual(*np.split(values, 2))[0]
     factor, delay = posture.by_instrument.T
-    slope = np.median(residual.imag / delay.imag)
-    return residual + np.median(residual.real) * factor - slope * delay
+    log_factor = np.clip(np.median(residual.real), -_INSTRUMENTS * _FACTOR, _INSTRUMENTS * _FACTOR)
+    late = np.median(residual.imag / delay.imag)
+    late = np.clip(late, -_INSTRUMENTS * _DELAY / DELAY, _INSTRUMENTS * _DELAY / DELAY)
+    return residual + log_factor * factor - late * delay
 
 
 def _median_errors(
@@ -231,13 +251,63 @@ def _median_errors(
     return LogErrorResult(start=start, fit=fit, written=written)
 
 
-def _refusal(error: LogErrorResult, changed: dict[str, float]) -> str:
+def _mismatches(
+    measured: Sequence[MeasuredPosture],
+    postures: Sequence[PostureResponse],
+    errors: Sequence[Sequence[np.ndarray]],
+    overall: float,
+    experiment: ResponseExperiment,
+) -> list[str]:
+    """Return in words which file cannot be of its posture, the worst; none if all can."""
+    sizes = [float(np.median(np.abs(written))) for _, _, written in errors]
+    worst = int(np.argmax(sizes))
+    if overall <= LARGEST_ERROR and sizes[worst] <= LARGEST_IN_A_POSTURE:
+        return []
+    others = [
+        (each.name, posture)
+        for k, (each, posture) in enumerate(zip(measured, postures, strict=True))
+        if k != worst
+    ]
+    name = measured[worst].name
+    return [describe_mismatch(name, sizes[worst], postures[worst], others, experiment)]
+
+
+def _far_springs(log_factors: np.ndarray) -> list[str]:
+    """Return in words why springs cannot be those of a robot like the start file's; none if they can.
+
+    Args:
+        log_factors: Logs of fitted over start stiffness [1], (m,).
+    """
+    off = np.median(np.abs(log_factors - np.median(log_factors)))
+    if off <= _FAR_SPRINGS:
+        return []
+    return [
+        f"half of the springs would have to change by a factor of {np.exp(off):.2g} or more against the"
+        f" others (expected {np.exp(_FAR_SPRINGS):.2g} at most): {CHECKS}, and measure more directions"
+        " and postures, which wrong springs cannot all explain"
+    ]
+
+
+def _refusal(
+    changed: dict[str, float],
+    error: LogErrorResult,
+    predicted: LogErrorResult | None,
+    mismatches: Sequence[str],
+) -> str:
+    if mismatches:
+        return mismatches[0]
     if not changed:
         return "the responses identify neither a stiffness nor a damping"
     if error.written > _BETTER * error.start:
         return (
             "the robot would be no better than the start file, log(model / measurement)"
-            f" {error.written:.3g} after {error.start:.3g}: are posture, axes and units right?"
+            f" {error.written:.3g} after {error.start:.3g}: {CHECKS}"
+        )
+    if predicted is not None and predicted.written > _WORSE * predicted.start:
+        return (
+            "the robot would predict the responses that are held out worse than the start file does,"
+            f" log(model / measurement) {predicted.written:.3g} after {predicted.start:.3g}: measure in"
+            " more postures, and check that all files are of one robot, tool and payload"
         )
     return ""
 

@@ -3,7 +3,7 @@
 A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
-explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
+explained.  The whole run is fitted with restarts at other backlash and damping (`backlash_trials`).
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -112,14 +112,14 @@ class Fitter:
         before, seconds = 0.0, _window(whole, now, 0.0)
         while seconds < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _refined(part, part.at(now.z), _PART_STEPS, _PART_TRIES).linearisation
+            here = _refined(part, part.at(now.z), _PART_STEPS, _CHANGES[:1]).linearisation
             spectrum = _likeliest(here, SLOW_SPECTRA)
             whole = FitObjective(self.problem, spectrum)
             now, before = whole.at(here.point.z), seconds
             progress(min(round(1e3 * before), longest), 2 * longest)
             seconds = _window(whole, now, before, _is_noise(part, here.point))
         progress(longest, 2 * longest)
-        return self._settled(_refined(whole, now, _STEPS, _TRIES).linearisation)
+        return self._settled(_restarted(whole, now, _STEPS, _TRIES))
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
         """Return what given parameters leave, behind the frame that fits them best.
@@ -139,7 +139,7 @@ class Fitter:
         for change in _SMALL_CHANGES:
             spectrum = _likeliest(now, SPECTRA)
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
-            counted = replace(self._counted(now, spectrum, over), change=change, exact_at=None)
+            counted = _with_secants(self._counted(now, spectrum, over), change)
             fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
             now = fit.linearisation
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
@@ -215,32 +215,49 @@ def _free(objective: FitObjective) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _refined(
-    objective: FitObjective, start: FitPoint, most: int, tries: int
+    objective: FitObjective, start: FitPoint, most: int, changes: Sequence[float]
 ) -> Estimate[RunLinearisation]:
-    """Return what is found of a part, from some unknowns and from restarts, and whether for good."""
+    """Return what is found from some unknowns on, by steps with ever more exact derivatives.
 
-    def refined(point: FitPoint) -> Estimate[RunLinearisation]:
-        # Far from the solution derivatives of the gears' equation lead towards it.
-        slopes = objective.slopes(point.z, objective.problem.effects)
-        wide = RunLinearisation(objective, point, _CHANGES[0], slopes)
-        fit = estimate(wide, _free(objective), most, _SETTLED)
+    Args:
+        objective: Sum of squares of the runs, or of a part of them.
+        start: Unknowns to begin at.
+        most: Steps with each kind of derivatives at most.
+        changes: Changes of a log factor for differences of simulations, one after the other [1].
+    """
+    # Far from the solution derivatives of the gears' equation lead towards it.
+    problem = objective.problem
+    slopes = objective.slopes(start.z, problem.effects)
+    here = RunLinearisation(objective, start, problem.secants(changes[0]), changes[0], slopes)
+    fit = estimate(here, _free(objective), most, _SETTLED)
+    for change in changes[1:]:
         if _is_noise(objective, fit.linearisation.point):
-            return fit
-        narrow = replace(fit.linearisation, change=_CHANGES[1], exact_at=None)
-        return estimate(narrow, _free(objective), most, _SETTLED)
+            break
+        here = _with_secants(fit.linearisation, change)
+        fit = estimate(here, _free(objective), most, _SETTLED)
+    return fit
 
-    best = refined(start)
-    restarts = _restart_points(best.linearisation)
+
+def _restarted(objective: FitObjective, start: FitPoint, most: int, tries: int) -> RunLinearisation:
+    """Return what is found from some unknowns and from restarts beside them."""
+    best = _refined(objective, start, most, _CHANGES).linearisation
+    restarts = _restart_points(best)
     for _ in range(tries):
-        now = best.linearisation.point
+        now = best.point
         neighbour = None if _is_noise(objective, now) else next(restarts, None)
         if neighbour is None:
             break
-        other = refined(neighbour)
-        there = other.linearisation.point
+        other = _refined(objective, neighbour, most, _CHANGES).linearisation
+        there = other.point
         if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
-            best, restarts = other, _restart_points(other.linearisation)
+            best, restarts = other, _restart_points(other)
     return best
+
+
+def _with_secants(now: RunLinearisation, change: float) -> RunLinearisation:
+    """Return the same with derivatives by differences of simulations, computed when asked for."""
+    secants = now.objective.problem.secants(change)
+    return replace(now, derivatives=secants, reach=change, exact_at=None)
 
 
 def _is_noise(part: FitObjective, now: FitPoint) -> bool:
@@ -256,7 +273,7 @@ def _restart_points(now: RunLinearisation) -> Iterator[FitPoint]:
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem = now.objective.problem
-    shown = {int(k) for secant in problem.secants(now.change) for k in secant.shown}
+    shown = {int(k) for secant in problem.secants(_CHANGES[0]) for k in secant.shown}
     gears = backlash_trials(problem.parameters, shown)
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> FitPoint:

@@ -23,11 +23,11 @@ from coupling.identification.runs.linearisation import FitPoint, size_of
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
-from coupling.identification.runs.problem import FitProblem, FramePrior
+from coupling.identification.runs.problem import ANYWHERE, FitProblem, FramePrior
 from coupling.identification.runs.residual import weigh_motors
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
-from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
+from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.length_text import format_um
@@ -38,36 +38,12 @@ from coupling.run.models import Models
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 
-# The frame of a device that stands anywhere: nothing is known of it.
-ANYWHERE = FramePrior(shift=1.0, turn=1.0)
 # What is learned must leave less than this part of what the robot file leaves.
 _WORTH = 0.9
 # A motor under its command is no farther off the model's than this [rad], or this part of its motion.
 _ANGLE_OFF, _PART_OFF = 1e-3, 0.5
 # More than so many times the noise is not noise.
 _FAR = 2.5
-
-
-@dataclass(frozen=True)
-class LearnOptions:
-    """How to learn.
-
-    Attributes:
-        own_frame: Whether the measuring frame lies anywhere.
-        draws: Simulated robots for the intervals; 0 for those of the fit.
-        seed: Seed of their parameters and noise.
-        frame_prior: Prior of the measuring frame in the robot's base frame, without `own_frame`.
-    """
-
-    own_frame: bool = False
-    draws: int = 0
-    seed: int = 1
-    frame_prior: FramePrior = field(default_factory=FramePrior)
-
-    @property
-    def frame(self) -> FramePrior:
-        """What is known of the measuring frame."""
-        return ANYWHERE if self.own_frame else self.frame_prior
 
 
 @dataclass(frozen=True)
@@ -182,14 +158,14 @@ class Learned:
 
 
 def learn(
-    sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
+    sources: Sequence[MeasuredFile], frame: FramePrior, models: Models, watch: Watch = unwatched
 ) -> Learned:
     """Learn a robot's parameters from measured runs.
 
     Args:
         sources: Runs and what was measured under their commands; the robot of the first
             one is what is known of it before, that of the last one the start.
-        options: Options of learning.
+        frame: Prior of the measuring frame in the robot's base frame.
         models: Simulation models of the robots.
         watch: Function called with the progress.
 
@@ -206,23 +182,16 @@ def learn(
         watch(Progress("learning: what the parameters do", number, len(sources) + 1))
         model_fmu = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = model_fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic")
-        run = _with_motors(source.whole(options.own_frame, model), first)
+        run = _with_motors(source.whole(frame == ANYWHERE, model), first)
         by = ParameterEffect(first.robot, first.torque_curve, parameters, run)
         effects.append(by)
         runs.append(_with_weights(run, by, fmus[0], first.robot))
-    problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
+    problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), frame)
     start = factors_between(parameters, last.robot)
     fit = Fitter(problem).fit(
         start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
-
-    def drawn(count: int, total: int) -> None:
-        watch(Progress("learning: simulated robots, for the intervals", count, total))
-
-    if options.draws:
-        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
-    else:
-        spread = spread_of_fit(problem, fit)
+    spread = spread_of(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(problem.robot_at(x), first.torque_curve)

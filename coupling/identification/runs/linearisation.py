@@ -281,15 +281,17 @@ class RunLinearisation:
     Attributes:
         objective: Their objective.
         point: Residuals and cost there.
-        change: Change of a log factor over which derivatives are simulated [1].
+        derivatives: Derivatives of the poses of every run by log factors.
+        reach: Change of a log factor over which they hold [1].
         slopes: Derivatives of the slow rows of every run by log factors [m], (k, c, P).
-        exact_at: Log factors where those were simulated [1], (P,); None: nowhere.
+        exact_at: Log factors where those were computed [1], (P,); None: nowhere.
     """
 
     objective: FitObjective
     point: FitPoint
-    change: float
-    slopes: Sequence[np.ndarray]
+    derivatives: Sequence[PoseDerivatives]
+    reach: float
+    slopes: Sequence[np.ndarray] = ()
     exact_at: np.ndarray | None = None
 
     @property
@@ -321,7 +323,7 @@ class RunLinearisation:
         if self.exact_at is None:
             return False
         count = len(self.exact_at)
-        return bool(np.abs(self.x[:count] - self.exact_at).max() <= self.change)
+        return bool(np.abs(self.x[:count] - self.exact_at).max() <= self.reach)
 
     def try_step(self, step: np.ndarray) -> FitPoint | None:
         """Return the residual after a step [1, m, rad, s], (U,); None of a robot that gives way."""
@@ -346,7 +348,7 @@ class RunLinearisation:
         return replace(self, point=point, slopes=slopes)
 
     def recompute(self) -> RunLinearisation:
-        """Return the same with derivatives simulated there."""
-        problem = self.objective.problem
-        slopes = self.objective.slopes(self.x, problem.secants(self.change))
-        return replace(self, slopes=slopes, exact_at=self.x[: len(problem.parameters)])
+        """Return the same with derivatives computed there."""
+        slopes = self.objective.slopes(self.x, self.derivatives)
+        count = len(self.objective.problem.parameters)
+        return replace(self, slopes=slopes, exact_at=self.x[:count])

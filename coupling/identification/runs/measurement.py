@@ -13,7 +13,14 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
+from coupling.files.recorded_bag import is_bag
 from coupling.identification.runs.motors import MeasuredMotors
+from coupling.identification.runs.recorded_columns import (
+    ColumnChoice,
+    Understood,
+    chosen_columns,
+    read_recorded,
+)
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -45,6 +52,7 @@ class Measurement:
         motors: Angles and torques of motors; None where not recorded.
         clock: Time that was added to those of the file [s].
         device_from_base: Frame of the robot's base in that of the file, where it lies anywhere.
+        understood: Columns, units and gaps of the file; None of one that was computed.
     """
 
     name: str
@@ -54,6 +62,7 @@ class Measurement:
     motors: MeasuredMotors | None = None
     clock: float = 0.0
     device_from_base: Frame | None = None
+    understood: Understood | None = None
 
     def frame_offset(self, shift: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return shift [m] and turn [rad] of the file's frame, with what is left of them here, (3,)."""
@@ -208,15 +217,50 @@ class SimulatedPath:
         return np.clip(time, self.path.time[0], self.path.time[-1])
 
 
-def read_measurement(path: Path) -> Measurement:
+def read_measurement(path: Path, choice: ColumnChoice | None = None) -> Measurement:
     """Read where a tool was measured (columns: docs/next.md).
 
     Args:
-        path: CSV file; lines that begin with # are comments, other columns are ignored.
+        path: CSV file with the columns of the page, or the file of a device: a table of text, a trace of
+            a controller, a bag of ROS.
+        choice: Its columns and units, where they are named.
 
     Raises:
         LearnError: With file, line, column, what was expected and what was got.
     """
+    if choice is None and _has_named_columns(path):
+        return _read_named_columns(path)
+    choice = choice or ColumnChoice()
+    time, position, quaternion, understood = chosen_columns(read_recorded(path, choice), choice)
+    if len(time) < _FEWEST:
+        raise LearnError(f"{path}: expected at least {_FEWEST} rows, got {len(time)}")
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(falls):
+        before, behind = time[falls[0] : falls[0] + 2]
+        raise LearnError(
+            f"{path}: time: expected more than {before:.9g} s, got {behind:.9g} s behind it"
+        )
+    if quaternion is not None and (off := _off_unit(quaternion)).max() > _UNIT:
+        worst = ", ".join(f"{value:.6g}" for value in quaternion[off.argmax()])
+        raise LearnError(f"{path}: expected quaternions qx, qy, qz, qw of length 1, got {worst}")
+    rotation = None if quaternion is None else Rotation.from_quat(quaternion)
+    return Measurement(path.name, time, position, rotation, understood=understood)
+
+
+def _has_named_columns(path: Path) -> bool:
+    """Return whether a file begins as one with the columns of the page, as far as it can be read."""
+    try:
+        with path.open(encoding="utf-8-sig") as stream:
+            lines = (line for line in stream if line.strip() and not line.lstrip().startswith("#"))
+            names = {name.strip() for name in next(lines, "").split(",")}
+    except UnicodeDecodeError:
+        return False
+    except OSError:
+        return not is_bag(path)  # to be refused as such
+    return names >= {*_TIME, *_POSITION}
+
+
+def _read_named_columns(path: Path) -> Measurement:
     table = MeasuredTable.read(path, LearnError)
     table.require((*_TIME, *_POSITION))
     table.require_whole(_ROTATION)
@@ -229,8 +273,15 @@ def read_measurement(path: Path) -> Measurement:
     rotation = None
     if table.has(_ROTATION):
         quaternion = table.of(_ROTATION)
-        off = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0)
+        off = _off_unit(quaternion)
         if off.max() > _UNIT:
             raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
         rotation = Rotation.from_quat(quaternion)
-    return Measurement(path.name, time, position, rotation, MeasuredMotors.read(table))
+    motors, units = MeasuredMotors.read(table), dict.fromkeys(_POSITION, "m") | {"time": "s"}
+    understood = Understood.of([(name, name, unit) for name, unit in units.items()], time)
+    return Measurement(path.name, time, position, rotation, motors, understood=understood)
+
+
+def _off_unit(quaternion: np.ndarray) -> np.ndarray:
+    off: np.ndarray = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0)
+    return off

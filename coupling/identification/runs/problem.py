@@ -48,6 +48,10 @@ class FramePrior:
         return np.array(frame + [self.probe] * 3 + [self.motors])
 
 
+# The frame of a device that stands anywhere: nothing is known of it.
+ANYWHERE = FramePrior(shift=1.0, turn=1.0)
+
+
 @dataclass(frozen=True)
 class FitProblem:
     """What is to be fitted.

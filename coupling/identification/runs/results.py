@@ -36,7 +36,6 @@ def figures(learned: Learned) -> LearnedResult:
         noise_left_m=learned.noise_left,
         widened=learned.widened,
         warnings=learned.warnings,
-        draws=learned.spread.draws,
         slow_below_Hz=CUT_OFF,
         parameters=tuple(map(_parameter, learned.parameters)),
         gears=learned.gears,

@@ -68,11 +68,6 @@ class SlowPart:
         return float(np.mean(self.weights.power(2).sum(axis=1)))
 
     @cached_property
-    def weight_of_sample(self) -> float:
-        """Weight of a sample in the mean about its own time."""
-        return float(np.mean(self.weights.max(axis=1).toarray()))
-
-    @cached_property
     def independent(self) -> float:
         """Part of a mean that is independent of its neighbours."""
         # A Gaussian of standard deviation s averages white noise as a box of 2 sqrt(pi) s does.

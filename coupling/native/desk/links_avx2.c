@@ -5,14 +5,9 @@
 #include "core/chain/processor.h"
 #include "link_kernel.h"
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#if defined(ER_VECTORS)
 
-#if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,fma")
-#endif
+ER_BEGIN_AVX2
 
 typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #define ER_WIDTH ER_LANES
@@ -22,11 +17,7 @@ typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #include "link_body.h"
 #include "front_body.h"
 
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
+ER_END_AVX2
 
 er_link_kernel er_best_link_kernel(void)
 {

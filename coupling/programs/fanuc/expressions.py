@@ -93,12 +93,12 @@ class _Expression:
         value = self._factor()
         while self.tokens and (power := _PRECEDENCE.get(self.tokens[0].upper(), 0)) > lowest:
             word = self.tokens.pop(0).upper()
-            value = self._joined(value, word, self.expression(power))
+            value = self._apply_operator(value, word, self.expression(power))
             if power == _COMPARING and self.tokens and _PRECEDENCE.get(self.tokens[0]) == power:
                 raise self.error(self.tokens[0])
         return value
 
-    def _joined(self, left_value: Value, word: str, right: Value) -> Value:
+    def _apply_operator(self, left_value: Value, word: str, right: Value) -> Value:
         """Return what an operator makes of two values; one of AND, OR may decide alone."""
         is_logical, decisive = word in ("AND", "OR"), word == "OR"
         for value in (left_value, right):
@@ -130,7 +130,7 @@ class _Expression:
 
     def _value(self, token: str) -> Value:
         if token == "-":
-            return self._joined(0.0, "-", self._factor())
+            return self._apply_operator(0.0, "-", self._factor())
         if token == "!":
             value = self._factor()
             return value if isinstance(value, Unknown) else not value

@@ -73,7 +73,7 @@ class Interpreter:
             if routine.is_global:
                 self._names.setdefault(("", name), routine)
         self._budget.remaining += sum(len(routine.lines) for routine in self.routines)
-        self.controller.call = self._called
+        self.controller.call = self._run_function
         self.motions = MotionStatements(self.controller)
         self._assignments = Assignments(self.controller)
         self._interrupts = Interrupts(self.controller, self._routine)
@@ -329,7 +329,7 @@ class Interpreter:
                 f"{line.where}: expected a statement of KRL that is known, got {shorten(got)!r}: take"
                 " it out if it does not change the path"
             )
-        if self._called(target.name, target.arguments) is None:
+        if self._run_function(target.name, target.arguments) is None:
             raise ProgramError(
                 f"{line.where}: expected a program that is at hand, got {shorten(target.name)}: put"
                 " its .src beside this one, or take the call out if it does not move the robot"
@@ -342,7 +342,9 @@ class Interpreter:
         name = name.upper()
         return self._names.get((self._module, name)) or self._names.get(("", name))
 
-    def _called(self, name: str, arguments: Sequence[Expression]) -> tuple[Value | None] | None:
+    def _run_function(
+        self, name: str, arguments: Sequence[Expression]
+    ) -> tuple[Value | None] | None:
         """Run a routine of the program and return its result; None where there is none of that name."""
         routine = self._routine(name)
         if routine is None:

@@ -148,10 +148,10 @@ class Variables:
         if kind == "BOOL" and not isinstance(value, bool):
             raise ProgramError(f"{where}: expected TRUE or FALSE, got {describe_value(value)}")
         if isinstance(value, dict):
-            return self._structured(self.structures.get(kind, {}), value, where)
+            return self._structure(self.structures.get(kind, {}), value, where)
         return value
 
-    def _structured(self, kinds: Mapping[str, str], value: Aggregate, where: str) -> Aggregate:
+    def _structure(self, kinds: Mapping[str, str], value: Aggregate, where: str) -> Aggregate:
         return {key: self._of_kind(kinds.get(key, ""), part, where) for key, part in value.items()}
 
 

@@ -151,7 +151,7 @@ class RapidExecution:
         elif isinstance(statement, Test):
             self._test(statement, scope)
         elif isinstance(statement, Return):
-            raise _Returned(self._returned(statement, scope))
+            raise _Returned(self._return_value(statement, scope))
         elif isinstance(statement, Connect):
             self._undecided.connect(statement, scope)
         else:
@@ -159,7 +159,7 @@ class RapidExecution:
                 f"{statement.where}: expected statements one after the other, got {statement.word}"
             )
 
-    def _returned(self, statement: Return, scope: RoutineScope) -> Data | None:
+    def _return_value(self, statement: Return, scope: RoutineScope) -> Data | None:
         if statement.value is None:
             return None
         return self._evaluation.value(statement.value, scope, statement.where)

@@ -1,8 +1,8 @@
-"""The FMI contract as data: every variable of the FMU, in the order of its value reference.
+"""The FMI contract as data: the variables of co-simulation, in the order of their value references.
 
-The variables come in blocks.  The
-native FMU reads this table from its robot.txt; what a block means there is a row of fmi/blocks.c, what a
-choice means an enum of fmi/interface.h.
+The variables come in blocks.  The native FMU has those of model exchange beside them
+(`coupling/fmu_export/exchange_blocks.py`), and reads the whole table from its robot.txt; what a block
+means there is a row of fmi/blocks.c, what a choice means an enum of fmi/interface.h.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import numpy as np
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import ParameterError
-from elastic_robot.fmi.exchange import exchange
 from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
@@ -49,7 +48,7 @@ _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 
 
 def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> dict[str, Block]:
-    """Return the FMU's variables by block; the last block holds the strings.
+    """Return the variables of co-simulation by block; the last block holds the strings.
 
     Args:
         robot: The robot.
@@ -60,28 +59,23 @@ def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> d
     """
     chain = build_chain(robot)
     parameters = _parameters(chain, robot)
-    texts = _started(parameters.pop("strings"), strings)
-    motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
-    output_blocks = outputs(chain, motors)
+    texts = _with_starts(parameters.pop("strings"), strings)
+    motors = joints_with_motor(robot)
     table = {
         **inputs(robot.joints),
-        **output_blocks,
+        **outputs(chain, motors),
         **parameters,
-        **exchange(chain, output_blocks, motors),
         "strings": texts,
     }
-    return {key: _with_joints(block, robot) for key, block in table.items()}
+    return {key: with_joint_names(block, robot) for key, block in table.items()}
 
 
-def co_simulation_blocks(
-    robot: Robot, strings: Mapping[str, str] = MappingProxyType({})
-) -> dict[str, Block]:
-    """Return `blocks` without the local variables, which are those of model exchange."""
-    table = blocks(robot, strings)
-    return {key: block for key, block in table.items() if block.causality != "local"}
+def joints_with_motor(robot: Robot) -> list[int]:
+    """Return the numbers of the joints that have a motor, from 1."""
+    return [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
 
 
-def _started(block: Block, strings: Mapping[str, str]) -> Block:
+def _with_starts(block: Block, strings: Mapping[str, str]) -> Block:
     """Return the strings with start values."""
     unknown = [name for name in strings if name not in {v.name for v in block.variables}]
     if unknown:
@@ -95,7 +89,7 @@ def _started(block: Block, strings: Mapping[str, str]) -> Block:
     return replace(block, variables=started)
 
 
-def _with_joints(block: Block, robot: Robot) -> Block:
+def with_joint_names(block: Block, robot: Robot) -> Block:
     """Return a block whose variables have the names of the joints beside their numbers."""
 
     def name_of(match: re.Match[str]) -> str:
@@ -103,14 +97,14 @@ def _with_joints(block: Block, robot: Robot) -> Block:
         words = " ".join(robot.joints[int(match[1]) - 1].name.split())
         return "".join(filter(str.isprintable, words))
 
-    def named(found: re.Match[str]) -> str:
-        name = name_of(found)
-        return f"{found[0]} ({name})" if name else found[0]
+    def with_name(match: re.Match[str]) -> str:
+        name = name_of(match)
+        return f"{match[0]} ({name})" if name else match[0]
 
     def described(variable: Variable) -> Variable:
         match = _OF_JOINT.search(variable.text)
         joint = "" if match is None else name_of(match)
-        return replace(variable, text=_OF_JOINT.sub(named, variable.text), joint=joint)
+        return replace(variable, text=_OF_JOINT.sub(with_name, variable.text), joint=joint)
 
     return replace(block, variables=tuple(map(described, block.variables)))
 

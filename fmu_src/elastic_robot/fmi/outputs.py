@@ -96,7 +96,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         follows: Names = STEP,
         starts_from: Names = REST,
         exchanged: Names = (*HELD, TIME, "deflection"),
-        own: Names = (),
+        elementwise: Names = (),
         tuned: Names = TUNABLE,
     ) -> Block:
         return Block(
@@ -109,7 +109,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuple(
                 dict.fromkeys((*exchanged, *(key for key, at in MOVED.items() if at in exchanged)))
             ),
-            own,
+            elementwise,
             tuned=tuned,
         )
 
@@ -126,7 +126,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             Array(name, text, len(texts)),
             starts_from=starts_from,
             exchanged=(name,),
-            own=(name,),
+            elementwise=(name,),
         )
 
     def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
@@ -198,7 +198,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             follows=STEP if motors else COMMANDS,
             starts_from=(command, "strings", TIME),
             exchanged=(command, TIME),
-            own=() if motors else (command,),
+            elementwise=() if motors else (command,),
             tuned=TUNABLE if motors else (),
         )
 

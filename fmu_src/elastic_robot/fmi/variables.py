@@ -76,7 +76,7 @@ class Block:
         arrays: Their arrays in FMI 3.0 with arrays; empty where each stands alone there too.
         exchanged: For outputs, derivatives and event indicators, the blocks that their value depends on
             in model exchange; TIME for what the drives of a trajectory move.
-        own: Those of them of which it is the element at the same place only.
+        elementwise: Those of them of which it is the element at the same place only.
         derivative_of: The block of states whose derivatives by time these are.
         is_event_indicator: Whether a change of their sign is an event of model exchange.
         tuned: For outputs, derivatives and event indicators, the blocks of tunable parameters that their
@@ -90,7 +90,7 @@ class Block:
     starts_from: Names = ()
     arrays: tuple[Array, ...] = ()
     exchanged: Names = ()
-    own: Names = ()
+    elementwise: Names = ()
     derivative_of: str = ""
     is_event_indicator: bool = False
     tuned: Names = ()

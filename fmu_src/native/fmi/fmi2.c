@@ -12,6 +12,9 @@
 #include "saved_state.h"
 #include "variables.h"
 
+#define FMI(name) fmi2##name
+#include "shared_functions.h"
+
 const char *fmi2GetTypesPlatform(void)
 {
     return fmi2TypesPlatform;
@@ -59,11 +62,6 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return er_component_create(name, log, create_for_fmi2(type, guid, location, &failure), &failure);
 }
 
-void fmi2FreeInstance(fmi2Component c)
-{
-    er_component_free(c);
-}
-
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count, const fmi2String categories[])
 {
     return er_status(er_component_log(c, logging != fmi2False, false, categories, count));
@@ -78,21 +76,6 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     return er_status(er_component_enter(c));
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    return er_status_taken(c, er_component_exit(c));
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    return er_status(er_component_terminate(c));
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    return er_status(er_component_reset(c));
 }
 
 fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count, fmi2Real values[])
@@ -279,11 +262,6 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     return fmi2OK;
 }
 
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
-{
-    return er_status(er_component_enter_continuous(c));
-}
-
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state,
                                        fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
 {
@@ -296,32 +274,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
     return fmi2OK;
 }
 
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
-{
-    return er_status(er_component_set_time(c, time));
-}
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t count)
-{
-    return er_status_tried(c, er_component_set_states(c, states, count));
-}
-
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
     return er_status_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
 }
 
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
-{
-    return er_status_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t count)
-{
-    return er_status_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t count)
-{
-    return er_status(er_component_get_nominals(c, nominals, count));
-}

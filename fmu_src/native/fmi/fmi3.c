@@ -10,10 +10,14 @@
 
 #include "../io/file.h"
 #include "component.h"
+#include "exchange_calls.h"
 #include "log_categories.h"
 #include "derivative.h"
 #include "saved_state.h"
 #include "variables.h"
+
+#define FMI(name) fmi3##name
+#include "shared_functions.h"
 
 const char *fmi3GetVersion(void)
 {
@@ -97,11 +101,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     return er_component_create(name, log_of(logging, log, environment), NULL, &failure);
 }
 
-void fmi3FreeInstance(fmi3Instance c)
-{
-    er_component_free(c);
-}
-
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count, const fmi3String categories[])
 {
     return er_status(er_component_log(c, logging, true, categories, count));
@@ -112,21 +111,6 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 {
     return er_status(er_component_may(c, ER_CALL_ENTER) && er_component_setup(c, start, has_stop ? stop : INFINITY,
                                         has_tolerance ? tolerance : 0.0) && er_component_enter(c));
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
-{
-    return er_status_taken(c, er_component_exit(c));
-}
-
-fmi3Status fmi3Terminate(fmi3Instance c)
-{
-    return er_status(er_component_terminate(c));
-}
-
-fmi3Status fmi3Reset(fmi3Instance c)
-{
-    return er_status(er_component_reset(c));
 }
 
 static bool is_time(const er_component *c, fmi3ValueReference reference)

@@ -90,7 +90,7 @@ static bool read_order(cursor *c, npy_header *header)
     return header->column_major || take_word(c, "False");
 }
 
-/* Reads a header as NumPy writes it, its keys in any order; elastic_robot/npz.py reads the same. */
+/* Reads a header as NumPy writes it, its keys in any order. */
 static bool parse_header(npy_header *header, const char *text, size_t length)
 {
     static const struct {

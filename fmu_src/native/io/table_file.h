@@ -5,7 +5,7 @@
 #include "data_table.h"
 
 /* Reads a file; the failure says what was expected and got, but not in which file.  What is read and what is
- * refused is one list, docs/fmu.md#trajectories, and the same in elastic_robot/table_file.py. */
+ * refused is one list, docs/fmu.md#trajectories. */
 bool er_table_read(er_data_table *table, const char *path, er_failure *failure);
 
 void er_table_free(er_data_table *table);

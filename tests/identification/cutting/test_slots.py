@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -121,9 +122,12 @@ def test_the_command_writes_keys_that_a_case_reads(tmp_path, capsys):
     assert run("identify", SLOTS, *OPTIONS, "-o", target) == 0
     keys = document(target, IdentifyError)
     assert keys["K_tc_Pa"] == pytest.approx(8.40e8, rel=0.01)
+    assert re.search(r"^# runout_m = 1\.7\de-05 ", target.read_text(), re.MULTILINE)
     figures = json.loads(target.with_suffix(".json").read_text())
     assert len(figures["predictions"]) == 4 * 8
-    assert "held out" in capsys.readouterr().out
+    first_screen = capsys.readouterr().out
+    assert "IDENTIFIED: a mean force at a feed that was not used" in first_screen
+    assert len(first_screen.splitlines()) <= 15
 
 
 @pytest.mark.parametrize(

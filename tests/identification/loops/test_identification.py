@@ -173,7 +173,7 @@ def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):
     true = with_hysteresis(load_robot(START), (90.0, 150.0, 0.0, 0.0, 0.0, 0.0))
     table, target = tmp_path / "loops.csv", tmp_path / "found.toml"
     table.write_text(written(loops(true, 3, 2, 900.0, FEWER, NOISE)))
-    done = command("identify", table, "--robot", START, "-o", target)
+    done = command("identify", table, "--robot", START, "-v", "-o", target)
     assert done.returncode == 0, done.stderr
     assert "leave-one-out without hysteresis" in done.stdout
     assert "Gears whose loops show no hysteresis get no elements" in done.stdout

@@ -75,7 +75,7 @@ def test_recordings_become_a_robot_file_a_report_and_figures(command, folder):
     target = folder / "new" / "arm.toml"
     done = command(
         "identify", folder / "one.csv", "--robot", folder / "start.toml",
-        "--hold-out", folder / "two.csv", "--leave-out", "-o", target,
+        "--hold-out", folder / "two.csv", "--leave-out", "-v", "-o", target,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "two.csv    predicted" in done.stdout

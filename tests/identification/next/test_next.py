@@ -236,7 +236,7 @@ def test_the_command_refuses_in_one_sentence(shop, command, tmp_path):
         ([run, seen, "--move", "luck"], "one of auto"),
         ([run, seen, "--own-frame", "--frame-known", "1mm"], "got both"),
         ([run, seen, "--cutoff-Hz", "30", "--move", "path"], "expected at most"),
-        ([run, seen, "--cutoff-Hz", "nan"], "frequency > 0"),
+        ([run, seen, "--cutoff-Hz", "nan"], "0.01 Hz or more"),
         ([run, seen, "--repeatability", "0.05"], "--repeatability: expected a length, as 0.05mm"),
         ([run, seen, other, seen, "--move", "path"], "another one"),
         ([tmp_path, seen], "result.json"),

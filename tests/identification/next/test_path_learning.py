@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from coupling.identification.next.deviation_size import deviation_size
+from coupling.identification.next.learning_filter import passed
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     is_repeated,
@@ -21,7 +22,7 @@ from coupling.results.next_result import DeviationSize, LearningStep
 
 TIME = np.linspace(0.0, 20.0, 4001)  # [s]
 NOISE = 2e-5  # [m]
-MODEL = SimpleNamespace(x=np.zeros(1), contraction=SimpleNamespace(cutoff=5.0, gain=1.0))
+MODEL = SimpleNamespace(x=np.zeros(1), highest_cutoff=5.0)
 
 
 @dataclass
@@ -72,23 +73,25 @@ def sizes_of(rms_values: list[float], doubt: float = 0.0) -> list[DeviationSize]
     return [DeviationSize(value, value, value, value, doubt) for value in rms_values]
 
 
-def step_after(rms_values: list[float], repeats: bool = True, has_parameters: bool = True):
+def step_after(rms_values: list[float], repeats: bool = True, is_cautious: bool = False):
     flags = [True] + [repeats] * (len(rms_values) - 1)
-    return learning_step(sizes_of(rms_values), flags, has_parameters, NextOptions())
+    return learning_step(sizes_of(rms_values), flags, is_cautious, NextOptions())
 
 
 def test_a_first_run_gives_the_slow_part():
-    """A wave of 0.3 Hz is identified below the noise on it, but for what the Gaussian takes off."""
+    """A wave of 0.3 Hz is identified below the noise on it, but for what the filter takes off."""
     correction = learn_path(
         Runs([wave(0.3) + white(1)]), MODEL, LearningStep(0, 0, False, 1.0, 2.0)
     )
-    off = at_samples(correction.time, correction.deviation) - 0.5 ** (0.5 * 0.15**2) * wave(0.3)
+    off = at_samples(correction.time, correction.deviation) - passed(np.array([0.3]), 2.0) * wave(
+        0.3
+    )
     inner = (TIME > 1.0) & (TIME < 19.0)
     assert rms(off[inner]) < 0.2 * np.sqrt(3.0) * NOISE
     assert correction.cutoff == 2.0
 
 
-def test_no_cutoff_is_higher_than_that_which_contracts():
+def test_no_cutoff_is_higher_than_that_at_which_learning_converges():
     step = LearningStep(0, 0, False, 1.0, 8.0)
     assert learn_path(Runs([white(1)]), MODEL, step).cutoff == 5.0
 
@@ -132,11 +135,11 @@ def test_what_does_not_repeat_is_averaged_from_where_the_deviation_no_longer_shr
 
 
 def test_the_cutoff_grows_when_a_run_confirms_it():
-    """Twice as high after a run that leaves much less, up to 3 Hz; lower where nothing is learned."""
+    """Twice as high after a run that leaves much less, up to 3 Hz; lower where backlash is unknown."""
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
     cutoffs = [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)]
     np.testing.assert_allclose(np.divide(cutoffs, cutoffs[0]), [1.0, 2.0, 2.0, 2.0])
-    assert step_after(runs[:1], has_parameters=False).cutoff < 0.5 * cutoffs[0]
+    assert step_after(runs[:1], is_cautious=True).cutoff < 0.5 * cutoffs[0]
 
 
 @pytest.mark.parametrize(("changed", "repeated"), [(0.0, True), (1e-4, False)])

@@ -23,7 +23,7 @@ from coupling.identification.runs.linearisation import (
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.results import remark
-from coupling.identification.runs.spread import spread_of_fit
+from coupling.identification.runs.spread import spread_of
 from coupling.identification.runs.whitening import NONE, UnmodelledSpectrum
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
@@ -46,7 +46,7 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = stored_fit(fitter, 0.0 * truth)
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
-    spread = spread_of_fit(fitter.problem, found)
+    spread = spread_of(fitter.problem, found)
     told = np.flatnonzero(spread.deviation < 0.5 * prior)
     assert len(told) >= 3
     assert np.all(np.abs(found.z[told] - truth[told]) < spread.half[told])
@@ -74,7 +74,7 @@ def test_processes_beside_each_other_change_no_digit(robots, example):
         for fmus in (problem.fmus, (*problem.fmus, other)):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
             point = objective.framed(0.0 * truth)
-            start = RunLinearisation(objective, point, 0.05, ()).recompute()
+            start = RunLinearisation(objective, point, problem.secants(0.05), 0.05).recompute()
             points.append([estimate(start, _free(objective), 2, 0.0).linearisation.point])
             points[-1] += _restart_points(start)
     single, both = points
@@ -193,7 +193,10 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     without = FitObjective(problem, NONE)
     start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
     best = estimate(
-        RunLinearisation(without, start, 0.01, ()).recompute(), _free(without), 12, 0.15
+        RunLinearisation(without, start, problem.secants(0.01), 0.01).recompute(),
+        _free(without),
+        12,
+        0.15,
     )
     assert without.over_noise(found) ** 2 < 1.05
     assert without.over_noise(best.linearisation.point) ** 2 > 1.2

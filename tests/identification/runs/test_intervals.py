@@ -13,7 +13,7 @@ from coupling.identification.runs.fit import ParameterFit
 from coupling.identification.runs.judge import discrepancy, measurement_lacks
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.residual import UnexplainedPart
-from coupling.identification.runs.spread import Uncertainty, spread_of_fit
+from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.run.models import Models
@@ -85,7 +85,7 @@ def test_parameters_that_are_off_leave_what_widens_their_intervals_to_them():
 def learned(robots: Robots, one: MeasuredPath) -> tuple[ParameterFit, Uncertainty]:
     fitter = robots.fitter(one)
     fit = stored_fit(fitter, np.zeros(len(robots.parameters)))
-    return fit, spread_of_fit(fitter.problem, fit)
+    return fit, spread_of(fitter.problem, fit)
 
 
 def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots):

@@ -40,15 +40,14 @@ def with_row(number: int, row: str) -> str:
 
 # What the file holds, and what the message must say.
 MISTAKES = {
-    "nothing": ("", ["at least one row", "0 lines"]),
-    "bytes": (b"\xff\xfe\x00time\x00", ["cannot be read"]),
-    "zeros": (b"\x00" * 300, ["at least one row"]),
-    "columns": ("t,x,y,z\n1,2,3,4\n", ["columns time are missing", "got t, x, y, z"]),
-    "semicolons": ("time;x;y;z\n1;2;3;4\n", ["separate them with commas"]),
-    "decimal commas": (
-        "time;x;y;z\n0,01;1,6;0,1;0,8\n0,02;1,6;0,1;0,8\n",
-        ["separate them with commas, decimals with a point"],
-    ),
+    "nothing": ("", ["expected a table", "got none"]),
+    "bytes": (b"\xff\xfe\x00time\x00", ["expected a table"]),
+    "zeros": (b"\x00" * 300, ["bytes that are none"]),
+    "no unit": ("\n".join(["t,x,y,z", *ROWS]), ["column t", "its unit is not stated", "--unit ms"]),
+    "no z": ("\n".join(["time,x,y,height", *ROWS]), ["one column of z", "--columns z=NAME"]),
+    "two x": ("\n".join(["time,X [mm],x pos,y", *ROWS]), ["column of x, got X and x pos"]),
+    "torn": ("\n".join(["time;x;y;z", *[r.replace(",", ";") for r in ROWS], "1;2"]), ["4 cells"]),
+    "angles": ("\n".join(["time,X [deg],Y [deg],Z [deg]", *ROWS]), ["column X", "got 'deg'"]),
     "few": ("\n".join([HEADER, *ROWS[:5]]), ["at least 20 rows", "got 5"]),
     "a word": (with_row(3, "0.03,0.3,much,3"), ["line 5", "y", "finite number", "'much'"]),
     "nan": (with_row(9, "0.09,nan,2,3"), ["line 11", "x", "'nan'"]),

@@ -13,7 +13,7 @@ from coupling.errors import LearnError
 from coupling.identification.runs.alignment import aligned
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import Residual
-from coupling.identification.runs.spread import spread_of_fit
+from coupling.identification.runs.spread import spread_of
 from coupling.path.histories import ToolPath
 from coupling.run.models import Models
 
@@ -52,7 +52,7 @@ def test_orientations_narrow_what_positions_hardly_tell(robots):
         assert fit.converged
         found = fit.z[: len(truth)]
         errors.append(np.abs(found - truth))
-        deviations.append(spread_of_fit(fitter.problem, fit).deviation)
+        deviations.append(spread_of(fitter.problem, fit).deviation)
     narrower = deviations[0] / deviations[1]
     of = {parameter.name: k for k, parameter in enumerate(robots.parameters)}
     assert narrower[of["joint[4].backlash"]] > 2.0

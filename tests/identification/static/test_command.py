@@ -31,7 +31,7 @@ START = EXAMPLES / "identify" / "fanuc_start.toml"
 def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path):
     target = tmp_path / "new" / "fanuc.toml"
     tilt = "joint[3].tilt about [0, 0, 1]"
-    done = command("identify", FANUC, "--robot", START, "--add", tilt, "-o", target)
+    done = command("identify", FANUC, "--robot", START, "--add", tilt, "-v", "-o", target)
     assert done.returncode == 0, done.stderr
     assert "joint[6].stiffness" in done.stdout
     assert "not identified: its confidence interval includes a rigid joint" in done.stdout
@@ -127,7 +127,7 @@ def test_where_nothing_is_identified_there_is_no_file_and_status_1(command, tmp_
     table.write_text("\n".join(lines[:8]))
     done = command("identify", table, "--robot", START, "-o", tmp_path / "one.toml")
     assert done.returncode == 1
-    assert "NOT WRITTEN: nothing is identified" in done.stdout
+    assert "NOT IDENTIFIED, no file was written: nothing is identified" in done.stdout
     assert not (tmp_path / "one.toml").exists()
     assert (tmp_path / "one.html").exists()
 

@@ -44,6 +44,22 @@ def test_axial_joints_predict_what_was_left_out_to_0_234_mm(axial):
     assert [ROWS.names[k] for k in axial.worst(3)] == ["sample 17", "sample 11", "sample 24"]
 
 
+@pytest.mark.parametrize("kind", ["postures", "joints", "signs", "axes", "loads"])
+def test_deflections_that_are_not_of_the_postures_told_are_refused(kind):
+    """As measured they are predicted to a fifth; exchanged in any way to no better than a half."""
+    q, wrench, deflection = ROWS.q, ROWS.wrench, ROWS.deflection
+    changed = {
+        "postures": {"q": q[np.random.default_rng(1).permutation(len(q))]},
+        "joints": {"q": q[:, ::-1]},
+        "signs": {"q": -q},
+        "axes": {"deflection": deflection[:, [1, 0, 2]]},
+        "loads": {"wrench": wrench[:, [1, 0, 2, 3, 4, 5]]},
+    }[kind]
+    refusal = identify(START, replace(ROWS, **changed), OPTIONS).refusal
+    assert "no robot like the start file gives way so" in refusal
+    assert "check q" in refusal
+
+
 def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted):
     best = min(axial.further, key=lambda further: further.support.within)
     assert best.candidate.name == "joint[3].tilt about [0, 0, 1]"

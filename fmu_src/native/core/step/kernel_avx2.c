@@ -9,16 +9,11 @@
 #include "../chain/processor.h"
 #include "kernel.h"
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#if defined(ER_VECTORS)
 
 #include <immintrin.h>
 
-#if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,fma")
-#endif
+ER_BEGIN_AVX2
 
 typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #define ER_WIDTH ER_LANES
@@ -110,11 +105,7 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_newton.h"
 #include "kernel_tangent.h"
 
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
+ER_END_AVX2
 
 er_kernel er_best_kernel(void)
 {

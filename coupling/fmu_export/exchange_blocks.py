@@ -1,10 +1,13 @@
-"""Variables of model exchange beside the outputs."""
+"""All variables of the native FMU: those of co-simulation, and those of model exchange beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
-from elastic_robot.chain import Chain
+from elastic_robot.chain import Chain, build_chain
+from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import blocks, joints_with_motor, with_joint_names
 from elastic_robot.fmi.outputs import HELD, REST, ROTORS, STATES, TUNABLE
 from elastic_robot.fmi.sizes import (
     ACCELERATION,
@@ -20,7 +23,23 @@ from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 from elastic_robot.hysteresis import REVERSAL_TIME
 
 
-def exchange(
+def all_blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> dict[str, Block]:
+    """Return the variables by block, in the order of their value references; the last has the strings.
+
+    Args:
+        strings: Start values of strings by name, where they are not the usual ones.
+
+    Raises:
+        ParameterError: As `elastic_robot.fmi.interface.blocks`.
+    """
+    table = blocks(robot, strings)
+    texts = table.pop("strings")
+    exchange = exchange_blocks(build_chain(robot), table, joints_with_motor(robot))
+    named = {key: with_joint_names(block, robot) for key, block in exchange.items()}
+    return {**table, **named, "strings": texts}
+
+
+def exchange_blocks(
     chain: Chain, states: Mapping[str, Block], motors: Sequence[int] = ()
 ) -> dict[str, Block]:
     """Return, by block, derivatives of the states and event indicators.
@@ -38,7 +57,7 @@ def exchange(
         nominal: float,
         starts_from: Names = (),
         exchanged: Names = (),
-        own: Names = (),
+        elementwise: Names = (),
         tuned: Names = (),
     ) -> Block:
         """Return the derivatives of a state, each with a text and what it is one of."""
@@ -58,7 +77,7 @@ def exchange(
             starts_from=starts_from,
             arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(variables)),),
             exchanged=exchanged,
-            own=own,
+            elementwise=elementwise,
             derivative_of=state,
             tuned=tuned,
         )
@@ -74,7 +93,7 @@ def exchange(
     by_rotor = {
         "starts_from": ("qd_cmd", "strings", TIME),
         "exchanged": ("rotor_rate",),
-        "own": ("rotor_rate",),
+        "elementwise": ("rotor_rate",),
     }
     rates = [
         rate(
@@ -84,7 +103,7 @@ def exchange(
             "rad/s",
             RATE,
             exchanged=("deflection_rate",),
-            own=("deflection_rate",),
+            elementwise=("deflection_rate",),
         ),
         rate(
             "deflection_rate",

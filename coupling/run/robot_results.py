@@ -13,7 +13,7 @@ from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
 from coupling.path.frame import Frame
 from coupling.results.run_result import ChainResult, RobotResult, TouchOffResult, three
-from coupling.robot.links import link_points
+from coupling.robot.link_points import link_points
 from coupling.run.execute import Run
 from elastic_robot.errors import ElasticRobotError
 

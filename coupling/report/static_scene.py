@@ -68,9 +68,9 @@ def exaggeration(extent: float, largest: float) -> float:
         >>> exaggeration(0.12, 0.0021)
         5.0
     """
-    wanted = max(1.0, _SHOWN * extent / max(largest, 1e-12))
-    decade = 10.0 ** np.floor(np.log10(wanted))
-    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted))
+    largest_scale = max(1.0, _SHOWN * extent / max(largest, 1e-12))
+    decade = 10.0 ** np.floor(np.log10(largest_scale))
+    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= largest_scale))
 
 
 def _paths(
@@ -83,14 +83,14 @@ def _paths(
     place = _Placing(np.vstack([*desired, *actual]), bottom=46)
     shapes = [_line(place(points), "#8b95a0", 1.0) for points in desired]
     for track, points in zip(tracks, actual, strict=True):
-        shapes += _coloured(place(points), track.signed[:, 0] / scale)
+        shapes += _draw_coloured(place(points), track.signed[:, 0] / scale)
     shapes += _bar(scale)
     largest = max(float(np.linalg.norm(track.deviation, axis=1).max()) for track in tracks)
     words = f"{name}: up to {in_words(largest)}, drawn {factor:,.0f} times larger"
     return _picture(words, shapes)
 
 
-def _coloured(points: np.ndarray, values: np.ndarray) -> Iterator[str]:
+def _draw_coloured(points: np.ndarray, values: np.ndarray) -> Iterator[str]:
     """Yield a path in pieces of one colour each."""
     steps = np.clip(np.round(_STEPS * values), -_STEPS, _STEPS).astype(int)
     ends = np.flatnonzero(np.diff(steps)) + 1
@@ -113,15 +113,15 @@ def colour(part: float) -> str:
 
 def _bar(scale: float) -> list[str]:
     """Draw the scale of colours with its ends."""
-    left, wide, y = _MARGIN, 160, _HEIGHT - 34
+    start_x, wide, y = _MARGIN, 160, _HEIGHT - 34
     step = wide / (2 * _STEPS + 1)
     cells = [
-        f'<rect x="{left + k * step:.1f}" y="{y}" width="{step + 0.3:.1f}" height="9"'
+        f'<rect x="{start_x + k * step:.1f}" y="{y}" width="{step + 0.3:.1f}" height="9"'
         f' fill="{colour((k - _STEPS) / _STEPS)}"/>'
         for k in range(2 * _STEPS + 1)
     ]
     words = f"{in_words(scale)} into the part to {in_words(scale)} away from it"
-    return [*cells, _text(left + wide + 8, y + 9, words)]
+    return [*cells, _text(start_x + wide + 8, y + 9, words)]
 
 
 def _shapes(scene: Scene) -> str:
@@ -165,8 +165,8 @@ def links(robot: SceneRobot, q: np.ndarray) -> np.ndarray:
     """
     frame, points = robot.world_from_base, [robot.world_from_base.position]
     for origin, axis, angle in zip(robot.origins, robot.axes, q, strict=True):
-        turned = type(frame.rotation).from_rotvec(angle * axis)
-        frame = type(frame)(frame.points(origin), frame.rotation * turned)
+        rotation = type(frame.rotation).from_rotvec(angle * axis)
+        frame = type(frame)(frame.points(origin), frame.rotation * rotation)
         points.append(frame.position)
     return np.array([*points, frame.points(robot.body_from_tool.position)])
 

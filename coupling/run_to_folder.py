@@ -35,7 +35,7 @@ class FinishedRun:
         return figures.converged and (figures.stability is None or figures.stability.stable)
 
 
-def conduct(
+def run_to_folder(
     file: Path,
     folder: Path,
     overwrite: bool,

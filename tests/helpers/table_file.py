@@ -1,8 +1,4 @@
-"""A table of numbers with named columns from a file: CSV with a header line, or NumPy's NPZ.
-
-What is read and what is refused is one list, docs/fmu.md#trajectories, and the same in the C core
-(`native/io/table_file.c`).
-"""
+"""What a trajectory file holds, by docs/fmu.md#trajectories, to compare the C core with."""
 
 from __future__ import annotations
 
@@ -13,8 +9,7 @@ import stat
 from pathlib import Path
 
 import numpy as np
-
-from elastic_robot.npz import parse_npz
+from npz_file import parse_npz
 
 MOST_BYTES = 1 << 30
 MOST_COLUMNS = 256

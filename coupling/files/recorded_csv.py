@@ -1,0 +1,172 @@
+"""Text tables of any device: separators, decimal commas, lines above the table, units in its head."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from coupling.files.bounded_file import read_bounded
+from coupling.files.recorded_table import RecordedTable, name_and_unit
+
+_MAX_BYTES = 500_000_000
+_SEPARATORS = (";", "\t", ",", "|", None)
+# Lines above a table at most, and rows by which its separator is found.
+_ABOVE, _LOOKED_AT = 200, 40
+# Fewest columns of numbers: time or a number, and three coordinates.
+_FEWEST = 3
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
+_DATES = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%m/%d/%y", "%d.%m.%y")
+# Days count from one that is near, so that milliseconds are not rounded.
+_SOME_DAY = datetime(2020, 1, 1)
+_CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}([.,]\d+)?)")
+
+
+def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
+    """Read a text table.
+
+    Lines that begin with # or // and lines above the table are left out, and columns that are neither
+    numbers nor times. Times of day and dates count in seconds from the first one.
+
+    Args:
+        path: The file.
+        error: Exception class for every problem.
+    """
+    lines = [
+        line
+        for line in _text(path, error).splitlines()
+        if line.strip() and not line.lstrip().startswith(("#", "//"))
+    ]
+    separator, first = _layout(path, lines, error)
+    rows = _split(lines[first:], separator)
+    head = _split(lines[max(first - 2, 0) : first], separator)
+    count = len(rows[0])
+    titles, above, used = _titles(head, count)
+    for number, row in enumerate(rows):
+        if len(row) != count:
+            raise error(
+                f"{path}: row {number + 1} of the table: expected {count} cells as in its first row, got"
+                f" {len(row)}"
+            )
+    columns, units, texts = {}, {}, []
+    for title, unit, cells in zip(titles, above, zip(*rows, strict=True), strict=True):
+        values = _values(cells)
+        name, stated = name_and_unit(title)
+        if values is None:
+            texts.append(name)
+            continue
+        if name in columns:
+            raise error(f"{path}: expected one column {name!r}, got two")
+        columns[name] = values
+        if any(":" in cell for cell in cells[:1]):
+            units[name] = "s"
+        elif stated or unit:
+            units[name] = stated or unit
+    skipped = first - used
+    left_out = [f"{skipped} lines above the table"] if skipped > 0 else []
+    left_out += [f"the texts {', '.join(texts)}"] if texts else []
+    return RecordedTable(path, columns, units, tuple(left_out))
+
+
+def _text(path: Path, error: type[Exception]) -> str:
+    content = read_bounded(path, _MAX_BYTES, error)
+    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")  # of programs for Windows
+    if "\0" in text:
+        raise error(f"{path}: expected a table of text, got bytes that are none")
+    return text
+
+
+def _layout(path: Path, lines: list[str], error: type[Exception]) -> tuple[str | None, int]:
+    """Return the separator of a table and the line of its first row of numbers, from 0."""
+    best: tuple[int, str | None, int] = (0, None, 0)
+    for separator in _SEPARATORS:
+        for first in range(min(len(lines), _ABOVE)):
+            block = _split(lines[first : first + _LOOKED_AT], separator)
+            if len(block) < 2 or len({len(row) for row in block}) > 1:
+                continue
+            numbers = sum(
+                _values([row[k] for row in block]) is not None for k in range(len(block[0]))
+            )
+            if numbers >= _FEWEST:
+                if numbers > best[0]:
+                    best = (numbers, separator, first)
+                break
+    if best[0] == 0:
+        raise error(
+            f"{path}: expected a table with a column of times and three of positions, got none: is it a"
+            " table of text?"
+        )
+    return best[1], best[2]
+
+
+def _split(lines: Sequence[str], separator: str | None) -> list[list[str]]:
+    if separator is None:
+        return [line.split() for line in lines]
+    try:
+        rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True))
+    except csv.Error:
+        return []
+    # Some devices end every line with the separator.
+    while rows and all(len(row) > 1 and not row[-1].strip() for row in rows):
+        rows = [row[:-1] for row in rows]
+    return [[cell.strip() for cell in row] for row in rows]
+
+
+def _titles(head: list[list[str]], count: int) -> tuple[list[str], list[str], int]:
+    """Return titles and units of columns, and the number of lines above the table that have them.
+
+    Columns without a title are called by their numbers.
+    """
+    # A title more or less than a row has cells that are filled.
+    lines = [[*line, ""][:count] for line in head if abs(len(line) - count) <= 1]
+    if not lines:
+        return [str(number) for number in range(1, count + 1)], [""] * count, 0
+    if len(lines) == 2 and all(len(cell.strip("[]()")) <= 5 for cell in lines[1]):
+        first = [name_and_unit(f"x [{cell.strip('[]()')}]")[1] for cell in lines[1]]
+        if any(unit in ("s", "ms", "us", "m", "mm", "um", "µm") for unit in first):
+            return lines[0], first, 2
+    titles = [cell or str(number) for number, cell in enumerate(lines[-1], start=1)]
+    return titles, [""] * count, 1
+
+
+def _values(cells: Sequence[str]) -> np.ndarray | None:
+    """Return cells as numbers, or as seconds from the first time; None where they are texts."""
+    filled = [cell for cell in cells if cell]
+    if not filled:
+        return None
+    if all(_NUMBER.fullmatch(cell) for cell in filled[:_LOOKED_AT]):
+        try:
+            return np.array([float(c.replace(",", ".")) if c else np.nan for c in cells])
+        except ValueError:
+            return None
+    seconds = [_seconds(cell) for cell in cells]
+    known = [value for value in seconds if value is not None]
+    return np.array(known) - known[0] if known and len(known) == len(cells) else None
+
+
+def _seconds(cell: str) -> float | None:
+    """Return a time of day, or a date with one [s]; None for something else."""
+    date, _, clock = cell.strip("'\"").replace("T", " ").rpartition(" ")
+    match = _CLOCK.fullmatch(clock)
+    if match is None:
+        return None
+    day = _day(date) if date else 0.0
+    seconds = 3600.0 * int(match[1]) + 60.0 * int(match[2]) + float(match[3].replace(",", "."))
+    return None if day is None else day + seconds
+
+
+def _day(date: str) -> float | None:
+    """Return the beginning of a day [s]; None for something else."""
+    for form in _DATES:
+        with suppress(ValueError):
+            return 86400.0 * (datetime.strptime(date, form) - _SOME_DAY).days
+    return None

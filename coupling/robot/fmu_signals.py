@@ -1,0 +1,51 @@
+"""Inputs and outputs of a robot's FMU: their names, the rows of a wrench history, the drives' file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from coupling.files.csv_table import STIFFNESS_COLUMNS
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
+from elastic_robot.fmi.variables import AXES, POSE
+
+# The wrench and its rate; a contact spring's anchor, its velocity and the stiffness; the TCP's pose.
+WRENCH_INPUTS = tuple(
+    f"{name}.{axis}" for name in ("force", "moment", "force_rate", "moment_rate") for axis in AXES
+)
+SPRING_INPUTS = tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS))
+POSE_OUTPUTS = tuple(f"tcp.{name}" for name in POSE)
+
+
+def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
+    """Write the motion of one robot as an NPZ that the FMU's `trajectory` reads."""
+    columns = {"time": command.time, **command.columns}
+    np.savez(file, columns=list(columns), data=np.column_stack(list(columns.values())))
+
+
+def input_rows(wrench: WrenchHistory, part: slice) -> np.ndarray:
+    """Return the inputs for some steps in SI units, (n, names), a spring's where there is one.
+
+    In the order of their names; the first row is for initialisation [N, N m, N/s, N m/s, m, m/s, N/m].
+    """
+    (before,), (behind,) = wrench.before[:, part], wrench.behind[:, part]
+    steps = np.diff(wrench.instants[part])[:, None]
+    start, rate = before.copy(), np.zeros_like(before)
+    start[1:], rate[1:] = behind[:-1], (before[1:] - behind[:-1]) / steps
+    loads = np.hstack([start, rate])
+    if wrench.spring is None:
+        return loads
+    (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.entries[:, part]
+    place, velocity = anchor.copy(), np.zeros_like(anchor)
+    place[1:], velocity[1:] = anchor[:-1], np.diff(anchor, axis=0) / steps
+    return np.hstack([loads, place, velocity, stiffness])
+
+
+def rows_with_spring(wrench: WrenchHistory) -> np.ndarray:
+    """Return the inputs for all steps, (n, 24); a spring that is not there has 0 [m, m/s, N/m]."""
+    rows = input_rows(wrench, slice(None))
+    count = 0 if wrench.spring is not None else len(SPRING_INPUTS)
+    return np.hstack([rows, np.zeros((len(rows), count))])
