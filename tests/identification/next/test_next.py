@@ -85,7 +85,7 @@ def measured(shop):
 def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     """A robot with hysteresis, drift, gear errors and other parameters, learned along the path.
 
-    Little more than a quarter is left at once, no run is worse than the best, and forecasts hold what is measured."""
+    Some 26 % is left at once, no run is worse than the best, and forecasts hold what is measured."""
     folder, _ = shop
     runs, left, said = measured
     assert all(own.startswith("Expect the tool within at most about") for own in said)
