@@ -3,7 +3,7 @@
 A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
-explained.  The whole run is fitted with restarts at other backlash and damping (`backlash_trials`).
+explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -112,7 +112,7 @@ class Fitter:
         before, seconds = 0.0, _window(whole, now, 0.0)
         while seconds < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _refined(part, part.at(now.z), _PART_STEPS, _CHANGES[:1]).linearisation
+            here = _restarted(part, part.at(now.z), _PART_STEPS, _PART_TRIES)
             spectrum = _likeliest(here, SLOW_SPECTRA)
             whole = FitObjective(self.problem, spectrum)
             now, before = whole.at(here.point.z), seconds
