@@ -257,7 +257,6 @@ class Driver(ABC):
             count = 2 * count if is_fast else max(count // 2, 1)
             first = end
             progress(first, last)
-        progress(last, last)
         self.slave.terminate()
         return answers
 
