@@ -40,7 +40,7 @@ def test_simulations_count_their_steps_up_to_the_end(watched):
     """Each one ends with all steps done, and says which robot it simulates."""
     run, told = watched
     works = [event for event in told if isinstance(event, Progress)]
-    works = [work for work in works if work.what.startswith("simulating")]
+    works = [work for work in works if work.what.startswith("simulating the")]
     steps = len(run.desired.time) - 1
     assert {work.total for work in works} == {steps, 2 * steps}  # once at half the samples
     whats = [what for what, _ in itertools.groupby(work.what for work in works)]
