@@ -174,7 +174,9 @@ function showScene(place, scene, colours) {
     return geometry;
   }
   const tracks = scene.tracks.map((track) => {
-    const ideal = new THREE.LineSegments2(segments(track.desired), new THREE.LineMaterial({ color: 0x77818b, linewidth: 1.2 }));
+    // Behind the actual path where both coincide.
+    const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
+    const ideal = new THREE.LineSegments2(segments(track.desired), new THREE.LineMaterial({ color: 0x77818b, linewidth: 1.2, ...behind }));
     const line = new THREE.LineSegments2(new THREE.LineSegmentsGeometry(), new THREE.LineMaterial({ vertexColors: true, linewidth: 3.5 }));
     const dot = new THREE.Mesh(new THREE.SphereGeometry(0.012 * size, 16, 12), new THREE.MeshLambertMaterial({ color: 0xffffff }));
     const layer = 1 + names.indexOf(track.name);
