@@ -6,6 +6,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from drive_file import lines, written
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from places import DOCS
 
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.index_html import index_html
 from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
@@ -138,25 +140,32 @@ def test_the_page_in_an_fmu_tells_of_motors_where_there_are_any(tmp_path):
     assert "motor" not in index_html(replace(robot, joints=plain), [], "2.0", "1", "")
 
 
-def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
-    tmp_path, monkeypatch, capsys
-):
+def test_the_drive_of_the_page_has_the_figures_of_the_page(tmp_path):
     """At a constant rate the torque is Coulomb's and viscous friction, however the rotor got there."""
     page = (DOCS / "robot_file.md").read_text()
     part = page[page.index("## Motor, servo and friction") : page.index("## Kinematic error")]
     (text,) = re.findall(r"```toml\n(.*?)```", part, re.DOTALL)
-    (snippet,) = re.findall(r"```python\n(.*?)```", part, re.DOTALL)
-    monkeypatch.chdir(tmp_path)
-    Path("my_robot.toml").write_text(text)
-    own = load_robot("my_robot.toml").joints[0].drive
+    (tmp_path / "robot.toml").write_text(text)
+    robot = load_robot(tmp_path / "robot.toml")
+    drive = robot.joints[0].drive
     rows = dict(re.findall(r"^\| [^|]* \| ([^|]*) \| ([^|]*) \|$", part, re.MULTILINE))
     told = [float(value.split()[0]) for value in list(rows.values())[1:]]
-    derived = [own.inertia, own.rate_gain, own.integral_gain, own.friction, own.stribeck]
+    derived = [drive.inertia, drive.rate_gain, drive.integral_gain, drive.friction, drive.stribeck]
     np.testing.assert_allclose(told, derived, rtol=5e-4)
-    exec(snippet, {})
-    *_, printed = (
-        capsys.readouterr().out.splitlines()
-    )  # behind FMPy's list of inputs that are not given
-    torque, behind = re.fullmatch(r"(\S+) N m, (\S+) mrad", printed).groups()
+    command = np.array(
+        [(0.0, 0.0, 0.1), (2.0, 0.2, 0.1)],
+        dtype=[("time", float), ("q_cmd[1]", float), ("qd_cmd[1]", float)],
+    )
+    result = fmpy.simulate_fmu(
+        str(build_fmu(robot, tmp_path / "Robot.fmu")),
+        stop_time=2.0,
+        step_size=0.01,
+        output_interval=0.01,
+        start_values={"drive": "servo", "qd_cmd[1]": 0.1},
+        input=command,
+        output=["motor_angle[1]", "motor_torque[1]"],
+    )[-1]
+    torque, lag = result["motor_torque[1]"], 1e3 * (0.2 - result["motor_angle[1]"])
     said = re.search(r"delivers (\S+) N m and lags by (\S+) mrad", part)
-    assert (float(torque), float(behind)) == (94.0, 0.5) == (float(said[1]), float(said[2]))
+    np.testing.assert_allclose([torque, lag], [94.0, 0.5], atol=5e-4)
+    assert (float(said[1]), float(said[2])) == (94.0, 0.5)

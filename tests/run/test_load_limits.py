@@ -259,14 +259,14 @@ def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not
     assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
     assert said(*usual, '[plant]\ndrive = "servo"\n') == ()
     assert said(*usual, drives="servo") == ()
-    rate, rotor, gain, last = said("50.0", "position_gain = 1.2, rate_gain = 1e7")
+    first, rate, rotor, gain = said("50.0", "position_gain = 1.2, rate_gain = 1e7")
     place = "robot icme2008-example: joint 2: "
     assert rotor.startswith(f"{place}drive: rotor_inertia_kg_m2: expected 1e-07 to 1 kg m2")
     assert "got 50 kg m2: did you mean 0.005 kg m2 (50 kg cm2)" in rotor
     assert gain.startswith(f"{place}drive: servo: position_gain: expected 3 to 100 1/s")
     assert gain.endswith("got 1.2 1/s: did you mean 20 1/s (1.2 m/min/mm)?")
     assert rate.startswith(f"{place}rate loop: expected 2 to 500 Hz")
-    assert last == ideal
+    assert first == ideal
 
 
 @pytest.fixture
