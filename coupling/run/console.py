@@ -27,6 +27,8 @@ from coupling.store import WaitingForOther
 
 # How long nothing is said where no terminal shows a bar [s].
 _SILENT = 20.0
+# From so long a pass on its speed tells how long it will take [s].
+_ESTIMATED = 2.0
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
     f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
@@ -56,6 +58,8 @@ class RunView:
         self._task = self._progress.add_task("", visible=False, count="")
         self._log = None if console.is_terminal else Console(stderr=True, soft_wrap=True)
         self._stage, self._began, self._told = "", 0.0, 0.0
+        # Where a stage is repeated, as a simulation of an inverse is, each pass has its beginning.
+        self._pass_began, self._done = 0.0, 0
         self._desired: ToolPath | None = None
         self._count = 0
 
@@ -95,9 +99,13 @@ class RunView:
 
     def _working(self, work: events.Progress) -> None:
         now = time.monotonic()
-        if work.what != self._stage:
+        is_new = work.what != self._stage
+        if is_new:
             self._stage, self._began, self._told = work.what, now, now
+        if is_new or work.done < self._done:
+            self._pass_began = now
             self._progress.reset(self._task)
+        self._done = work.done
         # How long a single step takes is not known, nor what follows one that is done.
         is_known = work.total > 1 and work.done < work.total
         self._progress.update(
@@ -110,11 +118,12 @@ class RunView:
         )
         if self._log is not None and now - self._told > _SILENT:
             self._told = now
-            took = now - self._began
-            left = took * (work.total - work.done) / work.done if work.done else None
-            ahead = "" if left is None else f", about {left:.0f} s more"
+            took = now - self._pass_began
+            ahead = ""
+            if work.done and took > _ESTIMATED:
+                ahead = f", about {took * (work.total - work.done) / work.done:.0f} s more"
             self._log.print(
-                f"{work.what}: {work.done} of {work.total} steps in {took:.0f} s{ahead}",
+                f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s{ahead}",
                 markup=False,
             )
 

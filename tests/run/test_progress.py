@@ -24,10 +24,23 @@ def test_a_run_without_a_terminal_says_now_and_then_how_far_it_is(monkeypatch, c
         view.watch(Progress("writing", 0, 1))
     lines = capsys.readouterr().err.splitlines()
     assert lines == [
-        "simulating: 1 of 4 steps in 30 s, about 90 s more",
-        "simulating: 3 of 4 steps in 60 s, about 20 s more",
+        "simulating: 1 of 4 steps, for 30 s, about 90 s more",
+        "simulating: 3 of 4 steps, for 60 s, about 20 s more",
     ]
     assert out.getvalue() == ""
+
+
+def test_a_stage_that_is_repeated_is_estimated_by_its_present_pass(monkeypatch, capsys):
+    """A first step at once after 40 s of others tells nothing of what is ahead."""
+    clock = iter([0.0, 19.0, 41.0, 65.0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    with RunView(Console(file=io.StringIO())) as view:
+        for done in (1, 4, 1, 2):
+            view.watch(Progress("simulating", done, 4))
+    assert capsys.readouterr().err.splitlines() == [
+        "simulating: 1 of 4 steps, for 41 s",
+        "simulating: 2 of 4 steps, for 65 s, about 24 s more",
+    ]
 
 
 def test_who_stops_a_command_is_told_how_it_goes_on(tmp_path, monkeypatch, capsys):
