@@ -72,15 +72,12 @@ def modes(
         raise StabilityError("--force-n: expected it beside --posture-deg")
     if posture_deg is None:
         assert case is not None
-        # The second robot of a cell in a folder of its name.
         with RunView(console) as view:
             view.watch(Progress("modes along the path and over the part", 0, 1))
-            analyses = {
-                robot.name if number else "": modes_of_case(
-                    case, () if number else responses, number
-                )
-                for number, robot in enumerate(case.robots)
-            }
+            analyses = [
+                modes_of_case(case, () if number else responses, number)
+                for number in range(len(case.robots))
+            ]
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
         robot, curve = (
@@ -90,27 +87,31 @@ def modes(
         )
         posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
         wrench = np.append(force, np.zeros(3))
-        analyses = {"": modes_in_posture(robot, curve, posture, wrench, responses)}
+        analyses = [modes_in_posture(robot, curve, posture, wrench, responses)]
+    if case is None:
+        robots = [("", robot, case_or_robot)]
+    else:
+        # The second robot of a cell is written in a folder of its name.
+        robots = [
+            (
+                placed.name if number else "",
+                placed.description,
+                case.resolved[placed.table]["description"],
+            )
+            for number, placed in enumerate(case.robots[: len(analyses)])
+        ]
     with whole_folder(folder, kind, overwrite) as draft:
-        for name, analysis in analyses.items():
+        for (name, robot, description), analysis in zip(robots, analyses, strict=True):
             place = draft
             if name:
                 place = claimed_folder(draft / name)
                 begin_folder(place, kind.name)
             claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
             NamedStateSpace.of(analysis.softest.linear).write(place)
-            number = list(analyses).index(name)
-            placed = None if case is None else case.robots[number]
-            scene = modes_scene(
-                robot if placed is None else placed.description,
-                analysis.softest,
-                case_or_robot
-                if case is None or placed is None
-                else case.resolved[placed.table]["description"],
-            )
+            scene = modes_scene(robot, analysis.softest, description)
             page = modes_page(analysis.result, scene)
             claim_file(place / "report.html").write_text(page, encoding="utf-8")
-    for name, analysis in analyses.items():
+    for (name, _, _), analysis in zip(robots, analyses, strict=True):
         place = folder / name
         print_sections(console, modes_summary(analysis.result))
         console.print(f"Modes: {place}  (report: {place / 'report.html'})")

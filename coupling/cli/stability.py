@@ -57,6 +57,7 @@ def stability(
     from coupling.report.stability_report import stability_page, stability_summary
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
+    from coupling.results.stability_result import FIGURES
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
@@ -92,7 +93,7 @@ def stability(
     result = result.model_copy(update={"case_file": name_path(case)})
     answer = stability_answer(result)
     with whole_folder(folder, kind, overwrite) as draft:
-        claim_file(draft / "stability.json").write_text(result.text(), encoding="utf-8")
+        claim_file(draft / FIGURES).write_text(result.text(), encoding="utf-8")
         page = stability_page(result, answer)
         claim_file(draft / "report.html").write_text(page, encoding="utf-8")
     remarks = warned((), result.remarks)

@@ -6,7 +6,7 @@ import math
 import shlex
 from collections.abc import Sequence
 
-from coupling.report.lengths import in_words
+from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.motion_result import MotionResult
@@ -14,7 +14,6 @@ from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
-_UNKNOWN = "not known"
 # Log of an error that is told as a factor [1].
 _LARGE = 0.7
 
@@ -35,9 +34,11 @@ def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
         sentence=_sentence(result.refusal, words, result.parameters),
         good=not result.refusal,
         figures=(
-            KeyFigure("Start file", _length(sizes.start), "typical error of its deflections"),
-            KeyFigure("New file", _length(sizes.left_out), "typical error of rows left out"),
-            KeyFigure("Measured deflection", _length(sizes.measured), "typical size"),
+            KeyFigure(
+                "Start file", words_if_known(sizes.start), "typical error of its deflections"
+            ),
+            KeyFigure("New file", words_if_known(sizes.left_out), "typical error of rows left out"),
+            KeyFigure("Measured deflection", words_if_known(sizes.measured), "typical size"),
         ),
         steps=steps,
     )
@@ -80,7 +81,7 @@ def motion_answer(result: MotionResult, file: str) -> Answer:
     judge = result.recordings[-1]
     kind = "held out" if judge.held_out else "fitted"
     torques = [value for value in judge.torque_relative if value is not None]
-    torque = f"{100.0 * max(torques):.2g} %" if torques else _UNKNOWN
+    torque = f"{100.0 * max(torques):.2g} %" if torques else NOT_KNOWN
     steps = [NextStep("Look at what is named above in the report; then run it again.")]
     if not result.refusal:
         steps = _use(file)
@@ -148,10 +149,6 @@ def _use(file: str) -> list[NextStep]:
     ]
 
 
-def _length(length: float | None) -> str:
-    return _UNKNOWN if length is None else in_words(length)
-
-
 def _percent(log_error: float) -> str:
     """Return a median of |log(model / measurement)| as a relative error, a factor where it is large."""
     if log_error > _LARGE:
@@ -171,4 +168,4 @@ def _force(result: CuttingIdentified, quantity: str) -> str:
         for row in result.predictions
         if row.quantity == quantity and row.held_out_N is not None
     ]
-    return f"{max(errors):.3g} N" if errors else _UNKNOWN
+    return f"{max(errors):.3g} N" if errors else NOT_KNOWN

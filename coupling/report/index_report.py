@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
 
 from coupling.errors import CouplingError, ResultError
 from coupling.files.atomic_folder import UNFINISHED
-from coupling.place.folder import FIGURES as PLACED
-from coupling.place.folder import read_placement
+from coupling.place.folder import StoredPlacement
 from coupling.report.background import case_of, real_part
 from coupling.report.document import document
 from coupling.report.report_file import name_path, write_page
@@ -20,15 +19,14 @@ from coupling.report.result_answers import place_answer, stability_answer, study
 from coupling.report.run_report import answer_of
 from coupling.report.run_scene import part_frame, tracks_of
 from coupling.report.static_scene import stills
+from coupling.report.stored_result import StoredResult, figures_file, read_result
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
 from coupling.results.stability_result import StabilityResult
-from coupling.run.stored_run import RESULT, StoredRun, read_run
-from coupling.study.folder import FIGURES as STUDIED
-from coupling.study.stored_study import read_study
+from coupling.run.stored_run import StoredRun
+from coupling.study.stored_study import StoredStudy
 
 INDEX = "index.html"
-STABILITY = "stability.json"
 # Folders in each other that are looked into.
 _DEPTH = 3
 # Pieces of a path in a picture.
@@ -92,49 +90,32 @@ def _entries(folder: Path, depth: int) -> Iterator[IndexedResult]:
     for place in places:
         if place.name.endswith(UNFINISHED) or place.is_symlink():
             continue
-        kinds = [kind for kind in _READERS if (place / kind).is_file()]
-        if kinds:
-            yield _entry(place, kinds[0])
+        if (figures := figures_file(place)) is not None:
+            yield _entry(place, figures)
         elif depth > 1:
             yield from _entries(place, depth - 1)
 
 
-def _entry(place: Path, figures: str) -> IndexedResult:
-    changed = (place / figures).stat().st_mtime
+def _entry(place: Path, figures: Path) -> IndexedResult:
+    changed = figures.stat().st_mtime
     try:
-        return replace(_READERS[figures](place), changed=changed)
+        return replace(_indexed(place, read_result(place)), changed=changed)
     except CouplingError as error:
         return IndexedResult(place, "result", None, changed=changed, trouble=str(error))
 
 
-def _run(place: Path) -> IndexedResult:
-    run = read_run(place)
-    return IndexedResult(place, "run", answer_of(run), thumbnail(run), run.figures.case)
-
-
-def _study(place: Path) -> IndexedResult:
-    study = read_study(place)
-    return IndexedResult(place, "study", study_answer(study), case=study.figures.case)
-
-
-def _placement(place: Path) -> IndexedResult:
-    figures = read_placement(place).figures
-    answer = place_answer(figures, name_path(place))
-    return IndexedResult(place, "place", answer, case=figures.case)
-
-
-def _stability(place: Path) -> IndexedResult:
-    result = StabilityResult.read(place / STABILITY, ResultError)
-    return IndexedResult(place, "stability", stability_answer(result), case=result.case)
-
-
-# Function that reads a result, by the file that has its figures.
-_READERS: dict[str, Callable[[Path], IndexedResult]] = {
-    STUDIED: _study,
-    PLACED: _placement,
-    STABILITY: _stability,
-    RESULT: _run,
-}
+def _indexed(place: Path, result: StoredResult) -> IndexedResult:
+    match result:
+        case StoredStudy():
+            return IndexedResult(place, "study", study_answer(result), case=result.figures.case)
+        case StoredPlacement():
+            answer = place_answer(result.figures, name_path(place))
+            return IndexedResult(place, "place", answer, case=result.figures.case)
+        case StabilityResult():
+            return IndexedResult(place, "stability", stability_answer(result), case=result.case)
+        case StoredRun():
+            picture = thumbnail(result)
+            return IndexedResult(place, "run", answer_of(result), picture, result.figures.case)
 
 
 def thumbnail(run: StoredRun) -> str:

@@ -6,6 +6,8 @@ from coupling.results.section import NextStep
 
 # Below, micrometres are read more easily; below a micrometre nothing is measured at a robot [m].
 _SMALL, _NOTHING = 1e-4, 1e-6
+# Words for a figure that there is not.
+NOT_KNOWN = "not known"
 
 
 def in_words(length: float) -> str:
@@ -21,6 +23,11 @@ def in_words(length: float) -> str:
     factor, unit = (1e3, "mm") if float(f"{size:.3g}") >= _SMALL else (1e6, "um")
     whole = f"{factor * length:#.3g}".rstrip(".")
     return f"{float(whole):.0f} {unit}" if "e" in whole else f"{whole} {unit}"
+
+
+def words_if_known(length: float | None) -> str:
+    """Return a length [m] with its unit, or that it is not known."""
+    return NOT_KNOWN if length is None else in_words(length)
 
 
 def judged(words: str, fits: bool | None, tolerance: float | None) -> str:

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import html
 from dataclasses import replace
-from pathlib import Path
 
-from coupling.errors import ResultError
-from coupling.place.folder import FIGURES as PLACED
-from coupling.place.folder import StoredPlacement, read_placement
+from coupling.place.folder import StoredPlacement
 from coupling.report.background import case_content, case_of, real_part
 from coupling.report.compare_report import comparison_answer, comparison_scene
 from coupling.report.comparison import Comparison
@@ -17,42 +14,21 @@ from coupling.report.lengths import in_words
 from coupling.report.result_answers import place_answer, stability_answer, study_answer
 from coupling.report.run_report import answer_of
 from coupling.report.run_scene import part_frame, run_scene, track, tracks_of
+from coupling.report.stored_result import read_result
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure
-from coupling.results.shown import Shown, html_of
+from coupling.results.shown import html_of
 from coupling.results.stability_result import StabilityResult
 from coupling.run.execute import Run
-from coupling.run.stored_run import RESULT, StoredRobot, StoredRun, read_run
-from coupling.study.folder import FIGURES as STUDIED
-from coupling.study.stored_study import StoredStudy, read_study
+from coupling.run.stored_run import StoredRobot, StoredRun
+from coupling.study.stored_study import StoredStudy
+
+# A notebook imports both from here: reading a result and showing it.
+__all__ = ["framed", "read_result"]
 
 # Height of a first screen with and without a view in space [px].
 _WITH_SCENE, _ALONE = 680, 360
-_STABILITY = "stability.json"
-
-
-def read_result(folder: str | Path) -> Shown:
-    """Return a result by its folder: a run, a study, a placement or the stability of cuts.
-
-    Args:
-        folder: The folder.
-
-    Raises:
-        CouplingError: If there is none, or it is damaged.
-    """
-    place = Path(folder)
-    if (place / STUDIED).is_file():
-        return read_study(place)
-    if (place / PLACED).is_file():
-        return read_placement(place)
-    if (place / _STABILITY).is_file():
-        return StabilityResult.read(place / _STABILITY, ResultError)
-    if (place / RESULT).is_file():
-        return read_run(place)
-    raise ResultError(
-        f"{place}: expected the folder of a run, a study, a placement or of stability"
-    )
 
 
 def framed(answer: Answer) -> str:

@@ -7,16 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.report.lengths import in_words, judged, state_tolerance
+from coupling.report.lengths import in_words, judged, state_tolerance, words_if_known
 from coupling.results.next_result import NextResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.results.stability_result import StabilityResult
 from coupling.study.stored_study import StoredStudy
-
-
-def _length(length: float | None) -> str:
-    return "not known" if length is None else in_words(length)
 
 
 def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> Answer:
@@ -61,12 +57,12 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
             KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
             KeyFigure(
                 "Expected next",
-                _length(None if forecast is None else forecast.maximum),
+                words_if_known(None if forecast is None else forecast.maximum),
                 "at most about, on your robot",
             ),
             KeyFigure(
                 "On average",
-                "not known" if forecast is None else in_words(forecast.rms),
+                words_if_known(None if forecast is None else forecast.rms),
                 f"after {in_words(last.rms)} in the last run",
             ),
         ),

@@ -10,6 +10,9 @@ from coupling.results.base import ResultFile, ResultPart, Unbounded
 from coupling.results.modes_result import Grid
 from coupling.results.shown import Shown
 
+# File with the figures, in the folder of the result.
+FIGURES = "stability.json"
+
 Numbers = tuple[float, ...]
 Limits = tuple[float | None, ...]
 

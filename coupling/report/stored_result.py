@@ -1,0 +1,51 @@
+"""Results by their folders, told apart by the files that hold their figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from coupling.errors import ResultError
+from coupling.place.folder import FIGURES as PLACED
+from coupling.place.folder import StoredPlacement, read_placement
+from coupling.results.stability_result import FIGURES as STABILITY
+from coupling.results.stability_result import StabilityResult
+from coupling.run.stored_run import RESULT, StoredRun, read_run
+from coupling.study.folder import FIGURES as STUDIED
+from coupling.study.stored_study import StoredStudy, read_study
+
+StoredResult = StoredRun | StoredStudy | StoredPlacement | StabilityResult
+
+
+def _read_stability(folder: Path) -> StabilityResult:
+    return StabilityResult.read(folder / STABILITY, ResultError)
+
+
+_READERS: dict[str, Callable[[Path], StoredResult]] = {
+    STUDIED: read_study,
+    PLACED: read_placement,
+    STABILITY: _read_stability,
+    RESULT: read_run,
+}
+
+
+def figures_file(folder: Path) -> Path | None:
+    """Return the file with the figures of a folder's result; None where there is none."""
+    return next((file for name in _READERS if (file := folder / name).is_file()), None)
+
+
+def read_result(folder: str | Path) -> StoredResult:
+    """Return a result by its folder: a run, a study, a placement or the stability of cuts.
+
+    Args:
+        folder: The folder.
+
+    Raises:
+        CouplingError: If there is none, or it is damaged.
+    """
+    file = figures_file(Path(folder))
+    if file is None:
+        raise ResultError(
+            f"{folder}: expected the folder of a run, a study, a placement or of stability"
+        )
+    return _READERS[file.name](Path(folder))
