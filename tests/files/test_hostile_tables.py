@@ -52,7 +52,7 @@ FURTHER = {"gear.slip_torque", "drive.servo.rate_gain", "drive.servo.integral_ga
 FURTHER |= {"drive.servo.rate_feed_forward", "gear.rated_torque_Nm"}
 
 
-def places(tree: Tree, above: str = "") -> dict[str, "str | Tree"]:
+def places(tree: Tree, above: str = "") -> dict[str, str | Tree]:
     """All keys, of tables too, with what stands there."""
     found: dict[str, str | Tree] = {}
     for key, value in tree.items():

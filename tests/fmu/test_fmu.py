@@ -11,7 +11,7 @@ from places import REFERENCE
 
 from build_fmu import main
 from coupling.errors import BuildError
-from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.build import build_fmu
 from coupling.native.compiler import host_platform
 from elastic_robot.fingerprint import fingerprint
 

@@ -65,7 +65,10 @@ def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
 
 CHOICES = {
     "mode": ("statick", "mode: expected one of dynamic, quasistatic, got 'statick'"),
-    "torque_curve": ("cubic", "torque_curve: expected one of linear, backlash, spline, got 'cubic'"),
+    "torque_curve": (
+        "cubic",
+        "torque_curve: expected one of linear, backlash, spline, got 'cubic'",
+    ),
     "initial_state": ("rest", "got 'rest'"),
     "trajectory": ("no 100% file.csv", "no 100% file.csv: does not exist"),
 }

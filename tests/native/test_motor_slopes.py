@@ -1,4 +1,4 @@
-"""Directional derivatives over steps of robots with motors, against differences from the step's start."""
+"""Directional derivatives over steps of robots with motors, against differences of whole steps."""
 
 from __future__ import annotations
 
@@ -53,7 +53,9 @@ SETTINGS = {
     "slips and sticks, servo": Setting(robot_of(9, 3), "servo", 25, share=0.99),
     "slips and sticks, torque": Setting(robot_of(9, 3), "torque", 25, share=0.99),
     "at torque limits": Setting(weightless(robot_of(8, 3), 60.0), "servo", 15, 0.1, 0.99),
-    "at torque limits, 4 joints": Setting(weightless(robot_of(11, 4), 60.0), "servo", 15, 0.1, 0.99),
+    "at torque limits, 4 joints": Setting(
+        weightless(robot_of(11, 4), 60.0), "servo", 15, 0.1, 0.99
+    ),
     "geared": Setting(robot_of(9, 3, True), "ideal", rate=1.0, share=0.95),
     "geared, servo": Setting(robot_of(9, 3, True), "servo", rate=1.0, share=0.95),
     # Torques without a servo let those of the gears change their sign in steps that differ then.
@@ -116,7 +118,9 @@ def test_derivatives_of_steps_with_motors_are_slopes(tmp_path, name):
         slave.doStep(time, STEP)
         after = slave.getFMUstate()
         carried = np.abs(np.array(fmu.get(slave, *outputs))[rows["motor_torque"]])
-        at_limit |= {bool(torque > 0.999 * limit) for torque in carried for limit in limits if limit}
+        at_limit |= {
+            bool(torque > 0.999 * limit) for torque in carried for limit in limits if limit
+        }
         for known in knowns:
             found = slave.getDirectionalDerivative(fmu.of(outputs), fmu.of([known]), [1.0])
             expected = slopes(fmu, slave, before, time, known, outputs)

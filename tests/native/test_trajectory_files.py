@@ -90,7 +90,7 @@ def _by_numpy(content: bytes, is_npz: bool) -> Trajectory | None:
 
 
 def test_what_is_read_of_a_damaged_file_is_what_numpy_reads(core, tmp_path):
-    """The core refuses more; NumPy refuses some archives, of which it reads what is told twice elsewhere."""
+    """The core refuses more; NumPy refuses some archives, which tell twice what they hold."""
     refused = alone = 0
     for content, is_npz in damaged_files(seed=1, count=4000):
         file = tmp_path / ("damaged.npz" if is_npz else "damaged.csv")
