@@ -15,8 +15,10 @@ from coupling.stability.case_cut import CaseCuts, is_milling
 from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement, in_words
 
-# Places of a path that are judged in brief, and speeds of which one is looked for that is stable.
-_FEW, _SPEEDS = 8, 60
+# Places of a path that are judged in brief.
+FEW = 8
+# Speeds of which one is looked for that is stable.
+_SPEEDS = 60
 # Depths are the same if they differ by less of themselves.
 _SAME_DEPTH = 0.05
 
@@ -80,16 +82,18 @@ class PathStability:
         return self.worst.is_stable
 
     @property
+    def chatters_clearly(self) -> bool:
+        """Whether a cut chatters even if its mean force lifts the tool."""
+        return any(judgement.chatters_clearly for judgement in self.judgements)
+
+    @property
     def sentence(self) -> str:
         """Whether it chatters and where, in words."""
         worst = self.worst
-        whose = "robot and tool" if worst.cuts.tool else "the robot alone, its tool taken as rigid"
+        whose = "robot and tool" if worst.cuts.tool else "the robot alone, the tool taken as rigid"
         is_or_not = "is " if worst.is_stable else ""
         time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
-        return (
-            f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; linear, motors"
-            f" locked, of {whose}"
-        )
+        return f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; judged for {whose}"
 
     @property
     def _depth_in_words(self) -> str:
@@ -161,5 +165,5 @@ def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStabili
     """
     if not is_milling(case):
         return None
-    path = PathStability.of(CaseCuts(case), _FEW, actual)
+    path = PathStability.of(CaseCuts(case), FEW, actual)
     return None if path is None else path.brief
