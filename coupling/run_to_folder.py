@@ -62,6 +62,7 @@ def run_to_folder(
         ClearChatterError: If the work does; the folder holds the stability of the cut then.
         CouplingError: If the case, the run, the folder or the store fails.
     """
+    refusal: ClearChatterError | None = None
     with logged_folder(kind, file, folder, overwrite, store, report) as (place, log, watch):
         case = load_case(file, place, watch)
         try:
@@ -71,7 +72,6 @@ def run_to_folder(
             write_stability(place, refusal.stability)
             log.finish({})
         else:
-            refusal = None
             watch(Progress("writing the run folder", 0, 2))
             tables = write_run(place, case, replace(run, keys=log.keys))
             watch(Progress("writing the report", 1, 2))

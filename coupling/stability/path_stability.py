@@ -99,10 +99,11 @@ class PathStability:
     def _depth_in_words(self) -> str:
         """The worst cut's depth, programmed and, where it is another one, actual."""
         depth, programmed = self.worst.placed.cut.depth, self.worst.placed.programmed_depth
-        words = f"programmed {1e3 * programmed:.3g} mm"
         if abs(depth - programmed) <= _SAME_DEPTH * programmed:
-            return words
-        return f"{words}, {1e3 * depth:.3g} mm by a robot that gives way"
+            return f"{1e3 * programmed:.3g} mm deep, as programmed"
+        return (
+            f"programmed {1e3 * programmed:.3g} mm, {1e3 * depth:.3g} mm by a robot that gives way"
+        )
 
     @property
     def alternative(self) -> str:
