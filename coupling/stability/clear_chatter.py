@@ -9,7 +9,7 @@ from coupling.results.run_result import Kind
 from coupling.results.stability_result import StabilityResult
 from coupling.stability.analysis import stability_along_path
 from coupling.stability.case_cut import CaseCuts, is_milling
-from coupling.stability.path_stability import FEW, PathStability
+from coupling.stability.path_stability import PathStability
 
 
 class ClearChatterError(CouplingError):
@@ -46,7 +46,7 @@ def refuse_clear_chatter(case: Case, command: Kind, watch: Watch) -> None:
     watch(Progress("judging whether the cut chatters", 0, 1))
     try:
         cuts = CaseCuts(case)
-        path = PathStability.of(cuts, FEW)
+        path = PathStability.in_brief(cuts)
         if path is None or not path.chatters_clearly:
             return
     except (PlanningError, StabilityError):

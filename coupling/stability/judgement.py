@@ -67,6 +67,11 @@ class Judgement:
         return self._quick.limit(self.placed.cut.cutter.tooth_period)
 
     @property
+    def zero_order_margin(self) -> float:
+        """The same over the programmed depth [1]."""
+        return self.zero_order / self.placed.cut.depth
+
+    @property
     def least(self) -> float:
         """Depth that no speed of the spindle's range falls below, by zero order [m]."""
         return self._quick.least(self.placed.cut, *self.cuts.speeds)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,12 +12,12 @@ from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.path.histories import ToolPath
 from coupling.results.cut_stability import CutStability
-from coupling.stability.case_cut import CaseCuts, is_milling
+from coupling.stability.case_cut import CaseCuts, PlacedCut, is_milling
 from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement, in_words
 
-# Places of a path that are judged in brief.
-FEW = 8
+# Places of a path that are judged, and those nearest to chatter whose limits are enough in brief.
+PLACES, _FEW = 60, 6
 # Speeds of which one is looked for that is stable.
 _SPEEDS = 60
 # Depths are the same if they differ by less of themselves.
@@ -41,7 +42,7 @@ class PathStability:
 
         Args:
             cuts: Cuts of the case.
-            places: Number of places at most.
+            places: Number of places at most: those that differ most.
             actual: Path that the tool takes, in the world, by which it is as deep as it is; None: as
                 deep as is programmed.
 
@@ -55,11 +56,25 @@ class PathStability:
         along = cuts.along_path
         if not along:
             return None
-        rows = np.unique(np.linspace(0, len(along) - 1, places).astype(int))
-        placed = tuple(along[row] for row in rows.tolist())
+        placed = most_different(along, places)
         if actual is not None and not (placed := cuts.as_deep_as(actual, placed)):
             return None
         return cls(tuple(Judgement.of(cuts, cut) for cut in placed))
+
+    @classmethod
+    def in_brief(cls, cuts: CaseCuts, actual: ToolPath | None = None) -> PathStability | None:
+        """Return the same of the cuts that are nearest to chatter, by their growth and by zero order.
+
+        Args:
+            cuts, actual: As of `of`.
+        """
+        path = cls.of(cuts, PLACES, actual)
+        if path is None:
+            return None
+        growth = np.array([judgement.vibration.growth for judgement in path.judgements])
+        margin = [judgement.zero_order_margin for judgement in path.judgements]
+        nearest = np.union1d(np.argsort(-growth)[:_FEW], np.argsort(margin)[:_FEW])
+        return cls(tuple(path.judgements[row] for row in nearest.tolist()))
 
     @cached_property
     def worst(self) -> Judgement:
@@ -70,10 +85,7 @@ class PathStability:
         # By zero order where none has a limit.
         return min(
             self.judgements,
-            key=lambda judgement: (
-                judgement.margin,
-                judgement.zero_order / judgement.placed.cut.depth,
-            ),
+            key=lambda judgement: (judgement.margin, judgement.zero_order_margin),
         )
 
     @property
@@ -153,8 +165,36 @@ class PathStability:
         )
 
 
+def most_different(along: Sequence[PlacedCut], count: int) -> tuple[PlacedCut, ...]:
+    """Return so many cuts at most, in order of time, that every other one is near to one of them.
+
+    Corners, entries and passes in one direction are short: equal steps of time would miss them.  Cuts
+    differ in depth, arc, direction of the feed and place along the path; the first is the largest.
+    """
+    sections = np.array([cut.section for cut in along])
+    depths = np.array([cut.cut.depth for cut in along])
+    features = np.column_stack(
+        [
+            sections / sections.max(),
+            depths / depths.max(),
+            np.array([cut.cut.arcs[0][:2] for cut in along]) / np.pi,
+            [(0.5 * np.cos(cut.feed), 0.5 * np.sin(cut.feed)) for cut in along],
+            np.linspace(0.0, 1.0, len(along)),
+        ]
+    )
+    chosen = [int(np.argmax(sections))]
+    distance = np.full(len(along), np.inf)
+    while len(chosen) < count:
+        step = np.linalg.norm(features - features[chosen[-1]], axis=1)
+        distance = np.minimum(distance, step)
+        if not distance.max() > 0.0:
+            break
+        chosen.append(int(np.argmax(distance)))
+    return tuple(along[row] for row in sorted(chosen))
+
+
 def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStability | None:
-    """Return the stability along a case's path, at a few places; None where nothing is milled.
+    """Return the stability along a case's path in brief; None where nothing is milled.
 
     Args:
         case: The case.
@@ -166,5 +206,5 @@ def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStabili
     """
     if not is_milling(case):
         return None
-    path = PathStability.of(CaseCuts(case), FEW, actual)
+    path = PathStability.in_brief(CaseCuts(case), actual)
     return None if path is None else path.brief

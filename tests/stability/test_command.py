@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
 from coupling.stability.clear_chatter import refuse_clear_chatter
 from coupling.stability.judgement import Judgement
-from coupling.stability.path_stability import PathStability, stability_in_brief
+from coupling.stability.path_stability import PathStability, most_different, stability_in_brief
 
 # A slot in titanium with a robot that chatters at 2 mm and does not at 0.5 mm.
 SLOT = """
@@ -331,7 +332,7 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
 @pytest.fixture
 def coarse_charts(monkeypatch):
     for name, value in (
-        ("analysis._PLACES", 6),
+        ("analysis.PLACES", 6),
         ("chart._SPEEDS", 8),
         ("chart._DIRECTIONS", 4),
         ("chart._GRID", 2),
@@ -364,6 +365,22 @@ def test_a_cut_that_chatters_clearly_is_not_computed(
     # Made shallower, the same command replaces it.
     assert run(kind, slot(tmp_path), "-o", folder, "--no-store") == 2
     assert "add --overwrite" in capsys.readouterr().err
+
+
+def test_what_is_short_along_the_path_is_judged_as_well(tmp_path):
+    """Of 3000 cuts three are deep and two go across: equal steps of time would pass them over."""
+    (cut, *_) = CaseCuts(load_case(slot(tmp_path))).along_path
+    along = [replace(cut, time=float(row)) for row in range(3000)]
+    for row in (1234, 1235, 1236):
+        along[row] = replace(along[row], cut=cut.cut.at_depth(3.0 * cut.cut.depth))
+    for row in (77, 78):
+        along[row] = replace(along[row], feed=cut.feed + 1.5)
+    chosen = [int(each.time) for each in most_different(along, 8)]
+    assert chosen == sorted(chosen)
+    assert len(chosen) == 8
+    assert {1234, 1235, 1236} & set(chosen)
+    assert {77, 78} & set(chosen)
+    assert len(most_different([cut] * 5, 8)) == 1
 
 
 def test_a_cut_is_clear_only_if_it_chatters_where_its_force_lifts_the_tool(tmp_path, monkeypatch):
