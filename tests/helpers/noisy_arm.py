@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.prediction import StaticModel
+from coupling.identification.static.model import StaticModel
 from elastic_robot.description import Body, Joint, Robot, Tilt
 
 _LINK = Body(mass=40.0, com=(0.0, 0.0, 0.3), inertia=(2.0, 2.0, 0.5))
