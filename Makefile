@@ -16,7 +16,7 @@ precice: .venv/installed
 	.venv/bin/python docs/scripts/make_precice.py
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour and a half, one is make milling.
-PAGES = figures inverse robin study identify motion next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands masters-table stable-steps performance real-time inverse-time command-times expected-deviation trust
+PAGES = figures damping inverse robin study identify motion next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands masters-table stable-steps performance real-time inverse-time command-times expected-deviation trust
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
