@@ -29,9 +29,7 @@ from coupling.run.folder import write_run
 from coupling.run.models import Models
 from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth
 from docs.scripts.runs import example_data
-from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.parameters import Parameters
 
 # Of the command's end nothing is judged, and nothing measured [s].
 CUT = 0.3
@@ -92,14 +90,8 @@ class Shop:
         """Return the path that the tool really takes under a run's command, in axes of the base."""
         source = _unseen(run)
         placed = self._case(self._first).robots[0]
-        nominal, chain = Parameters.of(placed.description), build_chain(placed.description)
-        values = {}
-        for name, factor in truth.factors.items():
-            coordinate, kind = name.rsplit(".", 1)
-            value = getattr(nominal, kind)[chain.elastic_names.index(coordinate)]
-            values[name] = factor * float(value)
         fmu = self._models.of(placed.description, placed.torque_curve).fmu
-        robot = apply_values(placed.description, values)
+        robot = apply_values(placed.description, truth.values(placed.description))
         return fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic", robot)
 
     def measurement(
