@@ -218,8 +218,8 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     if left_out:
         name, deviation = max(left_out.items(), key=lambda item: item[1])
         text = (
-            f"The robot file does not state everything: usual values of what is missing make up most of"
-            f" this: {name} alone {in_words(deviation)}."
+            "The robot file does not state everything: most of this comes from usual values of what is"
+            f" missing, {name} alone {in_words(deviation)}."
         )
     else:
         text = (

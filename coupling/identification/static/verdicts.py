@@ -166,7 +166,7 @@ class Identification:
 
     @cached_property
     def written(self) -> np.ndarray:
-        """Values of p in the robot as written: kept ones, and those that fit best beside, (P,).
+        """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
 
         These are in their intervals.  Where nothing that is kept acts together with what is identified,
         they are the fit's.
