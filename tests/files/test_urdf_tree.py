@@ -146,7 +146,7 @@ REFUSED = {
     ),
     "no robot": ("<mujoco/>", "expected <robot>, got <mujoco>"),
     "nothing": ("", "is not a URDF: no element found"),
-    "a xacro file": ("<robot name='a'><xacro:arm/></robot>", "must be converted to a URDF first"),
+    "a xacro file": ("<robot name='a'><xacro:arm/></robot>", "convert a xacro file first"),
     "an encoding that is unknown": (
         "<?xml version='1.0' encoding='klingon'?><robot/>",
         "is not a URDF",
