@@ -9,8 +9,9 @@ from native_fmu import NativeFmu
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.exchange_blocks import all_blocks
-from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand

@@ -11,7 +11,8 @@ from native_motors import Both, built, one_joint
 from random_robots import driven, make_robot
 
 from elastic_robot.description import Joint, Robot
-from elastic_robot.gear_parts import Drive, KinematicError
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError
 
 DEGREE = np.pi / 180.0
 

@@ -11,7 +11,7 @@ from random_robots import make_robot, with_gear_parts
 
 from elastic_robot.commands import Command, CommandedMotion, LastStep
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand

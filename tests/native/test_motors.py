@@ -20,7 +20,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.chain import build_chain
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.parameters import Parameters
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
