@@ -54,7 +54,8 @@ def stability(
     from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import stability_answer
-    from coupling.report.stability_report import stability_page, stability_summary
+    from coupling.report.result_page import REPORT, write_report
+    from coupling.report.stability_report import stability_summary
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
     from coupling.results.stability_result import FIGURES
@@ -91,11 +92,9 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})
-    answer = stability_answer(result)
     with whole_folder(folder, kind, overwrite) as draft:
         claim_file(draft / FIGURES).write_text(result.text(), encoding="utf-8")
-        page = stability_page(result, answer)
-        claim_file(draft / "report.html").write_text(page, encoding="utf-8")
-    remarks = warned((), result.remarks)
+        write_report(draft)
+    answer, remarks = stability_answer(result), warned((), result.remarks)
     print_result(console, answer, stability_summary(result), remarks, verbose)
-    console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")
+    console.print(f"Stability: {folder}  (report: {folder / REPORT})")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -101,9 +100,8 @@ def _of_gears(gears: Sequence[Any]) -> str:
 
 
 def _steps(is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
-    name = shlex.quote(str(file))
-    place = NextStep("Find a better place for the part:", f"elastic-robot place {name}")
+    place = NextStep.by("Find a better place for the part:", "place", str(file))
     if is_beyond:
         return [place]
-    steps = [NextStep("Correct the command:", f"elastic-robot compensate {name}")]
+    steps = [NextStep.by("Correct the command:", "compensate", str(file))]
     return [*steps, place] if reverses else steps

@@ -10,9 +10,10 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
+from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Answer, Note, Section, Table, warned
+from coupling.results.section import Note, Section, Table, warned
 from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
 
 _MM = 1e3
@@ -40,13 +41,8 @@ _SENSITIVE = Note(
 )
 
 
-def stability_page(result: StabilityResult, answer: Answer) -> str:
-    """Return the page of a case's stability as one self-contained HTML text.
-
-    Args:
-        result: Its figures.
-        answer: First screen.
-    """
+def stability_page(result: StabilityResult) -> str:
+    """Return the page of a case's stability as one self-contained HTML text."""
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
@@ -67,15 +63,14 @@ def stability_page(result: StabilityResult, answer: Answer) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections, answer)
+    return document(f"{result.case}: stability", sections, stability_answer(result))
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:
     """Return whether the cuts chatter, what gives way, and at which speeds they would not."""
     worst = result.points[result.worst]
-    is_stable = all(point.stable for point in result.points)
     sections = [
-        Section("", [f"{result.sentence}.", *_sentences(result, worst)], good=is_stable),
+        Section("How it was judged", [f"{result.sentence}.", *_sentences(result, worst)]),
     ]
     if result.sensitivities is not None:
         table = [

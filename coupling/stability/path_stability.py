@@ -83,13 +83,10 @@ class PathStability:
     def sentence(self) -> str:
         """Whether it chatters and where, in words."""
         worst = self.worst
-        whose = "robot and tool" if worst.cuts.tool else "the robot alone, its tool taken as rigid"
+        whose = "" if worst.cuts.tool else "; the tool is taken as rigid"
         is_or_not = "is " if worst.is_stable else ""
         time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
-        return (
-            f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; linear, motors"
-            f" locked, of {whose}"
-        )
+        return f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}{whose}"
 
     @property
     def _depth_in_words(self) -> str:
