@@ -212,8 +212,8 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     if left_out:
         name, deviation = max(left_out.items(), key=lambda item: item[1])
         text = (
-            f"The robot file does not state everything: usual values of what is missing make up most of"
-            f" this: {name} alone {in_words(deviation)}."
+            f"Most of this is by usual values of what the robot file does not state: {name} alone"
+            f" {in_words(deviation)}."
         )
     else:
         text = (
