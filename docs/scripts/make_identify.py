@@ -15,10 +15,15 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
-from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
-from coupling.identification.static.verdicts import Identification, rms
+from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.identification import identify
+from coupling.identification.static.measurements import (
+    Measurements,
+    noise_of,
+    read_measurements,
+    rms,
+)
+from coupling.identification.static.verdicts import Identification
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
 from examples.mujoco_robot.measuring import measured
@@ -87,7 +92,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         noise = POSITION * rng.normal(size=exact.deflection.shape)
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
-        fit = fit_static(start, rows, "backlash", noise_given)
+        fit = fit_static(start, rows, IdentifyOptions(noise_given))
         sure = intervals(fit.at.problem, fit.at.weight, fit.at.x, is_noise_known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
@@ -118,7 +123,7 @@ def _sizes(found: Identification) -> tuple[str, ...]:
         f"{1e3 * worst:.2f} mm",
         ", ".join(_kilo(value) for value in torsions)
         + "".join(f"; tilt {_kilo(value)}" for value in tilts),
-        f"{found.separability.condition:.1f}",
+        f"{found.fit.separability.condition:.1f}",
     )
 
 

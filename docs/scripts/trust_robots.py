@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.static.verdicts import Identification, rms
+from coupling.identification.static.measurements import rms
+from coupling.identification.static.verdicts import Identification
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example, replays
