@@ -63,8 +63,10 @@ def fanuc() -> str:
         and further.candidate.joint < 3
         and further.candidate.name != "joint[3].tilt about [0, 0, 1]"
     ]
-    size = np.sqrt(rows.deflection.size)
-    left = [1e3 * np.sqrt(further.support.within) / size for further in others]
+    left = [
+        1e3 * rms(axial.left_out) * (1.0 + (further.support.left_out_change or 0.0))
+        for further in others
+    ]
     head = (
         f"{rows.count} loads, data {1e3 * rms(rows.deflection):.3f} mm rms",
         "fit",
@@ -87,12 +89,12 @@ def fanuc() -> str:
         ("all six tilts of joints 1 to 3", *_sizes(six)),
         ("published stiffness, no tilt", f"{1e3 * axial.rms_start:.3f}", "", "", "", ""),
     ]
-    (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
+    (tilt,) = [p for p in tilted.parameters if p.added]
     assert tilt.support is not None
-    kept = [p.name for p in six.parameters if not p.identifiable]
+    kept = [p.name for p in six.parameters if not p.identified]
     return (
         f"{table(head, table_rows)}\n\n"
-        f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
+        f"The tilt: {tilt.support.in_words}. With all six tilts {len(kept)} of"
         f" {len(six.parameters)} parameters are refused."
     )
 
@@ -156,14 +158,14 @@ def _tilted(robot: Robot) -> Robot:
 
 def _sizes(found: Identification) -> tuple[str, ...]:
     torsions = [p.value for p in found.parameters if ".tilt[" not in p.name]
-    tilts = [p.value for p in found.parameters if p.name in found.added]
+    tilts = [p.value for p in found.parameters if p.added]
     worst = np.linalg.norm(found.left_out[found.worst(1)[0]])
     return (
         f"{1e3 * rms(found.residual):.3f}",
         f"{1e3 * rms(found.left_out):.3f} mm",
         f"{1e3 * worst:.2f} mm",
-        ", ".join(_kilo(value) for value in torsions)
-        + "".join(f"; tilt {_kilo(value)}" for value in tilts),
+        ", ".join(_kilo(value) for value in torsions if value)
+        + "".join(f"; tilt {_kilo(value)}" for value in tilts if value),
         f"{found.fit.separability.condition:.1f}",
     )
 
