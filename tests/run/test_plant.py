@@ -29,7 +29,8 @@ from coupling.run.models import Models, cell_of
 from coupling.run.plant import PLANT_REPLAY, PlantReplay, in_words, plant_cell, run_on_plant
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import Correction
-from elastic_robot.description import Body, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Robot
 
 
 def moving(folder: Path, plant: str) -> Path:
