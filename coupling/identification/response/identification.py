@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.files.modal_damping import with_damping_ratio
-from coupling.identification.response.experiment import DELAY, PostureResponse, ResponseExperiment
+from coupling.identification.response.cross_validation import posture_unlike_others
+from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
 from coupling.identification.response.fit import ResponseFit, fit_responses
 from coupling.identification.response.mismatch import (
     CHECKS,
@@ -18,10 +18,15 @@ from coupling.identification.response.mismatch import (
     LARGEST_IN_A_POSTURE,
     describe_mismatch,
 )
+from coupling.identification.response.robot_fit import (
+    STIFFNESS,
+    MeasuredPosture,
+    RobotFit,
+    log_error,
+)
 from coupling.identification.robot_file import entries_of, fitted_text, require_written
 from coupling.identification.verdict import ParameterVerdict
 from coupling.modes.hammer_test import is_hammer_test, read_measured
-from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse, is_of_responses, within
 from coupling.results.modes_result import ResponseResult
 from coupling.results.response_result import (
@@ -34,45 +39,19 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
-# Standard deviations of the logs that are known before: a data sheet's or a class's stiffness, and a
-# damping ratio of 0.04, which measured robots have within a factor of 2 to 3 [1].
-_STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
-# Likewise of the instruments: log of the factor of their calibration [1], and delay of filters [s].
-_FACTOR, _DELAY = 0.03, 3e-4
-# What is taken off an error as theirs, at most [standard deviations].
-_INSTRUMENTS = 3.0
 # A standard deviation above this part of the one before says that the measurement tells little.
 _TOLD = 0.5
 # Half a 95 % interval of a normal distribution [standard deviations].
 _QUANTILE = 1.96
-# Times that the robot is linearised: under its weight it rests elsewhere with other springs.
-_LINEARISED = 3
 # Log of the factor of a damping that the start file takes for zero.
 _NONE = -20.0
 # A robot is written that is better than the start by this factor at least.
 _BETTER = 0.95
 # Half of the springs are not further from the start's, but for a factor in common: the median is that of
 # twice what is known of them (log).
-_FAR_SPRINGS = 2.0 * 0.6745 * _STIFFNESS
+_FAR_SPRINGS = 2.0 * 0.6745 * STIFFNESS
 # One that predicts what is held out worse than the start by this factor is not.
 _WORSE = 1.2
-
-
-@dataclass(frozen=True)
-class MeasuredPosture:
-    """Frequency responses in a posture.
-
-    Attributes:
-        name: Name of the file.
-        q: Angles of the drives [rad], (joints,).
-        responses: The responses.
-        is_held_out: Whether they are predicted, not fitted.
-    """
-
-    name: str
-    q: np.ndarray
-    responses: tuple[MeasuredResponse, ...]
-    is_held_out: bool = False
 
 
 @dataclass(frozen=True)
@@ -137,38 +116,22 @@ def identify_from_responses(
         raise IdentifyError(f"robot {robot.name}: expected joints that give way, got none")
     if all(posture.is_held_out for posture in measured):
         raise IdentifyError("measurements: expected responses to fit, got none but those held out")
-    damping = Parameters.of(with_damping_ratio(robot, _RATIO)).damping
-    instruments = np.tile([_FACTOR, _DELAY / DELAY], sum(not each.is_held_out for each in measured))
-    prior = np.append(np.repeat([_STIFFNESS, _DAMPING], len(stiffness)), instruments)
-    around = robot
-    fit: ResponseFit | None = None
-    for _ in range(_LINEARISED):
-        postures, unloaded = _linearise(around, torque_curve, measured)
-        fitted = tuple(
-            p for p, each in zip(postures, measured, strict=True) if not each.is_held_out
-        )
-        experiment = ResponseExperiment(fitted, stiffness, damping, prior, 1.0)
-        fit = fit_responses(experiment, np.full(len(prior), np.nan), fit)
-        names = build_chain(robot).elastic_names
-        springs = experiment.parameters(fit.x)[0].tolist()
-        around = apply_values(
-            robot, {f"{name}.stiffness": k for name, k in zip(names, springs, strict=True)}
-        )
-    assert fit is not None
+    fitted = RobotFit.of(robot, torque_curve, measured)
+    experiment, fit, postures = fitted.experiment, fitted.fit, fitted.postures
+    damping = experiment.damping
     verdicts = _verdicts(robot, experiment, fit)
     start = np.array([verdict.start for verdict in verdicts])
     with np.errstate(divide="ignore"):
         logs = np.log(start / np.append(stiffness, damping))
     identified = np.array([verdict.identifiable for verdict in verdicts])
-    kept = np.full(len(prior), np.nan)
+    kept = np.full(len(experiment.prior), np.nan)
     kept[: len(start)] = np.where(identified, np.nan, np.maximum(logs, _NONE))
     written = fit if identified.all() else fit_responses(experiment, kept, fit)
-    fitted_values = _values(experiment, fit)
-    values = np.where(identified, _values(experiment, written), start)
+    values = np.where(identified, np.concatenate(experiment.parameters(written.x)), start)
     numbers = dict(zip((verdict.name for verdict in verdicts), values.tolist(), strict=True))
     changed = {v.name: numbers[v.name] for v in verdicts if v.identifiable}
     errors = [
-        [_residual(posture, vector) for vector in (start, fitted_values, values)]
+        [log_error(posture, vector) for vector in (start, fitted.values, values)]
         for posture in postures
     ]
     overall = _median_errors(errors, [not each.is_held_out for each in measured])
@@ -176,8 +139,9 @@ def identify_from_responses(
     predicted = _median_errors(errors, held_out) if any(held_out) else None
     mismatches = _mismatches(measured, postures, errors, overall.written, experiment)
     mismatches += _far_springs(fit.x[: len(stiffness)])
+    unlike = posture_unlike_others(robot, torque_curve, measured)
     result = ResponseFitResult(
-        refusal=_refusal(changed, overall, predicted, mismatches),
+        refusal=_refusal(changed, overall, predicted, [unlike, *mismatches]),
         converged=fit.estimate.converged,
         error=overall,
         residual=fit.residual,
@@ -187,28 +151,11 @@ def identify_from_responses(
         postures=tuple(
             _posture_result(posture, each, joints, values, error)
             for posture, each, joints, error in zip(
-                postures, measured, unloaded, errors, strict=True
+                postures, measured, fitted.unloaded, errors, strict=True
             )
         ),
     )
     return ResponseIdentification(robot, apply_values(robot, changed), verdicts, result)
-
-
-def _linearise(
-    robot: Robot, torque_curve: str, measured: Sequence[MeasuredPosture]
-) -> tuple[list[PostureResponse], list[tuple[int, ...]]]:
-    """Return the robot in all postures, and the joints whose gears are unloaded there."""
-    locked, stiffness = LockedRobot(robot, torque_curve), Parameters.of(robot).stiffness
-    postures, unloaded = [], []
-    for each in measured:
-        linear = locked.linear(each.q, np.zeros(6))
-        postures.append(PostureResponse.of(linear, stiffness, each.responses))
-        unloaded.append(locked.unloaded_joints(linear))
-    return postures, unloaded
-
-
-def _values(experiment: ResponseExperiment, fit: ResponseFit) -> np.ndarray:
-    return np.concatenate(experiment.parameters(fit.x))
 
 
 def _verdicts(
@@ -219,7 +166,7 @@ def _verdicts(
     gears = {int(row): gear for gear, row in enumerate(chain.torsions)}
     verdicts = []
     starts = np.append(parameters.stiffness, parameters.damping)
-    values = _values(experiment, fit)
+    values = np.concatenate(experiment.parameters(fit.x))
     for place, (value, log_sd) in enumerate(zip(values, fit.deviation, strict=False)):
         kind, row = (
             ("stiffness", "damping")[place // chain.elastic_count],
@@ -235,16 +182,6 @@ def _verdicts(
             ParameterVerdict(parameter, float(value), value / spread, value * spread, reason)
         )
     return tuple(verdicts)
-
-
-def _residual(posture: PostureResponse, values: np.ndarray) -> np.ndarray:
-    """Return log of model over measurement [1], complex, (n,), but for a factor and a delay."""
-    residual = posture.log_residual(*np.split(values, 2))[0]
-    factor, delay = posture.by_instrument.T
-    log_factor = np.clip(np.median(residual.real), -_INSTRUMENTS * _FACTOR, _INSTRUMENTS * _FACTOR)
-    late = np.median(residual.imag / delay.imag)
-    late = np.clip(late, -_INSTRUMENTS * _DELAY / DELAY, _INSTRUMENTS * _DELAY / DELAY)
-    return residual + log_factor * factor - late * delay
 
 
 def _median_errors(
@@ -303,8 +240,8 @@ def _refusal(
     predicted: LogErrorResult | None,
     mismatches: Sequence[str],
 ) -> str:
-    if mismatches:
-        return mismatches[0]
+    if mismatch := next(filter(None, mismatches), ""):
+        return mismatch
     if not changed:
         return "the responses identify neither a stiffness nor a damping"
     if error.written > _BETTER * error.start:
@@ -353,8 +290,8 @@ def _responses(
     """Return responses that are off the measured ones by logs [1], complex, (n,)."""
     ends = np.cumsum([len(response.frequency) for response in measured])[:-1]
     results = []
-    for response, log_error in zip(measured, np.split(log_errors, ends), strict=True):
-        value = response.compliance * np.exp(log_error)
+    for response, off in zip(measured, np.split(log_errors, ends), strict=True):
+        value = response.compliance * np.exp(off)
         results.append(
             ResponseResult(
                 name=response.name,
