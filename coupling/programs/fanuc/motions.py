@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import acos, degrees
 
 from coupling.errors import ProgramError
+from coupling.programs.auxiliary_axes import STANDSTILL, AuxiliaryAxes
 from coupling.programs.fanuc.harmless import CALL, first_effect, is_harmless, left_out_word
 from coupling.programs.fanuc.memory import LastTarget, Registers
 from coupling.programs.fanuc.motion_statements import MotionInstruction, MotionOption
@@ -14,7 +15,6 @@ from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.frames import PoseFrames
-from coupling.programs.other_axes import STANDSTILL, OtherAxes
 from coupling.programs.poses import product
 from coupling.programs.program import Motion, Pose, ProgramMove
 from coupling.programs.text import shorten
@@ -41,7 +41,7 @@ class TpDriver:
     files: Mapping[str, TpText]
     moves: list[ProgramMove] = field(default_factory=list)
     frames: PoseFrames = field(default_factory=PoseFrames)
-    others: OtherAxes = field(default_factory=OtherAxes)
+    others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
 
     def move(self, running: RunningProgram, motion: MotionInstruction, where: str) -> None:
         """Make a move of a motion.

@@ -7,6 +7,7 @@ from math import radians
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
+from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.krl.values import (
     AXIS_KEYS,
@@ -19,7 +20,6 @@ from coupling.programs.krl.values import (
     describe_value,
     number,
 )
-from coupling.programs.other_axes import OtherAxes
 from coupling.programs.program import Motion, ProgramMove
 from coupling.programs.unknown import Unknown
 
@@ -55,7 +55,7 @@ class Motions:
     _last: Aggregate = field(default_factory=dict)
     _last_frames: tuple[ControllerFrame, ControllerFrame] | None = None
     _axes: Aggregate = field(default_factory=dict)
-    _others: OtherAxes = field(default_factory=OtherAxes)
+    _others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
     _behind: str = ""
     _has_begun: bool = False
     _block: list[tuple[int, float]] | None = None

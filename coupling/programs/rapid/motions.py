@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
-from coupling.programs.other_axes import OtherAxes
 from coupling.programs.poses import product
 from coupling.programs.program import HERE, Motion, Pose, ProgramMove
 from coupling.programs.rapid.predefined import HIGHEST
@@ -74,7 +74,7 @@ class RapidMotions:
     frames: PoseFrames = field(default_factory=PoseFrames)
     widest_zone: float = 0.0
     _first: tuple[ControllerFrame, ControllerFrame] | None = None
-    _others: OtherAxes = field(default_factory=OtherAxes)
+    _others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
     _last: Pose | None = None
     _poses: dict[Value, Pose] = field(default_factory=dict)
 

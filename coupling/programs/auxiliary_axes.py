@@ -11,14 +11,14 @@ STANDSTILL = 1e-3
 
 
 @dataclass
-class OtherAxes:
+class AuxiliaryAxes:
     """Places of axes beside the robot's.
 
     Attributes:
-        values: Where each stands, by its name [mm], [deg].
+        values: Places of the axes, by their names [mm], [deg].
 
     Example:
-        >>> axes = OtherAxes()
+        >>> axes = AuxiliaryAxes()
         >>> axes.take("E1", 5.0, "line 1", has_begun=False)
         >>> axes.take("E1", 5.0, "line 2", has_begun=True)
         >>> axes.values
@@ -34,7 +34,7 @@ class OtherAxes:
 
         Args:
             name: Name of the axis.
-            value: Where it stands [mm] or [deg].
+            value: Its place [mm] or [deg].
             where: Place in the program, for messages.
             has_begun: Whether the robot has moved before.
             may_move: Whether it may go there: by a motion that is no part of the path.
@@ -43,7 +43,8 @@ class OtherAxes:
             ProgramError: If it moves, or may have moved: one that was not given before is at zero, as
                 it is without such an axis, or nobody knows where.
         """
-        if name not in self.values and has_begun and abs(value) > STANDSTILL:
+        is_new = has_begun and name not in self.values
+        if is_new and not may_move and abs(value) > STANDSTILL:
             raise ProgramError(
                 f"{where}: expected {name} from the first target on, got {value:g} here first: give it"
                 " there, if it does not move"
