@@ -18,9 +18,9 @@ class AptCircle:
 
     Attributes:
         line: Line of its statement.
-        centre: Its centre, (3,).
-        normal: Unit vector along its axis, (3,).
-        radius: Its radius.
+        centre: Its centre [the file's unit], (3,).
+        normal: Unit vector along its axis [1], (3,).
+        radius: Its radius [the file's unit].
         first: Number of the first point behind its statement.
     """
 
@@ -34,7 +34,7 @@ class AptCircle:
         """Refuse a circle that points do not follow: two or more, close to its arc.
 
         Args:
-            points: Points of the file in its unit, (n, 3).
+            points: Points of the file [its unit], (n, 3).
             scale: The unit [m].
 
         Raises:
