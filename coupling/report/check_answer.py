@@ -56,7 +56,7 @@ def check_answer(
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
     elif loads:
-        sentence = "The robot reaches the whole path, but is loaded problems its rating."
+        sentence = "The robot reaches the whole path, but is loaded beyond its rating."
     else:
         sentence = "The robot reaches the whole path within its limits."
         if felt:
@@ -85,7 +85,7 @@ def check_answer(
                 "largest deviation of the tool",
             ),
         ),
-        steps=_steps(bool(problems), bool(gears), file),
+        steps=_steps(bool(chatter), bool(problems), bool(gears), file),
     )
 
 
@@ -100,8 +100,11 @@ def _of_gears(gears: Sequence[Any]) -> str:
     )
 
 
-def _steps(is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
+def _steps(chatters: bool, is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
     name = shlex.quote(str(file))
+    if chatters:
+        words = "Find a depth, a speed and a place that do not chatter:"
+        return [NextStep(words, f"elastic-robot stability {name}")]
     place = NextStep("Find a better place for the part:", f"elastic-robot place {name}")
     if is_beyond:
         return [place]

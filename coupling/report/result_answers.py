@@ -256,6 +256,8 @@ def stability_answer(result: StabilityResult) -> Answer:
     good: bool | None = None
     if not is_stable:
         good, sentence = False, "This cut will chatter: do not run it."
+        if result.instead_of is not None:
+            sentence += " No command was computed."
         rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
         speeds = f", or at a speed of {rpm} 1/min" if rpm else ""
         words = ["elastic-robot", "place", case, "--optimise", "stability"]
@@ -263,6 +265,9 @@ def stability_answer(result: StabilityResult) -> Answer:
             NextStep(f"Cut less than {limit} deep{speeds}."),
             NextStep("Or find a place where it is stable:", shlex.join(words)),
         ]
+        if result.instead_of is not None:
+            words = ["elastic-robot", result.instead_of, case, "--despite-chatter"]
+            steps.append(NextStep("Or compute it as it is, chattering:", shlex.join(words)))
     elif tolerance is None:
         sentence = (
             f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}."

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.errors import ResultError
+from coupling.files.written_files import claim_file
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
+from coupling.report.report_file import write_page
+from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
 from coupling.results.section import Answer, Note, Section, Table, warned
-from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
+from coupling.results.stability_result import (
+    FIGURES,
+    ChartResult,
+    StabilityPoint,
+    StabilityResult,
+)
 
+REPORT = "report.html"
 _MM = 1e3
 _CHART = Note(
     "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
@@ -38,6 +49,35 @@ _SENSITIVE = Note(
     "Limit at the worst place with other gears: damping is the least known of all numbers, and the limit"
     " follows it. A hammer test at the tool replaces both."
 )
+
+
+def write_stability(folder: Path, result: StabilityResult) -> None:
+    """Write the figures of stability and their page into an existing folder.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
+    claim_file(folder / FIGURES).write_text(result.text(), encoding="utf-8")
+    page = stability_page(result, stability_answer(result))
+    claim_file(folder / REPORT).write_text(page, encoding="utf-8")
+
+
+def write_stability_report(folder: Path, file: Path | None = None) -> Path:
+    """Write the report of stability anew.
+
+    Args:
+        folder: Its folder.
+        file: File to write; report.html in the folder unless given.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultError: If its figures cannot be read or the report not written.
+    """
+    target, result = file or folder / REPORT, StabilityResult.read(folder / FIGURES, ResultError)
+    write_page(target, stability_page(result, stability_answer(result)), ResultError)
+    return target
 
 
 def stability_page(result: StabilityResult, answer: Answer) -> str:

@@ -26,6 +26,7 @@ from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
 from coupling.results.shown import Shown
+from coupling.results.stability_result import FIGURES as STABILITY
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric
 
@@ -162,6 +163,8 @@ def _read_figures(folder: Path) -> RunResult:
     logs = (folder / RUN, unfinished_name(folder.resolve()) / RUN)
     log = next((file for file in logs if file.exists()), None)
     advice = "name a run folder" if log is None else f"its run has not finished, see {log}"
+    if (folder / STABILITY).exists():
+        advice = "its cut was judged, see report.html there, and no command computed"
     return RunResult.read(folder / RESULT, ResultError, advice)
 
 

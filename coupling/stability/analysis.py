@@ -29,10 +29,8 @@ from coupling.stability.chart import (
 )
 from coupling.stability.judgement import Judgement
 from coupling.stability.marching import march
-from coupling.stability.path_stability import PathStability
+from coupling.stability.path_stability import PLACES, PathStability
 
-# Places along a path that are judged with their limits.
-_PLACES = 60
 # A chart that begins so much above the lowest speed leaves speeds out.
 _SLOWER = 1.001
 
@@ -75,7 +73,7 @@ def stability_along_path(
     def report(what: str, completed: int, total: int) -> None:
         watch(Progress(what, completed, total))
 
-    path = PathStability.of(cuts, _PLACES)
+    path = PathStability.of(cuts, PLACES)
     if path is None:
         raise StabilityError(
             f"{cuts.case.name}: expected a tool path that cuts, got one that stays off the stock or"

@@ -12,16 +12,16 @@ from coupling.errors import IdentifyError
 from coupling.identification.evidence import support
 from coupling.identification.intervals import left_out
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
-from coupling.identification.static.identification import IdentifyOptions, identify
+from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of
-from coupling.identification.static.prediction import StaticModel
+from coupling.identification.static.model import StaticModel
 
 
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     robot = arm(tilt=True)
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
-    fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, "backlash", noise_of(rows))
+    fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, IdentifyOptions(noise_of(rows)))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
     found = support(fit.at.problem, np.arange(4) == number, fit.at.weight, tests=1)
     columns = fit.at.problem.columns.reshape(-1, 4)

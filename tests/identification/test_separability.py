@@ -14,10 +14,10 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import load_robot
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
-from coupling.identification.static.identification import IdentifyOptions, identify
+from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import Measurements, noise_of
-from coupling.identification.static.prediction import StaticModel
+from coupling.identification.static.model import StaticModel
 from coupling.identification.static.results import identified_text
 from elastic_robot.description import Robot
 
@@ -30,7 +30,7 @@ def predicted(robot: Robot, rows: Measurements) -> Measurements:
 
 def telling(robot: Robot, rows: Measurements):
     elasticity = ElasticParameters.of(robot, "backlash")
-    fit = fit_static(elasticity, rows, "backlash", noise_of(rows))
+    fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows)))
     return separability(fit.rigid, elasticity.names)
 
 
@@ -174,5 +174,5 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
         rows, deflection=StaticModel(right, rows, "spline").predict(right.start).deflection
     )
     start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
-    found = fit_static(start, rows, "spline", noise_of(rows))
+    found = fit_static(start, rows, IdentifyOptions(noise_of(rows), "spline"))
     np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)

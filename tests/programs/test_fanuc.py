@@ -323,6 +323,9 @@ def test_axes_beside_the_robot_are_read_where_they_stand():
         points = cartesian(1, more=stands) + cartesian(2, x=9.0, more=moved)
         with pytest.raises(ProgramError, match=f"line 7: expected {name} to stand"):
             read(f"{FIRST}\n{SECOND}", points)
+    points = cartesian(1) + cartesian(2, x=9.0, more=stands)
+    with pytest.raises(ProgramError, match="line 7: expected E1 from the first position on"):
+        read(f"{FIRST}\n{SECOND}", points)
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,12 @@ import numpy as np
 from coupling.identification.evidence import Evidence
 from coupling.identification.robot_file import FileEntry, fitted_text, require_written
 from coupling.identification.separability import WeakDirection
-from coupling.identification.static.prediction import positions
+from coupling.identification.static.measurements import rms
+from coupling.identification.static.prediction import RigidPostures
 from coupling.identification.static.verdicts import (
     CandidateTest,
     Identification,
     IdentifiedParameter,
-    rms,
     warnings,
 )
 from coupling.results.base import finite
@@ -38,10 +38,10 @@ def figures(identification: Identification) -> IdentifiedResult:
     measured, fit, separable = (
         identification.measured,
         identification.fit,
-        identification.separability,
+        identification.fit.separability,
     )
     predicted = fit.at.prediction.deflection
-    places = positions(fit.elasticity.robot, measured)
+    places = RigidPostures.of(fit.elasticity.robot, measured).point
     return IdentifiedResult(
         converged=fit.converged,
         reason=fit.reason,

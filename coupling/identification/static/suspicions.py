@@ -8,9 +8,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from coupling.identification.evidence import Evidence, support
-from coupling.identification.least_squares import LinearProblem
-from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.measurements import Measurements
+from coupling.identification.static.fit import StaticLinearisation
 from coupling.identification.static.prediction import point_columns
 from coupling.identification.verdict import quantile
 
@@ -51,23 +49,14 @@ class CommonLoss:
         )
 
 
-def common_loss(
-    problem: LinearProblem, weight: np.ndarray, white: np.ndarray, predicted: np.ndarray
-) -> CommonLoss | None:
-    """Return the loss that fits best, beside all parameters; None where it is not identifiable.
-
-    Args:
-        problem: The problem, without weights of the loss function.
-        weight: Those weights, (k,).
-        white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
-        predicted: Predicted deflections [m, rad], (k, r).
-    """
-    way = predicted.copy()
+def common_loss(at: StaticLinearisation) -> CommonLoss | None:
+    """Return the loss that fits best, beside all parameters; None where it is not identifiable."""
+    problem, way = at.problem, at.prediction.deflection.copy()
     way[:, 3:] = 0.0
     length = np.linalg.norm(way, axis=1, keepdims=True)
     way = np.divide(-way, length, out=np.zeros_like(way), where=length > 0.0)
-    column = np.einsum("kij,kj->ki", white, way)
-    extended = problem.also(column, _SMALL, signed=True).weighted(weight)
+    column = np.einsum("kij,kj->ki", at.white, way)
+    extended = problem.also(column, _SMALL, signed=True).weighted(at.weight)
     freedom = problem.target.size - extended.rank
     if extended.rank == problem.rank or freedom <= 0:
         return None
@@ -106,16 +95,17 @@ class MovedPoint:
         )
 
 
-def shifted_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
+def shifted_points(at: StaticLinearisation) -> list[MovedPoint]:
     """Return the shifts of both points that fit best, one point at a time."""
-    columns = point_columns(fit.elasticity, measured, fit.at.x)
+    experiment = at.experiment
+    columns = point_columns(experiment.elasticity, experiment.measured, at.x)
     points = []
     for name, by_shift in zip(_NAMES, columns, strict=True):
-        problem = fit.at.problem
-        for column in np.moveaxis(fit.at.white @ by_shift, 2, 0):
+        problem = at.problem
+        for column in np.moveaxis(at.white @ by_shift, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
-        tested = np.arange(len(problem.start)) >= len(fit.at.x)
-        shift = problem.weighted(fit.at.weight).solve()[tested]
-        own_support = support(problem, tested, fit.at.weight, len(_NAMES))
+        tested = np.arange(len(problem.start)) >= len(at.x)
+        shift = problem.weighted(at.weight).solve()[tested]
+        own_support = support(problem, tested, at.weight, len(_NAMES))
         points.append(MovedPoint(name, tuple(shift.tolist()), own_support))
     return points

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from coupling.identification.evidence import Evidence
 from coupling.identification.intervals import ConfidenceIntervals
-from coupling.identification.separability import STRONG, Separability
+from coupling.identification.separability import STRONG
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.measurements import MeasurementNoise, Measurements
+from coupling.identification.static.measurements import Measurements, rms
 from coupling.identification.static.suspicions import CommonLoss, MovedPoint
 from coupling.identification.verdict import ParameterVerdict
 from coupling.robot.parameters import RobotParameter
@@ -44,25 +44,15 @@ class IdentifiedParameter(ParameterVerdict[RobotParameter]):
         return self.parameter.kind == "backlash"
 
 
-def judge_parameters(
-    fit: StaticFit,
-    sure: ConfidenceIntervals,
-    supports: Mapping[int, Evidence],
-    separable: Separability,
-) -> tuple[IdentifiedParameter, ...]:
-    """Return the verdicts on all parameters.
-
-    Args:
-        supports: Tests of tilts and backlashes by their number.
-        separable: Separability of the parameters by postures and loads.
-    """
-    elasticity = fit.elasticity
+def judge_parameters(fit: StaticFit) -> tuple[IdentifiedParameter, ...]:
+    """Return the verdicts on all parameters of a fit."""
+    elasticity, sure = fit.elasticity, fit.intervals
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
     numbers = np.array([elasticity.in_units(fit.at.x), *ends]).T.tolist()
     verdicts = []
     for j, parameter in enumerate(elasticity.parameters):
-        reason, tested = _reason(fit, sure, separable, j), supports.get(j)
+        reason, tested = _reason(fit, j), fit.supports.get(j)
         if not reason and tested is not None and not tested.is_supported:
             reason = tested.in_words()
         value, low, high = numbers[j]
@@ -70,14 +60,15 @@ def judge_parameters(
     return tuple(verdicts)
 
 
-def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
+def _reason(fit: StaticFit, j: int) -> str:
+    sure, separable, kind = fit.intervals, fit.separability, fit.elasticity.parameters[j].kind
     name = fit.elasticity.names[j]
     if not fit.converged:
         return "the fit has not converged"
     if name in separable.without_effect:
-        if fit.elasticity.parameters[j].kind in ("hysteresis", "slip_angle"):
+        if kind in ("hysteresis", "slip_angle"):
             return "no loop reverses the load of this gear"
-        if fit.elasticity.is_backlash[j]:
+        if kind == "backlash":
             return "no effect on any measurement: no load brings this gear to its other flank"
         return (
             "no effect on any measurement: no load acts on it, or the measured point does not move"
@@ -85,7 +76,7 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, 
     if fit.rigid.unobservable[j]:
         mixed = [d.in_words() for d in separable.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
-    if sure.against[j] and fit.elasticity.parameters[j].kind == "hysteresis":
+    if sure.against[j] and kind == "hysteresis":
         return "its loops are narrower than without hysteresis"
     if sure.against[j]:
         return "deflections are opposite to its load: it would be negative"
@@ -135,39 +126,66 @@ class Identification:
     """What measurements identify of a robot.
 
     Attributes:
-        measured: The measurements.
         fit: The fit of all parameters.
         added: Names of parameters that the start file does not have.
-        intervals: 95 % intervals of all of them.
-        parameters: Verdict on each.
-        written: Values of p in the robot as written, in its units: those of the start where not
-            identified, beside them identified ones that fit best within their intervals, (P,).
+        parameters: Verdict on each parameter.
+        kept: Values of those that are not identified, in p's units, (P,).
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
-        rms_start, rms_written: Rms errors of the start and of the written robot [m]; nan where one
-            finds no rest.
-        separability: Separability of the parameters by postures and loads.
-        noise: Standard deviations that were given.
+        rms_start: Rms error of the start [m]; nan where it finds no rest.
         further: Parameters that were tested beside.
         loss: Deflection that every row lacks.
         points: Whether load and measured point seem to be elsewhere.
         loops: Errors of loading loops, where rows are such.
     """
 
-    measured: Measurements
     fit: StaticFit
     added: tuple[str, ...]
-    intervals: ConfidenceIntervals
     parameters: tuple[IdentifiedParameter, ...]
-    written: np.ndarray
+    kept: np.ndarray
     left_out: np.ndarray
     rms_start: float
-    rms_written: float
-    separability: Separability
-    noise: MeasurementNoise
     further: tuple[CandidateTest, ...] = ()
     loss: CommonLoss | None = None
     points: tuple[MovedPoint, ...] = ()
     loops: tuple[LoopErrors, ...] = ()
+
+    @property
+    def measured(self) -> Measurements:
+        """The measurements."""
+        return self.fit.at.experiment.measured
+
+    @property
+    def intervals(self) -> ConfidenceIntervals:
+        """95 % intervals of all parameters."""
+        return self.fit.intervals
+
+    @property
+    def is_noise_known(self) -> bool:
+        """Whether standard deviations were given."""
+        return self.fit.at.experiment.noise.is_known
+
+    @cached_property
+    def written(self) -> np.ndarray:
+        """Values of p in the robot as written: kept ones, and those that fit best beside, (P,).
+
+        These are in their intervals.  Where nothing that is kept acts together with what is identified,
+        they are the fit's.
+        """
+        at, sure = self.fit.at, self.fit.intervals
+        identified = np.array([item.identifiable for item in self.parameters])
+        written = np.where(identified, at.x, self.kept)
+        if identified.all() or not identified.any():
+            return written
+        problem = at.problem.weighted(at.weight)
+        residual = problem.residual(np.where(identified, 0.0, self.kept))
+        of_identified = replace(problem.only(identified), target=residual)
+        written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
+        return written
+
+    @cached_property
+    def rms_written(self) -> float:
+        """Rms error of the written robot [m]; nan where it finds no rest."""
+        return self.fit.model.rms_at(self.written)
 
     @property
     def residual(self) -> np.ndarray:
@@ -182,7 +200,7 @@ class Identification:
         if not any(parameter.identifiable for parameter in self.parameters):
             return "nothing is identified"
         error, size = _typical(self.left_out), _typical(self.measured.deflection)
-        is_noise = self.noise.is_known and self.intervals.scale < _BY_NOISE
+        is_noise = self.is_noise_known and self.intervals.scale < _BY_NOISE
         if error > _PREDICTED * size and not is_noise:
             return (
                 f"half of the rows are predicted by a fit of the others to no better than"
@@ -215,11 +233,6 @@ class Identification:
         return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
 
 
-def rms(errors: np.ndarray) -> float:
-    """Return the root mean square over all components of positions [m], of (k, r)."""
-    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
-
-
 def _typical(displacements: np.ndarray) -> float:
     """Return the median length of displacements [m], of (k, r)."""
     return float(np.median(np.linalg.norm(displacements[:, :3], axis=1)))
@@ -227,11 +240,7 @@ def _typical(displacements: np.ndarray) -> float:
 
 def warnings(result: Identification) -> list[str]:
     """Return what the user should look at."""
-    measured, fit, separable = (
-        result.measured,
-        result.fit,
-        result.separability,
-    )
+    measured, fit, separable = result.measured, result.fit, result.fit.separability
     said = list(measured.remarks)
     if not fit.converged:
         said.append(f"the fit has not converged: {fit.reason}")
@@ -272,7 +281,7 @@ def warnings(result: Identification) -> list[str]:
     said += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if result.noise.is_known and result.intervals.freedom > 0:
+    if result.is_noise_known and result.intervals.freedom > 0:
         if result.intervals.scale > 1.5:
             said.append(
                 f"residuals are {result.intervals.scale:.2g} times as large as the standard"

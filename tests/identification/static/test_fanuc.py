@@ -14,10 +14,11 @@ from places import EXAMPLES
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import noise_of, read_measurements
+from coupling.identification.static.fit import IdentifyOptions
+from coupling.identification.static.identification import identify
+from coupling.identification.static.measurements import noise_of, read_measurements, rms
 from coupling.identification.static.prediction import rigid_prediction
-from coupling.identification.static.verdicts import rms, warnings
+from coupling.identification.static.verdicts import warnings
 from elastic_robot.description import Tilt
 
 START = load_robot(EXAMPLES / "identify" / "fanuc_start.toml")
@@ -94,7 +95,7 @@ def test_all_six_tilts_are_warned_of_and_most_refused():
     ]
     robot = replace(START, joints=(*joints, *START.joints[3:]))
     found = identify(robot, ROWS, OPTIONS)
-    assert found.separability.condition == pytest.approx(115.0, abs=0.5)
+    assert found.fit.separability.condition == pytest.approx(115.0, abs=0.5)
     assert any("condition number 115" in warning for warning in warnings(found))
     written = [p.name for p in found.parameters if p.identifiable and "tilt" in p.name]
     assert written == ["joint[3].tilt[2].stiffness"]

@@ -10,16 +10,15 @@ import numpy as np
 import pytest
 from fixture_store import stored
 from loading_loops import RISING, TURNS, loops, written
-from noisy_arm import arm
+from noisy_arm import arm, exact
 from places import EXAMPLES
 from random_robots import make_robot
 from slipping_robot import ANGLES, with_hysteresis
 
 from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, robot_numbers
-from coupling.identification.loops.identification import identify_loops
-from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.identification import IdentifyOptions
+from coupling.identification.static.fit import IdentifyOptions
+from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of
 from elastic_robot.description import Robot
 
@@ -40,7 +39,7 @@ def stiffer(robot: Robot, factor: float) -> Robot:
 
 
 def found_in(start: Robot, rows, **options):
-    return stored(identify_loops, start, rows, IdentifyOptions(noise_of(rows, **options)))
+    return stored(identify, start, rows, IdentifyOptions(noise_of(rows, **options)))
 
 
 def truth(robot: Robot) -> dict[str, float]:
@@ -162,10 +161,13 @@ def test_a_robot_without_hysteresis_gets_none():
 
 
 def test_single_loads_of_a_robot_with_hysteresis_are_refused_by_what_is_needed():
+    rows = exact(arm(), 3, 1)
     with pytest.raises(
-        HysteresisError, match=r"joint 1 has hysteresis.*a table with a column loop"
+        HysteresisError,
+        match=r"joint 1 has hysteresis, which identify does not know .*a table with a column loop, or"
+        r" take the \[joint\.gear\]",
     ):
-        ElasticParameters.of(with_hysteresis(arm(), (90.0, 0.0, 0.0)), "backlash")
+        identify(with_hysteresis(arm(), (90.0, 0.0, 0.0)), rows, IdentifyOptions(noise_of(rows)))
 
 
 def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):
