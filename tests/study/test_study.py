@@ -20,6 +20,7 @@ from coupling.errors import StudyError
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
+from coupling.report.lengths import in_words
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
 from coupling.study.conduct import changed_table, open_study
@@ -165,7 +166,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert f"90 % of robots stay below {1e6 * limit:.2f} um" in page
+    assert f"90 % of the robots that are possible stay within {in_words(limit)}" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
         "damping_factor",
