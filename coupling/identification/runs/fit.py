@@ -3,7 +3,10 @@
 A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
-explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
+explained, with a restart at other backlash and damping (`backlash_trials`) where it exceeds the noise.
+Gears that swing cross at times that are decided by parts in a thousand of the parameters some seconds
+before: where much more is left of an extension than of the part before, the run is no longer
+predictable, and the parameters are those of that part.
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -48,8 +51,8 @@ from coupling.robot.robot_fmu import RobotFmu
 # Changes of a log factor for differences, one after the other: the valley is narrower than the local
 # minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Steps of a fit with each kind of derivatives, at most.
-_STEPS = 12
+# Steps of a fit to a part with each kind of derivatives, and of the last ones, at most.
+_STEPS, _LAST_STEPS = 12, 30
 # A part in which so many times as much is left as before is not predictable.
 _LOST = 3.0
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
@@ -148,7 +151,7 @@ class Fitter:
             spectrum = _likeliest(now, SPECTRA)
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
             counted = _with_secants(self._counted(now, spectrum, over), change)
-            fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
+            fit = estimate(counted, _free(counted.objective), _LAST_STEPS, _SETTLED)
             now = fit.linearisation
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
         covariance = self._covariance(self._counted(now, spectrum, left_over.over))
@@ -266,10 +269,10 @@ def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
     neighbour = None if _is_noise(objective, now) else _best_restart(best)
     if neighbour is None:
         return best
-    start = objective.try_at(neighbour.z, now.scale)
-    if start is None or start.cost > neighbour.point.cost:
-        start = neighbour.point
-    other = _refined(objective, start, _CHANGES).linearisation
+    aside, fitted = neighbour.point, objective.try_at(neighbour.z, now.scale)
+    if fitted is not None and fitted.cost < aside.cost:
+        aside = fitted
+    other = _refined(objective, aside, _CHANGES).linearisation
     there = other.point
     cost = 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1]
     return other if cost < now.cost - _SETTLED else best
