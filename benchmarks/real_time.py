@@ -26,7 +26,8 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.native.compiler import SOURCES, host_platform
 from docs.scripts.page import replace, table
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import StopElement
 
 _MASTER = Path(__file__).parent.parent / "tests" / "native" / "cycles.c"
 # Of the cycle [s].

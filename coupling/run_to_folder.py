@@ -9,11 +9,14 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.events import Progress, Watch
+from coupling.report.report_file import name_path
 from coupling.report.run_report import write_pages
+from coupling.report.stability_report import write_stability
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.new_folder import logged_folder
 from coupling.run.stored_run import StoredRun, read_run
+from coupling.stability.clear_chatter import ClearChatterError
 
 
 @dataclass(frozen=True)
@@ -56,15 +59,25 @@ def run_to_folder(
         report: Function called with what happens.
 
     Raises:
+        ClearChatterError: If the work does; the folder holds the stability of the cut then.
         CouplingError: If the case, the run, the folder or the store fails.
     """
+    refusal: ClearChatterError | None = None
     with logged_folder(kind, file, folder, overwrite, store, report) as (place, log, watch):
         case = load_case(file, place, watch)
-        run = work(case, watch, store)
-        watch(Progress("writing the run folder", 0, 2))
-        tables = write_run(place, case, replace(run, keys=log.keys))
-        watch(Progress("writing the report", 1, 2))
-        stored = read_run(place, tables)
-        write_pages(stored, place / "report.html")
-        log.finish(run.durations)
+        try:
+            run = work(case, watch, store)
+        except ClearChatterError as error:
+            refusal = error.of_case_file(name_path(file))
+            write_stability(place, refusal.stability)
+            log.finish({})
+        else:
+            watch(Progress("writing the run folder", 0, 2))
+            tables = write_run(place, case, replace(run, keys=log.keys))
+            watch(Progress("writing the report", 1, 2))
+            stored = read_run(place, tables)
+            write_pages(stored, place / "report.html")
+            log.finish(run.durations)
+    if refusal is not None:
+        raise refusal  # behind the folder, which holds why
     return FinishedRun(run, stored)

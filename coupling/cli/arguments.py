@@ -31,6 +31,12 @@ StoreFolder = Annotated[
 NoStore = Annotated[
     bool, typer.Option("--no-store", help="Evaluate the process every time, store nothing.")
 ]
+DespiteChatter = Annotated[
+    bool,
+    typer.Option(
+        "--despite-chatter", help="Compute a milling cut as well that is found to chatter at once."
+    ),
+]
 Verbose = Annotated[
     bool, typer.Option("-v", "--verbose", help="Print all that the report says, too.")
 ]

@@ -15,6 +15,11 @@ from coupling.events import Progress
 if TYPE_CHECKING:
     from coupling.case.case import Case
 
+_UNTOUCHED = (
+    " A command that is corrected keeps that depth; without a correction a robot that sags and was not"
+    " touched off cuts deeper, as couple judges it."
+)
+
 
 def check(
     case: CaseFile,
@@ -93,7 +98,8 @@ def check(
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
     chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
     if stability is not None and stability.stable:
-        modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}."])
+        as_deep = "" if any(touches) else _UNTOUCHED
+        modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}.{as_deep}"])
     warnings = warned(chatter, (*moving, *said))
     sections = [
         *check_summary(robots, loads),

@@ -11,6 +11,7 @@ import typer
 
 from coupling.cli.arguments import (
     CaseFile,
+    DespiteChatter,
     NoStore,
     Output,
     Overwrite,
@@ -19,10 +20,12 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
+from coupling.cli.stability import print_stability
 from coupling.events import Progress, Watch
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
+    from coupling.results.run_result import Kind
     from coupling.run.execute import Run
     from coupling.run_to_folder import FinishedRun
 
@@ -35,12 +38,14 @@ def couple(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    despite_chatter: DespiteChatter = False,
     verbose: Verbose = False,
 ) -> None:
     """Evaluate robot and process in turn until path and forces no longer change."""
     from coupling.run.execute import run_coupling
 
-    _run(case, output, overwrite, store, no_store, verbose, "couple", run_coupling)
+    work = run_coupling if despite_chatter else _unless_it_chatters("couple", run_coupling)
+    _run(case, output, overwrite, store, no_store, verbose, "couple", work)
 
 
 def compensate(
@@ -49,40 +54,48 @@ def compensate(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    despite_chatter: DespiteChatter = False,
     verbose: Verbose = False,
 ) -> None:
     """Correct the command until the tool follows the desired path."""
     from coupling.run.execute import run_compensation
 
-    _run(case, output, overwrite, store, no_store, verbose, "compensate", run_compensation)
+    work = (
+        run_compensation if despite_chatter else _unless_it_chatters("compensate", run_compensation)
+    )
+    _run(case, output, overwrite, store, no_store, verbose, "compensate", work)
 
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(help="Folder of a run, a study or a placement, or of many of them.")
+        Path, typer.Argument(help="Folder of a result of any command, or of many of them.")
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
-    """Write the report of a run folder, a study or a placement anew, or an index of many."""
-    from coupling.place.folder import FIGURES as PLACED
-    from coupling.report import write_report
+    """Write the report of a result's folder anew, or an index of many."""
     from coupling.report.index_report import write_index
-    from coupling.report.place_report import write_place_report
-    from coupling.report.study_report import write_study_report
+    from coupling.report.result_page import write_report
+    from coupling.report.stored_result import is_result
     from coupling.run.console import RunView
-    from coupling.run.run_log import is_run
-    from coupling.run.stored_run import RESULT
-    from coupling.study.folder import FIGURES
 
-    holds_many = folder.is_dir() and not (folder / RESULT).exists() and not is_run(folder)
-    write = write_index if holds_many else write_report
-    for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
-        if (folder / figures).exists():
-            write = of_another
+    write = write_report if is_result(folder) or not folder.is_dir() else write_index
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
         page = write(folder, output)
     console.print(f"report: {page}")
+
+
+def _unless_it_chatters(
+    kind: Kind, work: Callable[[Case, Watch, Path | None], Run]
+) -> Callable[[Case, Watch, Path | None], Run]:
+    """Return the work that begins only where the cut of its case does not chatter clearly."""
+    from coupling.stability.clear_chatter import refuse_clear_chatter
+
+    def judged_work(case: Case, watch: Watch, store: Path | None) -> Run:
+        refuse_clear_chatter(case, kind, watch)
+        return work(case, watch, store)
+
+    return judged_work
 
 
 def _run(
@@ -92,16 +105,21 @@ def _run(
     store: Path | None,
     no_store: bool,
     verbose: bool,
-    kind: str,
+    kind: Kind,
     work: Callable[[Case, Watch, Path | None], Run],
 ) -> None:
     from coupling.run.console import RunView
     from coupling.run_to_folder import run_to_folder
+    from coupling.stability.clear_chatter import ClearChatterError
 
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
-    with RunView(console, verbose) as view:
-        finished = run_to_folder(file, folder, overwrite, evaluations, kind, work, view.watch)
+    try:
+        with RunView(console, verbose) as view:
+            finished = run_to_folder(file, folder, overwrite, evaluations, kind, work, view.watch)
+    except ClearChatterError as refusal:
+        print_stability(refusal.stability, folder, verbose)
+        raise typer.Exit(NOT_CONVERGED) from refusal
     print_run(finished, folder, verbose)
     if finished.run.not_stored:
         text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"
@@ -133,6 +151,8 @@ def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> Non
 
 def _earlier_exports(folder: Path) -> list[str]:
     """Return the languages whose programs stand in the folder of a run that has just ended."""
+    if not any(entry.is_dir() for entry in folder.iterdir()):
+        return []  # before the languages are imported, a third of a second
     from coupling.export.folder import is_export
     from coupling.programs.languages import LANGUAGES
 

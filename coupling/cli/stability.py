@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from coupling.cli.arguments import CaseFile, Overwrite, Verbose, numbers_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
+
+if TYPE_CHECKING:
+    from coupling.results.stability_result import StabilityResult
 
 
 def stability(
@@ -51,13 +54,8 @@ def stability(
     from coupling.case.file import load_case
     from coupling.files.atomic_folder import require_free, whole_folder
     from coupling.files.result_folder import result_folder_kind
-    from coupling.files.written_files import claim_file
     from coupling.report.report_file import name_path
-    from coupling.report.result_answers import stability_answer
-    from coupling.report.stability_report import stability_page, stability_summary
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
-    from coupling.results.stability_result import FIGURES
+    from coupling.report.stability_report import write_stability
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
@@ -91,11 +89,24 @@ def stability(
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})
-    answer = stability_answer(result)
     with whole_folder(folder, kind, overwrite) as draft:
-        claim_file(draft / FIGURES).write_text(result.text(), encoding="utf-8")
-        page = stability_page(result, answer)
-        claim_file(draft / "report.html").write_text(page, encoding="utf-8")
+        write_stability(draft, result)
+    print_stability(result, folder, verbose)
+
+
+def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> None:
+    """Say whether a cut chatters and where that stands.
+
+    Args:
+        result: Its figures.
+        folder: Their folder.
+        verbose: Whether all that its report says is printed.
+    """
+    from coupling.report.result_answers import stability_answer
+    from coupling.report.stability_report import stability_summary
+    from coupling.report.terminal import print_result
+    from coupling.results.section import warned
+
     remarks = warned((), result.remarks)
-    print_result(console, answer, stability_summary(result), remarks, verbose)
+    print_result(console, stability_answer(result), stability_summary(result), remarks, verbose)
     console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")

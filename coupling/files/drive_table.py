@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 _NotNegative = Annotated[float, Field(ge=0.0)]
 # Rate loops of any drive [Hz]: the slowest axes follow a rate within seconds, and the quickest servo

@@ -79,7 +79,8 @@ def _of_xacro(path: Path) -> ForeignRobot:
     except Exception as cause:  # whatever xacro and the expressions in the file may raise
         reason = " ".join(str(cause).split())
         raise RobotFileError(
-            f"{path}: xacro cannot convert it: {type(cause).__name__}: {reason[:300]}"
+            f"{path}: xacro cannot convert it: {type(cause).__name__}: {reason[:300]}: where it needs"
+            " arguments or other packages, convert it with them, by xacro, and give the URDF"
         ) from cause
     name = path.name.removesuffix(".xacro").removesuffix(".urdf")
     return ForeignRobot(name, None, text, f"xacro {path.name}")

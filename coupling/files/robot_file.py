@@ -33,8 +33,9 @@ from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from coupling.files.urdf_bodies import body_of
 from coupling.files.urdf_elements import plain_name
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, Table, Tilt
+from elastic_robot.description import Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
 

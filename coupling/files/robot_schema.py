@@ -11,8 +11,9 @@ from coupling.files.balancer_table import BalancerTable
 from coupling.files.drive_table import DriveTable
 from coupling.files.gear_table import GearTable
 from coupling.files.toml_file import Positive, Schema, Vector3
-from elastic_robot.description import Body
-from elastic_robot.gear_parts import Drive, KinematicError, StopElement
+from elastic_robot.body import Body
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError, StopElement
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 

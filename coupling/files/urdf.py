@@ -18,7 +18,8 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.files.urdf_tree import ROTATIONS, TreeJoint, UrdfTree, read_tree
-from elastic_robot.description import Body, Joint
+from elastic_robot.body import Body
+from elastic_robot.description import Joint
 from elastic_robot.errors import RobotFileError
 
 _PACKAGE = "package://"

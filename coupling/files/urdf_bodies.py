@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.files.robot_schema import UrdfJoint
-from elastic_robot.description import Body
+from elastic_robot.body import Body
 
 
 def body_of(

@@ -9,7 +9,8 @@ from coupling.files.balancer_table import points_in_words
 from coupling.files.drive_table import drive_in_words
 from coupling.files.gear_table import errors_in_words
 from coupling.fmu_export.grouping import Groups
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 from elastic_robot.fmi.variables import Block, Variable
 
 VariableRow = tuple[str, str, str, str, str, str]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 # A motor moves from this part of its largest rate on; it must do so both ways for this part of the rows,
 # as weight and friction look alike where it moves one way.

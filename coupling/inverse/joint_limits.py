@@ -35,7 +35,8 @@ class JointLimits:
                 own; None leaves these.
 
         Example:
-            >>> from elastic_robot.description import Body, Joint
+            >>> from elastic_robot.body import Body
+            >>> from elastic_robot.description import Joint
             >>> link = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(0.1, 0.1, 0.1))
             >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), link, limits=(-1.0, 2.0))
             >>> limits = JointLimits.of(Robot("arm", (joint,)), max_acceleration=5.0)

@@ -28,7 +28,7 @@ from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows, stretches
 from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 # Longest distance of the dense times [s], and how many of them an interval has at least.
 _DENSE, _LEAST = 2.5e-4, 8

@@ -20,7 +20,7 @@ import numpy as np
 
 from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.recursion import recursion
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 
 @dataclass(frozen=True)

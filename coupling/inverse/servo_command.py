@@ -16,7 +16,7 @@ from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times
 from coupling.inverse.servo import MotorMotion, servo_motion
 from coupling.inverse.spline import UniformSpline
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 # A motor that its command's limits keep so far from its motion does not follow it at all [rad].
 _LOST = 1e-3

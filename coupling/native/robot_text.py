@@ -12,9 +12,10 @@ import pinocchio as pin
 from coupling.files.balancer_table import MOST_POINTS
 from coupling.files.gear_table import MOST_ELEMENTS, MOST_ERRORS
 from elastic_robot.balancers import BalancerCurve
-from elastic_robot.description import Body, Joint, Robot, Table
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot, Table
+from elastic_robot.drive import Drive
 from elastic_robot.errors import RobotFileError
-from elastic_robot.gear_parts import Drive
 from elastic_robot.settings import SETTINGS
 
 VERSION = 3

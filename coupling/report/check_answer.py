@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -56,7 +55,7 @@ def check_answer(
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
     elif loads:
-        sentence = "The robot reaches the whole path, but is loaded problems its rating."
+        sentence = "The robot reaches the whole path, but is loaded beyond its rating."
     else:
         sentence = "The robot reaches the whole path within its limits."
         if felt:
@@ -85,7 +84,7 @@ def check_answer(
                 "largest deviation of the tool",
             ),
         ),
-        steps=_steps(bool(problems), bool(gears), file),
+        steps=_steps(bool(chatter), bool(problems), bool(gears), file),
     )
 
 
@@ -100,10 +99,12 @@ def _of_gears(gears: Sequence[Any]) -> str:
     )
 
 
-def _steps(is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
-    name = shlex.quote(str(file))
-    place = NextStep("Find a better place for the part:", f"elastic-robot place {name}")
+def _steps(chatters: bool, is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
+    if chatters:
+        words = "Find a depth, a speed and a place that do not chatter:"
+        return [NextStep.by(words, "stability", str(file))]
+    place = NextStep.by("Find a better place for the part:", "place", str(file))
     if is_beyond:
         return [place]
-    steps = [NextStep("Correct the command:", f"elastic-robot compensate {name}")]
+    steps = [NextStep.by("Correct the command:", "compensate", str(file))]
     return [*steps, place] if reverses else steps

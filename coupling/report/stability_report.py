@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.files.written_files import claim_file
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
+from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Answer, Note, Section, Table, warned
-from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
+from coupling.results.section import Note, Section, Table, warned
+from coupling.results.stability_result import (
+    FIGURES,
+    ChartResult,
+    StabilityPoint,
+    StabilityResult,
+)
 
+REPORT = "report.html"
 _MM = 1e3
 _CHART = Note(
     "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
@@ -40,13 +49,18 @@ _SENSITIVE = Note(
 )
 
 
-def stability_page(result: StabilityResult, answer: Answer) -> str:
-    """Return the page of a case's stability as one self-contained HTML text.
+def write_stability(folder: Path, result: StabilityResult) -> None:
+    """Write the figures of stability and their page into an existing folder.
 
-    Args:
-        result: Its figures.
-        answer: First screen.
+    Raises:
+        OSError: If a file cannot be written.
     """
+    claim_file(folder / FIGURES).write_text(result.text(), encoding="utf-8")
+    claim_file(folder / REPORT).write_text(stability_page(result), encoding="utf-8")
+
+
+def stability_page(result: StabilityResult) -> str:
+    """Return the page of a case's stability as one self-contained HTML text."""
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
@@ -67,15 +81,14 @@ def stability_page(result: StabilityResult, answer: Answer) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections, answer)
+    return document(f"{result.case}: stability", sections, stability_answer(result))
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:
     """Return whether the cuts chatter, what gives way, and at which speeds they would not."""
     worst = result.points[result.worst]
-    is_stable = all(point.stable for point in result.points)
     sections = [
-        Section("", [f"{result.sentence}.", *_sentences(result, worst)], good=is_stable),
+        Section("How it was judged", [f"{result.sentence}.", *_sentences(result, worst)]),
     ]
     if result.sensitivities is not None:
         table = [

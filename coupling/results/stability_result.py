@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
-from coupling.results.modes_result import Grid
+from coupling.results.modes_result import Grid, SwingingRobotResult
+from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 
 # File with the figures, in the folder of the result.
@@ -82,22 +83,28 @@ class MarchResult(ResultPart):
 
 
 class StabilityResult(Shown, ResultFile):
-    """Stability of a case's cuts; docs/milling.md says what the figures are."""
+    """Stability of a case's cuts; docs/milling.md says what the figures are.
+
+    `instead_of` is the command that ended with it, as the cut chatters; None: `stability` itself.
+    """
 
     what = "the stability of cuts"
     sparse: ClassVar = (
         "tolerance_m",
+        "instead_of",
         "chart",
         "over_feed",
         "over_part",
         "sensitivities",
         "march",
+        "swinging",
     )
 
     case: str
     case_file: str
     robot: str
     tolerance_m: float | None = None
+    instead_of: Kind | None = None
     sentence: str
     motors: Literal["locked"] = "locked"
     tool_modes: int
@@ -113,5 +120,6 @@ class StabilityResult(Shown, ResultFile):
     over_part: PartChartResult | None = None
     sensitivities: tuple[SensitivityResult, ...] | None = None
     march: MarchResult | None = None
+    swinging: SwingingRobotResult | None = None
     remarks: tuple[str, ...] = ()
     version: str

@@ -10,8 +10,10 @@ import numpy as np
 
 from coupling.robot.parameter_table import PARAMETER_KINDS, VARIED
 from coupling.robot.parameters import acting_parts, apply_values, place_of
-from elastic_robot.description import Body, Robot, Vector
+from elastic_robot.body import Body
+from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
+from elastic_robot.requirements import Vector
 
 _ZERO = (0.0, 0.0, 0.0)
 

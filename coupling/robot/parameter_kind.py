@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from elastic_robot.description import Joint
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.torque_curves import CurveClass
 
 

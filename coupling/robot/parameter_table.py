@@ -20,8 +20,9 @@ from coupling.robot.parameter_kind import (
     entries_kind,
     field_kind,
 )
-from elastic_robot.description import Body, Joint
-from elastic_robot.gear_parts import Drive
+from elastic_robot.body import Body
+from elastic_robot.description import Joint
+from elastic_robot.drive import Drive
 from elastic_robot.torque_curves import CurveClass
 
 # Stiffness and rotor come from data sheets: standard deviation around the file's, in parts of it.

@@ -14,8 +14,9 @@ from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.run.mistaken_units import out_of_range, remark
 from coupling.run.usual_ranges import EXPECTED, range_key
-from elastic_robot.description import Robot, triangle_excess
-from elastic_robot.gear_parts import Drive
+from elastic_robot.body import triangle_excess
+from elastic_robot.description import Robot
+from elastic_robot.drive import Drive
 
 _STANDARD_GRAVITY = 9.81  # of a rated load [m/s^2]
 # Keys of a robot file that are looked at in the robot, which has those of its URDF as well.

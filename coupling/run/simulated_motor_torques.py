@@ -21,7 +21,7 @@ from coupling.robot.parameters import with_joints
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 # Longest distance of the times at which motors are looked at [s]: where a gear comes to a flank, a
 # torque is at its largest for a few milliseconds.

@@ -15,7 +15,7 @@ from math import pi
 from coupling.files.gear_table import ARCMIN, sheet_elements
 from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Joint, Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Half of the backlash and width of the loop at no torque [rad]; the former is 0.1 to 0.3 arc minutes in

@@ -55,6 +55,12 @@ class PlacedCut:
     feed_per_tooth: float
     programmed_depth: float
 
+    @property
+    def section(self) -> float:
+        """Area that is cut, across the feed, over the radius [m]."""
+        start, end, depth = np.transpose(self.cut.arcs)
+        return float(np.sum((np.cos(start) - np.cos(end)) * depth))
+
 
 @dataclass(frozen=True)
 class StructureThere:

@@ -67,6 +67,11 @@ class Judgement:
         return self._quick.limit(self.placed.cut.cutter.tooth_period)
 
     @property
+    def zero_order_margin(self) -> float:
+        """The same over the programmed depth [1]."""
+        return self.zero_order / self.placed.cut.depth
+
+    @property
     def least(self) -> float:
         """Depth that no speed of the spindle's range falls below, by zero order [m]."""
         return self._quick.least(self.placed.cut, *self.cuts.speeds)
@@ -81,8 +86,25 @@ class Judgement:
     @property
     def displacement(self) -> float:
         """Displacement of the TCP by the cut's mean force, the tool rigid [m]."""
+        return float(np.linalg.norm(self._mean_displacement))
+
+    @cached_property
+    def _mean_displacement(self) -> np.ndarray:
+        """The same as a vector, base axes, (3,)."""
         compliance = self.there.linear.dynamic_compliance(np.zeros(1))[0, :3].real
-        return float(np.linalg.norm(compliance @ self.cuts.mean_wrench(self.placed)))
+        displacement: np.ndarray = compliance @ self.cuts.mean_wrench(self.placed)
+        return displacement
+
+    @property
+    def chatters_clearly(self) -> bool:
+        """Whether it chatters as deep as programmed, and where the mean force lifts the tool."""
+        cut, spindle = self.placed.cut, self.cuts.base_from_part[:, 2]
+        depth = cut.depth - max(float(spindle @ self._mean_displacement), 0.0)
+        if self.is_stable or depth <= 0.0:
+            return False
+        return (
+            depth == cut.depth or not vibration_of(self.there.whole, cut.at_depth(depth)).is_stable
+        )
 
     @property
     def margin(self) -> float:

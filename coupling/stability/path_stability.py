@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,12 +12,14 @@ from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.path.histories import ToolPath
 from coupling.results.cut_stability import CutStability
-from coupling.stability.case_cut import CaseCuts, is_milling
+from coupling.stability.case_cut import CaseCuts, PlacedCut, is_milling
 from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement, in_words
 
-# Places of a path that are judged in brief, and speeds of which one is looked for that is stable.
-_FEW, _SPEEDS = 8, 60
+# Places of a path that are judged, and those nearest to chatter whose limits are enough in brief.
+PLACES, _FEW = 60, 6
+# Speeds of which one is looked for that is stable.
+_SPEEDS = 60
 # Depths are the same if they differ by less of themselves.
 _SAME_DEPTH = 0.05
 
@@ -39,7 +42,7 @@ class PathStability:
 
         Args:
             cuts: Cuts of the case.
-            places: Number of places at most.
+            places: Number of places at most: those that differ most.
             actual: Path that the tool takes, in the world, by which it is as deep as it is; None: as
                 deep as is programmed.
 
@@ -53,11 +56,25 @@ class PathStability:
         along = cuts.along_path
         if not along:
             return None
-        rows = np.unique(np.linspace(0, len(along) - 1, places).astype(int))
-        placed = tuple(along[row] for row in rows.tolist())
+        placed = most_different(along, places)
         if actual is not None and not (placed := cuts.as_deep_as(actual, placed)):
             return None
         return cls(tuple(Judgement.of(cuts, cut) for cut in placed))
+
+    @classmethod
+    def in_brief(cls, cuts: CaseCuts, actual: ToolPath | None = None) -> PathStability | None:
+        """Return the same of the cuts that are nearest to chatter, by their growth and by zero order.
+
+        Args:
+            cuts, actual: As of `of`.
+        """
+        path = cls.of(cuts, PLACES, actual)
+        if path is None:
+            return None
+        growth = np.array([judgement.vibration.growth for judgement in path.judgements])
+        margin = [judgement.zero_order_margin for judgement in path.judgements]
+        nearest = np.union1d(np.argsort(-growth)[:_FEW], np.argsort(margin)[:_FEW])
+        return cls(tuple(path.judgements[row] for row in nearest.tolist()))
 
     @cached_property
     def worst(self) -> Judgement:
@@ -68,10 +85,7 @@ class PathStability:
         # By zero order where none has a limit.
         return min(
             self.judgements,
-            key=lambda judgement: (
-                judgement.margin,
-                judgement.zero_order / judgement.placed.cut.depth,
-            ),
+            key=lambda judgement: (judgement.margin, judgement.zero_order_margin),
         )
 
     @property
@@ -80,25 +94,28 @@ class PathStability:
         return self.worst.is_stable
 
     @property
+    def chatters_clearly(self) -> bool:
+        """Whether a cut chatters even if its mean force lifts the tool."""
+        return any(judgement.chatters_clearly for judgement in self.judgements)
+
+    @property
     def sentence(self) -> str:
         """Whether it chatters and where, in words."""
         worst = self.worst
-        whose = "robot and tool" if worst.cuts.tool else "the robot alone, its tool taken as rigid"
+        whose = "robot and tool" if worst.cuts.tool else "the robot alone, the tool taken as rigid"
         is_or_not = "is " if worst.is_stable else ""
         time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
-        return (
-            f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; linear, motors"
-            f" locked, of {whose}"
-        )
+        return f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; judged for {whose}"
 
     @property
     def _depth_in_words(self) -> str:
         """The worst cut's depth, programmed and, where it is another one, actual."""
         depth, programmed = self.worst.placed.cut.depth, self.worst.placed.programmed_depth
-        words = f"programmed {1e3 * programmed:.3g} mm"
         if abs(depth - programmed) <= _SAME_DEPTH * programmed:
-            return words
-        return f"{words}, {1e3 * depth:.3g} mm by a robot that gives way"
+            return f"{1e3 * programmed:.3g} mm deep, as programmed"
+        return (
+            f"programmed {1e3 * programmed:.3g} mm, {1e3 * depth:.3g} mm by a robot that gives way"
+        )
 
     @property
     def alternative(self) -> str:
@@ -148,8 +165,36 @@ class PathStability:
         )
 
 
+def most_different(along: Sequence[PlacedCut], count: int) -> tuple[PlacedCut, ...]:
+    """Return so many cuts at most, in order of time, that every other one is near to one of them.
+
+    Corners, entries and passes in one direction are short: equal steps of time would miss them.  Cuts
+    differ in depth, arc, direction of the feed and place along the path; the first is the largest.
+    """
+    sections = np.array([cut.section for cut in along])
+    depths = np.array([cut.cut.depth for cut in along])
+    features = np.column_stack(
+        [
+            sections / sections.max(),
+            depths / depths.max(),
+            np.array([cut.cut.arcs[0][:2] for cut in along]) / np.pi,
+            [(0.5 * np.cos(cut.feed), 0.5 * np.sin(cut.feed)) for cut in along],
+            np.linspace(0.0, 1.0, len(along)),
+        ]
+    )
+    chosen = [int(np.argmax(sections))]
+    distance = np.full(len(along), np.inf)
+    while len(chosen) < count:
+        step = np.linalg.norm(features - features[chosen[-1]], axis=1)
+        distance = np.minimum(distance, step)
+        if not distance.max() > 0.0:
+            break
+        chosen.append(int(np.argmax(distance)))
+    return tuple(along[row] for row in sorted(chosen))
+
+
 def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStability | None:
-    """Return the stability along a case's path, at a few places; None where nothing is milled.
+    """Return the stability along a case's path in brief; None where nothing is milled.
 
     Args:
         case: The case.
@@ -161,5 +206,5 @@ def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStabili
     """
     if not is_milling(case):
         return None
-    path = PathStability.of(CaseCuts(case), _FEW, actual)
+    path = PathStability.in_brief(CaseCuts(case), actual)
     return None if path is None else path.brief

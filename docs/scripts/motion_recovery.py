@@ -22,8 +22,9 @@ from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import sensor_parameters
 from coupling.inverse.servo import presliding
 from coupling.robot.parameters import apply_values
-from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
 
 STEP, ROWS, BANDWIDTH = 0.004, 1500, 20.0  # [s], [Hz]
 MOTOR_LINE, LINK_LINE = 1e-7, 1e-6  # resolution of the encoders [rad]

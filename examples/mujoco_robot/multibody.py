@@ -12,7 +12,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from elastic_robot.description import Body, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Robot
 
 TCP = "tcp"
 

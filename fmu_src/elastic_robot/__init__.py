@@ -29,7 +29,8 @@ Backlash
     Half width of the backlash [rad].
 """
 
-from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError
 
 __version__ = "0.1.0"

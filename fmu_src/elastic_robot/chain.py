@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from elastic_robot.balancers import Balancers
-from elastic_robot.description import Body, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.hysteresis import Elements
 from elastic_robot.kinematic_errors import KinematicErrors

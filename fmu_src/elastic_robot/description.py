@@ -13,119 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from elastic_robot.gear_parts import Drive, KinematicError, StopElement, require_number
+from elastic_robot.body import Body
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError, StopElement
+from elastic_robot.requirements import (
+    Vector,
+    require_number,
+    require_pairs,
+    require_vector,
+    unit_vector,
+)
 
-Vector = tuple[float, ...]
 Table = tuple[tuple[float, float], ...]
 
-# A direction must be given to this accuracy in length; it is normalised afterwards.
-_UNIT_LENGTH_TOLERANCE = 1e-9
-# Negative moments of rounding, and how far identified ones may be from the triangle inequality: makers
-# publish 0.7 % for arms of their own, which changes no motion.  Both in parts of the largest moment.
-_INERTIA_TOLERANCE, TRIANGLE_TOLERANCE = 1e-6, 0.02
 # Largest kinematic error of a gear [rad], and its largest slope: real ones stay below 0.001 and 0.1.
 _LARGEST_ERROR, _STEEPEST_ERROR = 0.1, 0.5
-
-
-def _require_vector(key: str, value: Vector, length: int, unit: str) -> None:
-    if len(value) != length or not np.all(np.isfinite(value)):
-        raise ValueError(f"{key}: expected {length} finite numbers [{unit}], got {list(value)}")
-
-
-def _unit_vector(key: str, value: Vector) -> Vector:
-    _require_vector(key, value, 3, "unit vector")
-    length = float(np.linalg.norm(value))
-    if abs(length - 1.0) > _UNIT_LENGTH_TOLERANCE:
-        advice = "a direction" if length == 0.0 else f"{[float(c) / length for c in value]}"
-        raise ValueError(
-            f"{key}: expected a unit vector, got {list(value)}, of length {length:.9g}: give {advice}"
-        )
-    if abs(length - 1.0) < 1e-15:  # already rounded to the last bit: a copy stays identical
-        return value
-    return tuple(float(c) / length for c in value)
-
-
-@dataclass(frozen=True)
-class Body:
-    """Rigid body.
-
-    Attributes:
-        mass: Mass [kg], >= 0.
-        com: Centre of mass in the body's frame [m], (3,).
-        inertia: Inertia about the centre of mass, in the body's axes [kg m^2]: xx, yy, zz or
-            xx, yy, zz, xy, xz, yz.
-
-    Raises:
-        ValueError: If a value is missing, not finite, or no mass distribution has this inertia.
-    """
-
-    mass: float
-    com: Vector
-    inertia: Vector
-
-    def __post_init__(self) -> None:
-        require_number("mass", self.mass, minimum=0.0, open_end=False, unit="kg")
-        _require_vector("com", self.com, 3, "m")
-        if len(self.inertia) not in (3, 6) or not np.all(np.isfinite(self.inertia)):
-            raise ValueError(
-                "inertia: expected xx, yy, zz or xx, yy, zz, xy, xz, yz [kg m^2], got"
-                f" {list(self.inertia)}"
-            )
-        small, middle, large = np.linalg.eigvalsh(self.inertia_matrix)
-        slack, excess = (
-            part * max(large, 0.0) for part in (_INERTIA_TOLERANCE, TRIANGLE_TOLERANCE)
-        )
-        if small < -slack or large > small + middle + excess:
-            raise ValueError(
-                "inertia: expected principal moments >= 0 of which none exceeds the sum of the others"
-                f" by more than {100.0 * TRIANGLE_TOLERANCE:g} %,"
-                f" got {small:.6g}, {middle:.6g}, {large:.6g} kg m^2 of {list(self.inertia)}"
-            )
-        if self.mass == 0.0 and large > 0.0:
-            raise ValueError(f"mass: expected > 0 [kg] with inertia {list(self.inertia)}, got 0")
-
-    @classmethod
-    def from_matrix(cls, mass: float, com: np.ndarray, matrix: np.ndarray) -> Body:
-        """Return the body of a centre of mass [m], (3,), and inertia about it [kg m^2], (3, 3)."""
-        six = matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        return cls(float(mass), tuple(com.tolist()), tuple(six.tolist()))
-
-    @property
-    def inertia_matrix(self) -> np.ndarray:
-        """Inertia tensor about the centre of mass [kg m^2], (3, 3)."""
-        xx, yy, zz, xy, xz, yz = (*self.inertia, 0.0, 0.0, 0.0)[:6]
-        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-    def scaled(self, factor: float) -> Body:
-        """Return the body with its density multiplied by a factor."""
-        return Body(self.mass * factor, self.com, tuple(i * factor for i in self.inertia))
-
-    def placed(self, rotation: np.ndarray, position: np.ndarray) -> Body:
-        """Return the body in another frame, of which this body's frame has the given placement.
-
-        Args:
-            rotation: Rotation from this body's axes to the other frame's, (3, 3).
-            position: This body's origin in the other frame [m], (3,).
-
-        Example:
-            >>> quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-            >>> rod = Body(mass=1.0, com=(0.5, 0.0, 0.0), inertia=(0.0, 2.0, 2.0))
-            >>> rod.placed(quarter, np.array([0.0, 0.0, 1.0])).com
-            (0.0, 0.5, 1.0)
-        """
-        com = rotation @ self.com + position
-        return Body.from_matrix(self.mass, com, rotation @ self.inertia_matrix @ rotation.T)
-
-
-def triangle_excess(body: Body) -> float:
-    """Return by what part of itself a body's largest principal moment exceeds the sum of the others.
-
-    Example:
-        >>> round(triangle_excess(Body(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 2.02))), 4)
-        0.0099
-    """
-    small, middle, large = np.linalg.eigvalsh(body.inertia_matrix)
-    return max(float((large - small - middle) / large), 0.0) if large > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -146,7 +48,7 @@ class Tilt:
     damping: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
+        object.__setattr__(self, "axis", unit_vector("axis", self.axis))
         require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
         require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
 
@@ -198,8 +100,8 @@ class Joint:
     name: str = ""
 
     def __post_init__(self) -> None:
-        _require_vector("origin", self.origin, 3, "m")
-        object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
+        require_vector("origin", self.origin, 3, "m")
+        object.__setattr__(self, "axis", unit_vector("axis", self.axis))
         require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
         require_number("backlash", self.backlash, minimum=0.0, open_end=False, unit="rad")
         if self.stiffness is not None:
@@ -221,7 +123,7 @@ class Joint:
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
         if self.limits is not None:
-            _require_vector("limits", self.limits, 2, "rad")
+            require_vector("limits", self.limits, 2, "rad")
             if self.limits[0] >= self.limits[1]:
                 raise ValueError(
                     f"limits: expected [low, high], low < high [rad], got {list(self.limits)}"
@@ -252,7 +154,7 @@ class Joint:
                 )
 
     def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
-        _require_pairs("balancer", table, 3)
+        require_pairs("balancer", table, 3)
         flat = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
         if len(flat):
             raise ValueError(
@@ -268,7 +170,7 @@ class Joint:
             )
 
     def _require_table(self, table: np.ndarray) -> None:
-        _require_pairs("torque_table", table, 5)
+        require_pairs("torque_table", table, 5)
         flat = np.flatnonzero(np.any(np.diff(table, axis=0) <= 0.0, axis=1))
         if len(flat):
             angle = table[flat[0] : flat[0] + 2, 0]
@@ -281,14 +183,6 @@ class Joint:
                 "torque_table: expected torques on both sides of zero, got"
                 f" {table[0, 1]:.6g} to {table[-1, 1]:.6g} N m"
             )
-
-
-def _require_pairs(name: str, table: np.ndarray, least: int) -> None:
-    if table.ndim != 2 or table.shape[1] != 2 or len(table) < least or not np.isfinite(table).all():
-        raise ValueError(
-            f"{name}: expected at least {least} pairs of finite numbers [rad, N m], got"
-            f" {len(table)} points"
-        )
 
 
 @dataclass(frozen=True)
@@ -325,9 +219,9 @@ class Robot:
     def __post_init__(self) -> None:
         if not self.joints:
             raise ValueError("joints: expected at least one, got none")
-        _require_vector("gravity", self.gravity, 3, "m/s^2")
-        _require_vector("tcp position", self.tcp_position, 3, "m")
-        _require_vector("tcp rpy", self.tcp_rpy, 3, "rad")
+        require_vector("gravity", self.gravity, 3, "m/s^2")
+        require_vector("tcp position", self.tcp_position, 3, "m")
+        require_vector("tcp rpy", self.tcp_rpy, 3, "rad")
 
     @property
     def is_rigid(self) -> bool:

@@ -19,8 +19,8 @@ import numpy as np
 
 from elastic_robot.chain import Chain
 from elastic_robot.description import Robot
+from elastic_robot.drive import Drive
 from elastic_robot.errors import ParameterError
-from elastic_robot.gear_parts import Drive
 from elastic_robot.hysteresis import Elements, Hysteresis
 from elastic_robot.kinematic_errors import KinematicErrors
 

@@ -37,7 +37,8 @@ class ElasticRobot(RobotOutputs):
         ParameterError: If the torque curve is not known, or drives cannot move so.
 
     Example:
-        >>> from elastic_robot.description import Body, Joint
+        >>> from elastic_robot.body import Body
+        >>> from elastic_robot.description import Joint
         >>> from elastic_robot.trajectory import HeldCommand
         >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
         >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=1e3)

@@ -14,7 +14,6 @@ flank.  Which minimum is the robot's rest, docs/model.md says.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +26,7 @@ from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import ToolLoad
-from elastic_robot.torque_curves import TorqueCurve
+from elastic_robot.torque_curves import TorqueCurve, curve_energy
 
 # Minimisations until a moment's torque is that at the minimum, and the change that is none [rad].
 _MOST_MINIMISATIONS, _SAME = 20, 1e-10
@@ -40,8 +39,6 @@ _ROUNDING = 1e-15
 _ENOUGH = {"gtol": 1e-10, "maxiter": 200}
 # One flank is nearer to the anchor than the other by this at least [m]; less is rounding.
 _NEARER = 1e-12
-# Nodes of Gauss-Legendre, which integrate the cubics of a torque curve exactly.
-_NODES = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
 
 
 def equilibrium(
@@ -79,25 +76,6 @@ def equilibrium(
         past = Past.start(Hysteresis(dynamics.chain.elements, np.zeros(len(curve.half_width))))
     with np.errstate(over="ignore", invalid="ignore"):
         return EnergyAtRest(dynamics, curve, dynamics.chain.theta(q), acting, past).equilibrium()
-
-
-def curve_energy(
-    torque: Callable[[np.ndarray], np.ndarray], bends: np.ndarray, x: np.ndarray
-) -> float:
-    """Return the energy that torque curves store up to x, sum_k int_0^x_k S_k [J].
-
-    Args:
-        torque: S of all coordinates [N m], (k, m) at angles [rad], (k, m); cubic between its bends.
-        bends: Angles of the bends, padded with infinity [rad], (m, b).
-        x: Angles [rad], (m,).
-    """
-    ends = x[:, None]
-    inner = np.clip(bends, np.minimum(ends, 0.0), np.maximum(ends, 0.0))
-    places = np.sort(np.hstack([0.0 * ends, np.abs(inner), np.abs(ends)])) * np.sign(ends)
-    start, length = places[:, :-1], np.diff(places)
-    nodes = start[..., None] + length[..., None] * _NODES
-    values = torque(nodes.reshape(len(x), -1).T).T.reshape(nodes.shape)
-    return float((length * values.mean(axis=2)).sum())
 
 
 def _solve(matrix: np.ndarray, torque: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ tilts having no backlash.  The family's verbs are `torque`, `slope`, `deflection
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Protocol
@@ -16,6 +17,9 @@ import numpy as np
 
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
+
+# Nodes of Gauss-Legendre, which integrate the cubics of a torque curve exactly.
+_NODES = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
 
 
 class Branch(Protocol):
@@ -280,3 +284,22 @@ TORQUE_CURVES: dict[str, CurveClass] = {
     "backlash": BacklashCurve,
     "spline": SplineCurve,
 }
+
+
+def curve_energy(
+    torque: Callable[[np.ndarray], np.ndarray], bends: np.ndarray, x: np.ndarray
+) -> float:
+    """Return the energy that torque curves store up to x, sum_k int_0^x_k S_k [J].
+
+    Args:
+        torque: S of all coordinates [N m], (k, m) at angles [rad], (k, m); cubic between its bends.
+        bends: Angles of the bends, padded with infinity [rad], (m, b).
+        x: Angles [rad], (m,).
+    """
+    ends = x[:, None]
+    inner = np.clip(bends, np.minimum(ends, 0.0), np.maximum(ends, 0.0))
+    places = np.sort(np.hstack([0.0 * ends, np.abs(inner), np.abs(ends)])) * np.sign(ends)
+    start, length = places[:, :-1], np.diff(places)
+    nodes = start[..., None] + length[..., None] * _NODES
+    values = torque(nodes.reshape(len(x), -1).T).T.reshape(nodes.shape)
+    return float((length * values.mean(axis=2)).sum())

@@ -19,7 +19,7 @@ from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.index_html import index_html
 from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 
 def read(drive: str) -> Drive:

@@ -14,8 +14,9 @@ from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.modes.locked_robot import LockedRobot
 from coupling.robot.robot_edit import RobotEdit
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
 

@@ -13,8 +13,9 @@ from coupling.files.provenance import load_provenance, urdf_numbers
 from coupling.files.ratings import load_ratings
 from coupling.files.robot_file import load_robot
 from coupling.run.plausibility import remarks_on_robot
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
 _INERTIA = '<inertia ixx="{}" iyy="{}" izz="{}" ixy="0" ixz="0" iyz="0"/>'

@@ -10,7 +10,8 @@ from places import HOSTS
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 
 def test_instances_do_not_mix(example_fmu, run_host, tmp_path):

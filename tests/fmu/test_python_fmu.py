@@ -11,8 +11,9 @@ from random_robots import make_robot
 
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from elastic_robot.description import Robot
+from elastic_robot.drive import Drive
 from elastic_robot.fmi.interface import blocks
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.gear_parts import StopElement
 
 HEIGHT = 0.2356  # of the TCP where all drives are at 0 [m]
 TIME = [0.0, 0.004, 0.011, 0.02, 0.031]
@@ -30,6 +31,8 @@ CASES = {
     "commanded": ({"torque_curve": "spline"}, FORCE | RATES),
     "on a spring": ({"initial_state": "undeflected"}, FORCE | SPRING),
     "in contact": ({"torque_curve": "linear"}, FORCE | PLANE),
+    "in contact with backlash": ({"torque_curve": "backlash"}, FORCE | PLANE),
+    "at rest in contact": ({"mode": "quasistatic"}, FORCE | PLANE),
     "servo": ({"drive": "servo", "torque_curve": "linear"}, FORCE | RATES),
     "torque": ({"drive": "torque"}, {"torque_cmd[1]": [0.0, 50.0, 50.0, -50.0, 0.0]}),
     "from above": ({"mode": "quasistatic", "initial_state": "equilibrium_from_above"}, FORCE),

@@ -16,9 +16,11 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
 from elastic_robot.fmi.interface import MODES
-from elastic_robot.gear_parts import Drive, KinematicError, StopElement
+from elastic_robot.gear_parts import KinematicError, StopElement
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 STEP = 1e-40
 _EYE = np.eye(3)

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from elastic_robot.description import Joint, Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from examples.mujoco_robot.multibody import compiled, joint_name, mjcf, numbers, tcp_pose, tilt_name
 
 # Armature of a rigid joint [kg m^2]: what stands still stays there.

@@ -8,8 +8,9 @@ import numpy as np
 
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.prediction import StaticModel
-from elastic_robot.description import Body, Joint, Robot, Tilt
+from coupling.identification.static.model import StaticModel
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot, Tilt
 
 _LINK = Body(mass=40.0, com=(0.0, 0.0, 0.3), inertia=(2.0, 2.0, 0.5))
 _TILT = Tilt((1.0, 0.0, 0.0), 8e5, 0.0)

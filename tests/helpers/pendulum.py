@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.parameters import Parameters
 from elastic_robot.trajectory import HeldCommand

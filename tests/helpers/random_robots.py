@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from elastic_robot.description import Body, Joint, Robot, Tilt
-from elastic_robot.gear_parts import Drive, KinematicError, StopElement
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot, Tilt
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError, StopElement
 
 
 def _unit(rng: np.random.Generator) -> tuple[float, ...]:

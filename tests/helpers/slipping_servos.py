@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from elastic_robot.description import Joint, Robot
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import StopElement
 
 INERTIA = (400.0, 400.0, 300.0, 40.0, 40.0)
 FRICTION = (300.0, 300.0, 200.0, 60.0, 50.0)

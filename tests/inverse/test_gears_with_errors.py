@@ -35,9 +35,11 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.predicted_motor_torques import predict_motor_torques
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.gear_parts import Drive, KinematicError
+from elastic_robot.gear_parts import KinematicError
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES

@@ -24,7 +24,8 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])

@@ -33,7 +33,8 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models, cell_of
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import StopElement
 
 J, KV = 50.0, 20.0
 KP = J * 2.0 * np.pi * 30.0

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from random_robots import robots
 from scipy.spatial.transform import Rotation
 
-from elastic_robot.description import Body, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Robot
 
 
 @given(robots())

@@ -22,8 +22,10 @@ from random_robots import make_robot, robots, with_gear_parts
 from scipy.integrate import quad
 
 from elastic_robot.balancers import BalancerCurve
-from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive, KinematicError
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError
 from elastic_robot.residual import residual as model_residual
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load

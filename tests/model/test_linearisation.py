@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from random_robots import robots
 from scipy.signal import StateSpace
 
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.linearisation import linearise
 from elastic_robot.parameters import Parameters

@@ -14,8 +14,9 @@ from random_robots import hardly_loaded, make_robot, robots
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Tilt
+from elastic_robot.description import Joint, Tilt
 from elastic_robot.errors import ElasticRobotError, EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of
 from elastic_robot.parameters import Parameters

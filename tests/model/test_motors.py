@@ -9,8 +9,8 @@ import pytest
 from pendulum import held, pendulum
 from random_robots import driven, limited, make_robot
 
+from elastic_robot.drive import Drive
 from elastic_robot.errors import ParameterError
-from elastic_robot.gear_parts import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 

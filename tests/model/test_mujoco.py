@@ -15,8 +15,8 @@ from conftest import reference
 from places import REFERENCE
 from random_robots import make_robot
 
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES

@@ -13,7 +13,8 @@ from scipy.interpolate import Akima1DInterpolator
 from scipy.optimize import brentq
 
 from coupling.files.robot_file import load_robot, shipped_robots
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot

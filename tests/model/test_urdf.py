@@ -14,8 +14,9 @@ from random_urdfs import RandomUrdf, make_urdf
 
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf import find_urdf
+from elastic_robot.body import Body
 from elastic_robot.chain import Chain, build_chain
-from elastic_robot.description import Body, Robot
+from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.kinematics import base_from_tool
 

@@ -17,7 +17,8 @@ from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
 from coupling.modes.posture_modes import PostureModes
 from coupling.modes.state_space import MAT, NPZ, NamedStateSpace
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 STIFFNESS, INERTIA, ARM, DAMPING = 2.0e5, 12.0, 1.5, 30.0
 POSTURE = np.array([0.0, 0.2, 0.3, 0.0, 1.0, 0.0])

@@ -15,7 +15,8 @@ from native_pair import Pair
 from places import DOCS, REFERENCE
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 from elastic_robot.gear_parts import StopElement
 
 TCP = {"2": ["tcp.x", "tcp.y", "tcp.z"], "3": ["tcp.position"]}

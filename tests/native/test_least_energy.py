@@ -10,8 +10,9 @@ from native_core import CURVES, Core, CoreError
 from native_derivatives import random_stiffness
 from random_robots import hardly_loaded, make_robot, with_gear_parts, with_hysteresis
 
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Robot
+from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.hysteresis import Hysteresis, Past

@@ -22,8 +22,9 @@ from scipy.interpolate import make_interp_spline
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
 
 RATIO = np.array([-105.0, 210.0, 60.0])
 # From a row of a trajectory to the next where an acceleration jumps [s].

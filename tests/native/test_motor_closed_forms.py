@@ -13,8 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import expm
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import StopElement
 
 # About the joint: 7.5 kg m^2 at the centre of mass and 10 kg at 0.5 m.
 LINK, STIFFNESS, DAMPING = 10.0, 1e6, 200.0

@@ -25,8 +25,9 @@ from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.gear_loads import diagnose_robots
 from docs.scripts.runs import example
+from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Robot
+from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.parameters import Parameters
 

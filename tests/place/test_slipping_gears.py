@@ -26,7 +26,8 @@ from coupling.run.gear_loads import wanted_of
 from coupling.run.predicted_motor_torques import predict_motor_torques
 from docs.scripts.runs import example
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive, KinematicError
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError
 
 SLIP = (120.0, 400.0, 300.0, 25.0, 20.0, 0.0)  # [N m]
 

@@ -65,6 +65,10 @@ EXECUTED = {
     "whole": (f"p2 := [[50,40,0],{UPRIGHT};" + to("p2"), [[50, 40, 0]]),
     "copy": ("p2 := p3; p2.trans.y := p2.trans.y + 40;" + to("p2"), [[100, 40, 0]]),
     "offs": (to("Offs(p2,0,40,0)"), [[50, 40, 0]]),
+    "numbers to other bases": (
+        f"SetGO go1,0X14F; p2.trans := [0x1F,0b101,0o17];{to('p2')}",
+        [[31, 5, 15]],
+    ),
     "offs of offs": (to("Offs(Offs(p2,0,40,0),1,-2*3,pi-pi)"), [[51, 34, 0]]),
     # x of the tool is along -z of the work object.
     "reltool": (to("RelTool(p2,10,20,30)"), [[80, 20, -10]]),

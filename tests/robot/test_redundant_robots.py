@@ -18,7 +18,8 @@ from coupling.robot.batch.part_placement import part_placements
 from coupling.robot.batch.redundancy import NearHome
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 LINK = Body(2.0, (0.0, 0.0, 0.1), (0.02, 0.02, 0.01))
 AXES = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0), "x": (1.0, 0.0, 0.0)}

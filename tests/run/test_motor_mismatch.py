@@ -28,7 +28,8 @@ from coupling.study.conduct import _work
 from coupling.study.parameters import StudyParameters
 from coupling.study.robot_pool import RobotPool
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive, KinematicError
+from elastic_robot.drive import Drive
+from elastic_robot.gear_parts import KinematicError
 
 MOTORS = {
     "friction +30 %": (1.3, 1.0),

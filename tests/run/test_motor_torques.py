@@ -38,7 +38,7 @@ from coupling.run.predicted_motor_torques import COLD, WARM, explained_by_motors
 from coupling.run.simulated_motor_torques import MOTOR_TORQUES, summarise_motor
 from coupling.run.stored_run import read_run
 from coupling.store import EvaluatedProcess
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 FRICTION = 20.0
 

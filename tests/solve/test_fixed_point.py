@@ -30,7 +30,8 @@ from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Aitken, ConstantRelaxation
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone, Task
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 
 def loop(robot, process, scheme, max_evaluations=40) -> Loop:

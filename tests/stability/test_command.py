@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from first_screens import GLOSSARY
 
 from coupling.case.file import load_case
 from coupling.cli.main import main
 from coupling.errors import CaseError, StabilityError
+from coupling.events import unwatched
 from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
+from coupling.stability.clear_chatter import refuse_clear_chatter
 from coupling.stability.judgement import Judgement
-from coupling.stability.path_stability import stability_in_brief
+from coupling.stability.path_stability import PathStability, most_different, stability_in_brief
 
 # A slot in titanium with a robot that chatters at 2 mm and does not at 0.5 mm.
 SLOT = """
@@ -136,14 +140,7 @@ def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
     )
 
 
-def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, monkeypatch):
-    for name, value in (
-        ("analysis._PLACES", 6),
-        ("chart._SPEEDS", 8),
-        ("chart._DIRECTIONS", 4),
-        ("chart._GRID", 2),
-    ):
-        monkeypatch.setattr(f"coupling.stability.{name}", value)
+def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, coarse_charts):
     result = judged(tmp_path)
     times = [point["time"] for point in result["points"]]
     assert times == sorted(times)
@@ -320,17 +317,97 @@ def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
     assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
     assert re.search(
-        r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", said
+        r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .* 2 mm deep, as"
+        " programmed",
+        said,
     )
+    assert "elastic-robot stability" in said
     assert run("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
     assert "Warning: The cut" not in said
     assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
+    assert "was not touched off cuts deeper" in said
+
+
+@pytest.fixture
+def coarse_charts(monkeypatch):
+    for name, value in (
+        ("analysis.PLACES", 6),
+        ("chart._SPEEDS", 8),
+        ("chart._DIRECTIONS", 4),
+        ("chart._GRID", 2),
+    ):
+        monkeypatch.setattr(f"coupling.stability.{name}", value)
+
+
+@pytest.mark.parametrize("kind", ["couple", "compensate"])
+def test_a_cut_that_chatters_clearly_is_not_computed(
+    tmp_path, capsys, monkeypatch, coarse_charts, kind
+):
+    """Its limits are, in a folder that says so to whoever asks it for a command."""
+    monkeypatch.setattr("coupling.run.execute._run", None)  # would fail
+    folder = tmp_path / "run"
+    assert run(kind, slot(tmp_path), "-o", folder, "--no-store") == 1
+    told = capsys.readouterr().out
+    assert re.search(r"Warning: The cut chatters at [\d.]+ Hz .*: no command is computed", told)
+    assert "This cut will chatter: do not run it. No command was computed." in told
+    assert re.search(rf"elastic-robot {kind} \S+slot.toml --despite-chatter", told)
+    assert not GLOSSARY.search(told)
+    stored = json.loads((folder / "stability.json").read_text())
+    assert stored["instead_of"] == kind
+    assert stored["chart"]["rpm"]
+    page = (folder / "report.html").read_text()
+    (folder / "report.html").unlink()
+    assert run("report", folder) == 0
+    assert (folder / "report.html").read_text() == page
+    assert run("export", folder, "--to", "krl") == 2
+    assert "no command computed" in capsys.readouterr().err
+    # Made shallower, the same command replaces it.
+    assert run(kind, slot(tmp_path), "-o", folder, "--no-store") == 2
+    assert "add --overwrite" in capsys.readouterr().err
+
+
+def test_what_is_short_along_the_path_is_judged_as_well(tmp_path):
+    """Of 3000 cuts three are deep and two go across: equal steps of time would pass them over."""
+    (cut, *_) = CaseCuts(load_case(slot(tmp_path))).along_path
+    along = [replace(cut, time=float(row)) for row in range(3000)]
+    for row in (1234, 1235, 1236):
+        along[row] = replace(along[row], cut=cut.cut.at_depth(3.0 * cut.cut.depth))
+    for row in (77, 78):
+        along[row] = replace(along[row], feed=cut.feed + 1.5)
+    chosen = [int(each.time) for each in most_different(along, 8)]
+    assert chosen == sorted(chosen)
+    assert len(chosen) == 8
+    assert {1234, 1235, 1236} & set(chosen)
+    assert {77, 78} & set(chosen)
+    assert len(most_different([cut] * 5, 8)) == 5
+
+
+def test_a_cut_is_clear_only_if_it_chatters_where_its_force_lifts_the_tool(tmp_path, monkeypatch):
+    """2 mm chatter, 1.5 mm do not: a tool that is lifted by more is judged where it will be."""
+    case = load_case(slot(tmp_path))
+    up = CaseCuts(case).base_from_part[:, 2]
+
+    def is_refused(lift: float) -> bool:
+        monkeypatch.setattr(Judgement, "_mean_displacement", lift * up)
+        path = PathStability.of(CaseCuts(case), 4)
+        assert not path.is_stable
+        return path.chatters_clearly
+
+    assert [is_refused(lift) for lift in (-1e-3, 0.0, 1e-4, 5e-4, 3e-3)] == [True] * 3 + [False] * 2
+
+
+def test_a_cut_that_cannot_be_judged_or_is_stable_is_not_refused(tmp_path):
+    refuse_clear_chatter(load_case("examples/cases/cone.toml"), "couple", unwatched)
+    refuse_clear_chatter(load_case(slot(tmp_path, 0.0005)), "couple", unwatched)
+    file = slot(tmp_path)
+    file.write_text(file.read_text().replace("[1.6, 0.0, 0.6]", "[9.0, 0.0, 0.6]"))  # out of reach
+    refuse_clear_chatter(load_case(file), "couple", unwatched)
 
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
-    folder = tmp_path / "run"
-    assert run("couple", slot(tmp_path), "-v", "-o", folder, "--no-store") == 1
+    folder, words = tmp_path / "run", ["-v", "--no-store", "--despite-chatter"]
+    assert run("couple", slot(tmp_path), *words, "-o", folder) == 1
     verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
     assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
     assert re.search(

@@ -8,7 +8,7 @@ from coupling.identification.motion.driven_fmu import GearMotion
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
 
 # Rows at the start from which the friction's elongation there is estimated.

@@ -9,7 +9,8 @@ import numpy as np
 
 from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.robot.parameters import part_of, place_of
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.body import Body
+from elastic_robot.description import Joint, Robot
 
 # A backlash below this is none, as crossing it takes no time that counts [rad].
 _NO_BACKLASH = 1e-8

@@ -26,7 +26,7 @@ from coupling.inverse.spline import UniformSpline
 from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 from elastic_robot.parameters import Parameters
 
 # Relative change of a parameter for a difference.

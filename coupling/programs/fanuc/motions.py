@@ -163,6 +163,12 @@ class TpDriver:
     def _require_standing(self, position: TpPosition, where: str) -> None:
         """Refuse a target to which other axes than the robot's move."""
         for name, value in position.others:
+            # Without such axes it is zero.  Where it stood before is not known if motions have begun.
+            if name not in self.others and self.moves and abs(value) > _STANDSTILL:
+                raise ProgramError(
+                    f"{where}: expected {name} from the first position on, got {value:g} here first:"
+                    " give it there, if it does not move"
+                )
             before = self.others.setdefault(name, value)
             if abs(value - before) > _STANDSTILL:
                 raise ProgramError(

@@ -163,7 +163,13 @@ class Motions:
             if key not in target:
                 continue
             value = number(target[key], where)
-            before = self._external.setdefault(key, value)
+            # Without such axes it is zero.  Where it stood before is not known if the path has begun.
+            if key not in self._external and self._has_begun and abs(value) > _STANDSTILL:
+                raise ProgramError(
+                    f"{where}: expected {key} from the first pose on, got {value:g} here first: give it"
+                    " there, if it does not move"
+                )
+            before = self._external.get(key, value)
             if motion != "joint" and abs(value - before) > _STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected external axes at rest, got {key} from {before:g} to {value:g}:"
@@ -261,12 +267,12 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     try:
         return ControllerFrame(name, pose_of_abc([number(value[key], where) for key in FRAME_KEYS]))
     except UnknownValueError:
-        parts = [value[key] for key in FRAME_KEYS]
+        parts = ((key, value[key]) for key in FRAME_KEYS)
         words = (
-            _name_unknown(part) if isinstance(part, Unknown) else describe_value(part)
-            for part in parts
+            f"{key} {_name_unknown(part) if isinstance(part, Unknown) else describe_value(part)}"
+            for key, part in parts
         )
-        return ControllerFrame(f"{name} of {', '.join(words)}", None)
+        return ControllerFrame(f"{name}={{{', '.join(words)}}}", None)
 
 
 def _name_unknown(value: Unknown) -> str:

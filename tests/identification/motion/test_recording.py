@@ -18,7 +18,7 @@ from coupling.identification.motion.recording import (
 from coupling.identification.motion.sensors import delayed, encoder_lines
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 STEP = 0.004
 

@@ -29,7 +29,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.robot.parameters import apply_values, robot_parameters, scaled_values
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.robot.parameters import apply_values, scaled_values
 from coupling.run.models import Models
-from elastic_robot.gear_parts import Drive
+from elastic_robot.drive import Drive
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,56 @@
+"""A cut that chatters whatever path its tool takes: judged before a command is computed."""
+
+from __future__ import annotations
+
+from coupling.case.case import Case
+from coupling.errors import CouplingError, PlanningError, StabilityError
+from coupling.events import Progress, WarningEvent, Watch
+from coupling.results.run_result import Kind
+from coupling.results.stability_result import StabilityResult
+from coupling.stability.analysis import stability_along_path
+from coupling.stability.case_cut import CaseCuts, is_milling
+from coupling.stability.path_stability import PathStability
+
+
+class ClearChatterError(CouplingError):
+    """A cut chatters clearly, and no command is computed.
+
+    Attributes:
+        stability: Verdict and limits over speed, feed and place.
+    """
+
+    def __init__(self, stability: StabilityResult) -> None:
+        super().__init__(f"{stability.case}: {stability.sentence}")
+        self.stability = stability
+
+    def of_case_file(self, name: str) -> ClearChatterError:
+        """Return the same with the name of its case file, as commands name it."""
+        return ClearChatterError(self.stability.model_copy(update={"case_file": name}))
+
+
+def refuse_clear_chatter(case: Case, command: Kind, watch: Watch) -> None:
+    """Refuse a cut that chatters clearly, as `Judgement.chatters_clearly` says.
+
+    A case that mills nothing or cannot be judged is not refused; its command says why.
+
+    Args:
+        case: The case.
+        command: Command that would be computed.
+        watch: Function called with the verdict, and then with the progress of its limits.
+
+    Raises:
+        ClearChatterError: If the cut of the case does.
+    """
+    if not is_milling(case):
+        return
+    watch(Progress("judging whether the cut chatters", 0, 1))
+    try:
+        cuts = CaseCuts(case)
+        path = PathStability.in_brief(cuts)
+        if path is None or not path.chatters_clearly:
+            return
+    except (PlanningError, StabilityError):
+        return
+    watch(WarningEvent(f"{path.sentence}: no command is computed, only the limits of this cut"))
+    limits = stability_along_path(cuts, watch)
+    raise ClearChatterError(limits.model_copy(update={"instead_of": command}))
