@@ -258,8 +258,8 @@ def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float)
         is_late = mean.time - mean.time[0] > before
         earlier.append(rows[~is_late])
         later.append(rows[is_late])
-    noise = objective.noise(now.point.residuals)
-    return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), noise)
+    least = max(objective.noise(now.point.residuals), FLOOR)
+    return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), least)
 
 
 def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
