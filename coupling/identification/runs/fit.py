@@ -16,7 +16,7 @@ inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -51,8 +51,8 @@ from coupling.robot.robot_fmu import RobotFmu
 # Changes of a log factor for differences, one after the other: the valley is narrower than the local
 # minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Steps of a fit to a part with each kind of derivatives, and of the last ones, at most.
-_STEPS, _LAST_STEPS = 12, 30
+# Steps of a fit with each kind of derivatives, restarts of a part, and of the whole, at most.
+_STEPS, _TRIES, _LAST_TRIES = 30, 1, 2
 # A part in which so many times as much is left as before is not predictable.
 _LOST = 3.0
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
@@ -84,7 +84,7 @@ class ParameterFit(FitPoint):
         converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
         spectrum: Spectrum of what the model does not describe.
-        seconds: How much of every run it is fitted to, as far as they are predictable [s].
+        seconds: Part of every run that it is fitted to, as far as they are predictable [s].
     """
 
     covariance: np.ndarray
@@ -119,7 +119,7 @@ class Fitter:
         before, seconds, explained = 0.0, _window(whole, now, 0.0), None
         while before < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _restarted(part, part.at(now.z))
+            here = _restarted(part, part.at(now.z), _TRIES if seconds < np.inf else _LAST_TRIES)
             spectrum = _likeliest(here, SLOW_SPECTRA)
             if explained is not None and _is_lost(here, spectrum, before):
                 break
@@ -151,7 +151,7 @@ class Fitter:
             spectrum = _likeliest(now, SPECTRA)
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
             counted = _with_secants(self._counted(now, spectrum, over), change)
-            fit = estimate(counted, _free(counted.objective), _LAST_STEPS, _SETTLED)
+            fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
             now = fit.linearisation
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
         covariance = self._covariance(self._counted(now, spectrum, left_over.over))
@@ -262,20 +262,23 @@ def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float)
     return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), least)
 
 
-def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
-    """Return what is found from some unknowns and from the best restart beside them."""
+def _restarted(objective: FitObjective, start: FitPoint, tries: int) -> RunLinearisation:
+    """Return what is found from some unknowns and from restarts beside them."""
     best = _refined(objective, start, _CHANGES).linearisation
-    now = best.point
-    neighbour = None if _is_noise(objective, now) else _best_restart(best)
-    if neighbour is None:
-        return best
-    aside, fitted = neighbour.point, objective.try_at(neighbour.z, now.scale)
-    if fitted is not None and fitted.cost < aside.cost:
-        aside = fitted
-    other = _refined(objective, aside, _CHANGES).linearisation
-    there = other.point
-    cost = 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1]
-    return other if cost < now.cost - _SETTLED else best
+    restarts = _restarts(best)
+    for _ in range(tries):
+        now = best.point
+        neighbour = None if _is_noise(objective, now) else next(restarts, None)
+        if neighbour is None:
+            break
+        aside, fitted = neighbour.point, objective.try_at(neighbour.z, now.scale)
+        if fitted is not None and fitted.cost < aside.cost:
+            aside = fitted
+        other = _refined(objective, aside, _CHANGES).linearisation
+        there = other.point
+        if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
+            best, restarts = other, _restarts(other)
+    return best
 
 
 def _with_secants(now: RunLinearisation, change: float) -> RunLinearisation:
@@ -291,24 +294,28 @@ def _is_noise(part: FitObjective, now: FitPoint) -> bool:
     return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
-def _best_restart(now: RunLinearisation) -> Restart | None:
-    """Return where to try again: beside what was found, in backlash and damping of one gear.
+def _restarts(now: RunLinearisation) -> Iterator[Restart]:
+    """Yield where to try again: beside what was found, in backlash and damping of one gear each.
 
-    All else is fitted to these with derivatives that are known, which tells the best gear and side.
+    All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem = now.objective.problem
     shown = {int(k) for secant in problem.secants(_CHANGES[0]) for k in secant.shown}
+    gears = backlash_trials(problem.parameters, shown)
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
         return now.objective.fit_others(now.point, now.slopes, step, fmu)
 
-    restarts = in_parallel(problem.fmus, backlash_trials(problem.parameters, shown), tried)
-    return min(restarts, key=lambda restart: restart.cost, default=None)
+    ordered = iter(in_parallel(problem.fmus, [step for steps in gears for step in steps], tried))
+    candidates = [
+        min((next(ordered) for _ in steps), key=lambda restart: restart.cost) for steps in gears
+    ]
+    yield from sorted(candidates, key=lambda restart: restart.cost)
 
 
 def backlash_trials(
     parameters: Sequence[RobotParameter], shown: Collection[int]
-) -> list[np.ndarray]:
+) -> list[list[np.ndarray]]:
     """Return steps of log factors to both sides, for every gear whose backlash is shown.
 
     What a gear's crossing takes is 2 B d: its backlash and its damping pull against each other, and
@@ -320,7 +327,7 @@ def backlash_trials(
         shown: Numbers of the parameters with a significant effect.
 
     Returns:
-        Steps of the gears whose backlash and damping have a significant effect [1], (P,).
+        Steps of each gear whose backlash and damping have a significant effect [1], (P,).
     """
     of = {
         (parameter.gear, parameter.kind): k for k, parameter in enumerate(parameters) if k in shown
@@ -331,10 +338,12 @@ def backlash_trials(
         pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
         if len(pair) < 2:
             continue
+        steps = []
         for size, signs in product(_SIZES, _STEPS_ASIDE):
             step = np.zeros(len(parameters))
             step[pair] = size * prior[pair] * signs
-            trials.append(step)
+            steps.append(step)
+        trials.append(steps)
     return trials
 
 

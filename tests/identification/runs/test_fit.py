@@ -75,7 +75,7 @@ def test_processes_beside_each_other_change_no_digit(robots, example, monkeypatc
         for fmus in (problem.fmus, (*problem.fmus, other)):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
             start = objective.framed(0.0 * truth)
-            points.append(_restarted(objective, start).point)
+            points.append(_restarted(objective, start, 1).point)
     single, both = points
     assert single.cost < start.cost
     np.testing.assert_array_equal(single.z, both.z)
