@@ -84,9 +84,9 @@ def parameters() -> str:
     rows = []
     for number, seed in enumerate(SEEDS, start=1):
         left, seconds = cone().learned(hidden(cone().robot, seed), seed)
-        times = ", ".join(f"{cpu:.0f}" for _, cpu in seconds)
+        times = ", ".join(f"{clock:.0f} ({cpu:.0f})" for clock, cpu in seconds)
         rows.append((f"{number}", *map(str, left), times))
-    head = ("robot", "with its file", "one run", "two runs", "CPU time of the fits [s]")
+    head = ("robot", "with its file", "one run", "two runs", "time of the fits (CPU) [s]")
     return table(head, rows)
 
 

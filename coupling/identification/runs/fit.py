@@ -3,10 +3,7 @@
 A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
-explained, with a restart at other backlash and damping (`backlash_trials`) where it exceeds the noise.
-Gears that swing cross at times that are decided by parts in a thousand of the parameters some seconds
-before: where much more is left of an extension than of the part before, the run is no longer
-predictable, and the parameters are those of that part.
+explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -28,9 +25,7 @@ from coupling.identification.runs.linearisation import (
     FLOOR,
     FitObjective,
     FitPoint,
-    Restart,
     RunLinearisation,
-    size_of,
 )
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
@@ -51,10 +46,9 @@ from coupling.robot.robot_fmu import RobotFmu
 # Changes of a log factor for differences, one after the other: the valley is narrower than the local
 # minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Steps of a fit with each kind of derivatives, restarts of a part, and of the whole, at most.
-_STEPS, _TRIES, _LAST_TRIES = 30, 1, 2
-# A part in which so many times as much is left as before is not predictable.
-_LOST = 3.0
+# Steps of a fit to a part and to the whole; restarts of a part and of the whole, and of so many gears'
+# best sides.
+_PART_STEPS, _STEPS, _PART_TRIES, _TRIES, _RESTART_GEARS = 12, 30, 1, 2, 2
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
 # every unknown.
 _SETTLED = 0.15
@@ -68,7 +62,7 @@ _SIZES = (1.0 / 3.0, 2.0 / 3.0)
 _FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
 # By which part more at least where what was looked at stays unexplained, as where a gear is in its
 # backlash without load: else a fit that comes to nothing takes longest.
-_STRIDE = 0.2
+_STRIDE = 0.5
 # Means over so long [s] that are so many times noise are no longer explained.
 _OVER, _FAR = 0.2, 2.0
 
@@ -84,14 +78,12 @@ class ParameterFit(FitPoint):
         converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
         spectrum: Spectrum of what the model does not describe.
-        seconds: Part of every run that it is fitted to, as far as they are predictable [s].
     """
 
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
     spectrum: UnmodelledSpectrum
-    seconds: float
 
 
 class Fitter:
@@ -115,22 +107,19 @@ class Fitter:
             progress: Function called with the milliseconds of the runs that are fitted, and all.
         """
         longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
-        whole, now, spectrum = self._whole, self._whole.framed(start), USUAL
-        before, seconds, explained = 0.0, _window(whole, now, 0.0), None
-        while before < np.inf:
+        whole = FitObjective(self.problem, NONE)
+        now, spectrum = whole.framed(start), USUAL
+        before, seconds = 0.0, _window(whole, now, 0.0)
+        while seconds < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _restarted(part, part.at(now.z), _TRIES if seconds < np.inf else _LAST_TRIES)
+            here = _restarted(part, part.at(now.z), _PART_STEPS, _PART_TRIES)
             spectrum = _likeliest(here, SLOW_SPECTRA)
-            if explained is not None and _is_lost(here, spectrum, before):
-                break
-            explained, before = here, seconds
             whole = FitObjective(self.problem, spectrum)
-            now = whole.at(here.point.z)
-            progress(round(1e3 * min(before, 1e-3 * longest)), 2 * longest)
+            now, before = whole.at(here.point.z), seconds
+            progress(min(round(1e3 * before), longest), 2 * longest)
             seconds = _window(whole, now, before, _is_noise(part, here.point))
         progress(longest, 2 * longest)
-        assert explained is not None
-        return Fitter(explained.objective.problem)._settled(explained, before)
+        return self._settled(_restarted(whole, now, _STEPS, _TRIES))
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
         """Return what given parameters leave, behind the frame that fits them best.
@@ -145,7 +134,7 @@ class Fitter:
         """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         return self._whole.noise(residuals)
 
-    def _settled(self, now: RunLinearisation, seconds: float) -> ParameterFit:
+    def _settled(self, now: RunLinearisation) -> ParameterFit:
         """Return the most likely robot near what was found, and how sure it is."""
         for change in _SMALL_CHANGES:
             spectrum = _likeliest(now, SPECTRA)
@@ -161,7 +150,6 @@ class Fitter:
             converged=fit.is_settled,
             left_over=left_over,
             spectrum=spectrum,
-            seconds=seconds,
         )
 
     def _counted(
@@ -227,57 +215,42 @@ def _free(objective: FitObjective) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _refined(
-    objective: FitObjective, start: FitPoint, changes: Sequence[float]
+    objective: FitObjective, start: FitPoint, most: int, changes: Sequence[float]
 ) -> Estimate[RunLinearisation]:
     """Return what is found from some unknowns on, by steps with ever more exact derivatives.
 
     Args:
         objective: Sum of squares of the runs, or of a part of them.
         start: Unknowns to begin at.
+        most: Steps with each kind of derivatives at most.
         changes: Changes of a log factor for differences of simulations, one after the other [1].
     """
     # Far from the solution derivatives of the gears' equation lead towards it.
     problem = objective.problem
     slopes = objective.slopes(start.z, problem.effects)
-    secants = problem.secants(changes[0])
-    here = RunLinearisation(objective, start, secants, changes[0], slopes)
-    fit = estimate(here, _free(objective), _STEPS, _SETTLED)
+    here = RunLinearisation(objective, start, problem.secants(changes[0]), changes[0], slopes)
+    fit = estimate(here, _free(objective), most, _SETTLED)
     for change in changes[1:]:
         if _is_noise(objective, fit.linearisation.point):
             break
         here = _with_secants(fit.linearisation, change)
-        fit = estimate(here, _free(objective), _STEPS, _SETTLED)
+        fit = estimate(here, _free(objective), most, _SETTLED)
     return fit
 
 
-def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float) -> bool:
-    """Whether much more is left of what was looked at last than of what was before [s]."""
-    objective = FitObjective(now.objective.problem, spectrum)
-    earlier, later = [], []
-    for mean, rows in zip(objective.slow, objective.at(now.x).rows, strict=True):
-        is_late = mean.time - mean.time[0] > before
-        earlier.append(rows[~is_late])
-        later.append(rows[is_late])
-    least = max(objective.noise(now.point.residuals), FLOOR)
-    return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), least)
-
-
-def _restarted(objective: FitObjective, start: FitPoint, tries: int) -> RunLinearisation:
+def _restarted(objective: FitObjective, start: FitPoint, most: int, tries: int) -> RunLinearisation:
     """Return what is found from some unknowns and from restarts beside them."""
-    best = _refined(objective, start, _CHANGES).linearisation
-    restarts = _restarts(best)
+    best = _refined(objective, start, most, _CHANGES).linearisation
+    restarts = _restart_points(best)
     for _ in range(tries):
         now = best.point
         neighbour = None if _is_noise(objective, now) else next(restarts, None)
         if neighbour is None:
             break
-        aside, fitted = neighbour.point, objective.try_at(neighbour.z, now.scale)
-        if fitted is not None and fitted.cost < aside.cost:
-            aside = fitted
-        other = _refined(objective, aside, _CHANGES).linearisation
+        other = _refined(objective, neighbour, most, _CHANGES).linearisation
         there = other.point
         if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
-            best, restarts = other, _restarts(other)
+            best, restarts = other, _restart_points(other)
     return best
 
 
@@ -294,7 +267,7 @@ def _is_noise(part: FitObjective, now: FitPoint) -> bool:
     return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
-def _restarts(now: RunLinearisation) -> Iterator[Restart]:
+def _restart_points(now: RunLinearisation) -> Iterator[FitPoint]:
     """Yield where to try again: beside what was found, in backlash and damping of one gear each.
 
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
@@ -303,14 +276,15 @@ def _restarts(now: RunLinearisation) -> Iterator[Restart]:
     shown = {int(k) for secant in problem.secants(_CHANGES[0]) for k in secant.shown}
     gears = backlash_trials(problem.parameters, shown)
 
-    def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
+    def tried(fmu: RobotFmu, step: np.ndarray) -> FitPoint:
         return now.objective.fit_others(now.point, now.slopes, step, fmu)
 
-    ordered = iter(in_parallel(problem.fmus, [step for steps in gears for step in steps], tried))
+    all_steps = [step for steps in gears for step in steps]
+    ordered = iter(in_parallel(problem.fmus, all_steps, tried))
     candidates = [
-        min((next(ordered) for _ in steps), key=lambda restart: restart.cost) for steps in gears
+        min((next(ordered) for _ in steps), key=lambda point: point.cost) for steps in gears
     ]
-    yield from sorted(candidates, key=lambda restart: restart.cost)
+    yield from sorted(candidates, key=lambda point: point.cost)[:_RESTART_GEARS]
 
 
 def backlash_trials(

@@ -12,8 +12,7 @@ from scipy.signal import lfilter
 
 from coupling.errors import SimulationError
 from coupling.identification.estimate import estimate
-from coupling.identification.runs import fit as fit_module
-from coupling.identification.runs.fit import _free, _restarted
+from coupling.identification.runs.fit import _free, _restart_points
 from coupling.identification.runs.judge import judge_parameters
 from coupling.identification.runs.linearisation import (
     FitObjective,
@@ -64,35 +63,24 @@ def test_a_fit_looks_along_the_run(robots, example):
     assert size_of(found.slow) < 1.1 * fitter.noise(found.residuals)
 
 
-def test_processes_beside_each_other_change_no_digit(robots, example, monkeypatch):
-    """Differences and a restart by one process and by two."""
-    monkeypatch.setattr(fit_module, "_is_noise", lambda *_: False)
+def test_processes_beside_each_other_change_no_digit(robots, example):
+    """Differences and restarts by one process and by two."""
     short = Robots(example, robots.models, seconds=2.0)
     truth = short.drawn(31, 1.0)
     problem = short.fitter(short.measured(short.moved(truth), every=5)).problem
-    points = []
     with RobotFmu(short.fmu.file) as other:
+        points = []
         for fmus in (problem.fmus, (*problem.fmus, other)):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
-            start = objective.framed(0.0 * truth)
-            points.append(_restarted(objective, start, 1).point)
+            point = objective.framed(0.0 * truth)
+            start = RunLinearisation(objective, point, problem.secants(0.05), 0.05).recompute()
+            points.append([estimate(start, _free(objective), 2, 0.0).linearisation.point])
+            points[-1] += _restart_points(start)
     single, both = points
-    assert single.cost < start.cost
-    np.testing.assert_array_equal(single.z, both.z)
-
-
-def test_a_fit_ends_where_a_run_is_no_longer_predictable(robots):
-    """A tool that leaves its path by 0.3 mm a second from 3 s on: parameters are those of before."""
-    truth = robots.factors(backlash=1.2, damping=0.9)
-    run = robots.measured(robots.moved(truth), every=3)
-    since = np.maximum(run.measured.time - run.measured.time[0] - 3.0, 0.0)
-    shaken = 3e-4 * np.sign(np.sin(2.0 * np.pi * 3.0 * since)) * (since > 0.0)
-    position = run.measured.position + shaken[:, None] * [0.0, 0.6, 0.8]
-    seen = replace(run, measured=replace(run.measured, position=position))
-    fit = robots.fitter(seen).fit(0.0 * truth)
-    assert 2.0 < fit.seconds < 3.7
-    gear = [p.name for p in robots.parameters].index("joint[1].backlash")
-    assert fit.z[gear] == pytest.approx(truth[gear], abs=0.05)
+    assert single[0].cost < point.cost
+    assert len(single) == 3
+    for a, b in zip(single, both, strict=True):
+        np.testing.assert_array_equal(a.z, b.z)
 
 
 def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
