@@ -115,17 +115,6 @@ class Shop:
         with Models("native") as models:
             return learn([read_source(self._first, measured)], FramePrior(), models)
 
-    def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
-        """Return how far the tool of the file's and of the learned robot is from the real one's [m].
-
-        Rms along the run, less a constant, of what the model knows of the real robot.
-        """
-        real = self.moved(self._first, truth).position[0]
-        factors = {own.name: own.written / own.start for own in found.parameters}
-        off = [self.moved(self._first, Truth("", own)).position[0] - real for own in ({}, factors)]
-        before, after = (Left.of(rows).less_rms for rows in off)
-        return before, after
-
     def left(self, run: Path, path: ToolPath) -> Left:
         """Return how far the tool really is from its desired path."""
         desired = _unseen(run).stored.desired
