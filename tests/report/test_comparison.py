@@ -12,8 +12,8 @@ from first_screens import GLOSSARY, words_of
 from line_case import line_case
 
 from coupling.errors import ResultError
+from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
-    comparison_answer,
     comparison_page,
     comparison_scene,
     comparison_summary,

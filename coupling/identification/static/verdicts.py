@@ -149,10 +149,10 @@ class Identification:
 
     @cached_property
     def written(self) -> np.ndarray:
-        """Values of p in the robot as written: kept ones, and those that fit best beside, (P,).
+        """Values of p in the robot as written, in its units, (P,).
 
-        These are in their intervals.  Where nothing that is kept acts together with what is identified,
-        they are the fit's.
+        These are kept ones, and beside them those that fit best in their intervals: the fit's where
+        nothing that is kept acts together with what is identified.
         """
         at, sure = self.fit.at, self.fit.intervals
         identified = np.array([verdict.identified for verdict in self.verdicts])

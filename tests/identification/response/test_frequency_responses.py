@@ -11,12 +11,9 @@ from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
-from coupling.identification.response.identification import (
-    MeasuredPosture,
-    identify_from_responses,
-    read_posture,
-)
+from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.mismatch import LARGEST_ERROR
+from coupling.identification.response.posture import MeasuredPosture, read_posture
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.report.identify_answers import response_answer
