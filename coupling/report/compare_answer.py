@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -27,8 +26,8 @@ def comparison_answer(comparison: Comparison) -> Answer:
     good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
     if best.kind == _MEASURED_KIND:
         good = None if tolerance is None else best.deviation <= tolerance
-        words = ["elastic-robot", "export", name_path(best.run.folder), "--to", "krl"]
-        steps = [NextStep("Write the robot program of the best one:", shlex.join(words))]
+        export = ("export", name_path(best.run.folder), "--to", "krl")
+        steps = [NextStep.by("Write the robot program of the best one:", *export)]
     many = f"of {len(standings)} runs " if len(standings) > 1 else ""
     return Answer(
         sentence=judged(
@@ -90,8 +89,8 @@ def _next_command(comparison: Comparison) -> Iterator[NextStep]:
     """Yield the step from what was measured to the next command."""
     if not comparison.measured:
         return
-    words = ["elastic-robot", "next"]
+    words = ["next"]
     for number, measured in sorted(comparison.measured.items()):
         words += [name_path(comparison.runs[number].folder), str(measured.file)]
     words += ["-o", f"{name_path(comparison.runs[-1].folder)}_next"]
-    yield NextStep("Compute the next command from what was measured:", shlex.join(words))
+    yield NextStep.by("Compute the next command from what was measured:", *words)

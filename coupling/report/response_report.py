@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from coupling.report.document import document
 from coupling.report.modes_report import response_figure
 from coupling.report.parameter_table import parameter_table
 from coupling.results.response_result import (
@@ -10,29 +9,24 @@ from coupling.results.response_result import (
     PostureResponseResult,
     ResponseFitResult,
 )
-from coupling.results.section import Answer, Note, Section, Table
+from coupling.results.section import Note, Section, Table
 
 _ERRORS = Note(
     "Median of |log(model / measurement)|: 0.1 is a tenth in magnitude, or 6 degrees in phase. Motors"
     " are taken for locked, gears for on the flank that gravity presses them to."
 )
 _INTERVALS = Note(
-    "95 % intervals are those of noise, and wider by what the model does not describe. Stiffness is"
+    "95 % intervals are those of noise, and wider by what the model does not describe, as far as it"
+    " shows: where more is left than noise, they hold the gear's stiffness in two of three. Stiffness is"
     " known to a factor of 2.2 before, damping to a factor of 7 around a ratio of 0.04."
 )
 # A residual so many times as large as noise is of what the model does not describe.
-_UNEXPLAINED = 2.0
+_UNEXPLAINED = 1.05
 
 
-def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
-    """Return the page of an identification from frequency responses as one self-contained HTML text.
-
-    Args:
-        title: Title of the page.
-        result: Its figures, the content of identified.json.
-        answer: Its first screen.
-    """
-    sections = response_summary(result)
+def response_figures(result: ResponseFitResult) -> list[Section]:
+    """Return the responses of every posture, measured and identified."""
+    sections = []
     for number, posture in enumerate(result.postures, start=1):
         words = "predicted" if posture.held_out else "fitted"
         for by in "xyz":
@@ -47,7 +41,7 @@ def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
                 heading = f"{posture.name}, {words}: motion by a force along {by}"
                 figure = response_figure(of_force)
                 sections.append(Section(heading, [], f"response-{number}-{by}", [figure]))
-    return document(title, sections, answer)
+    return sections
 
 
 def response_summary(result: ResponseFitResult) -> list[Section]:
@@ -90,6 +84,7 @@ def response_warnings(result: ResponseFitResult) -> list[str]:
         warnings.append(
             f"The fit leaves {100.0 * result.residual:.2g} %, noise alone would be"
             f" {100.0 * result.noise:.2g} %: something gives way that the robot file has not (links,"
-            " base, tool), is taken for gears and tilts, and may be off by more than the intervals say."
+            " base, tool) and is taken for gears and tilts. Stiffness is that of a gear with what gives"
+            " way beside it, most often less than the gear's alone, which the intervals do not hold."
         )
     return warnings

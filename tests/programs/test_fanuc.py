@@ -306,6 +306,12 @@ def test_speeds_and_times_are_in_their_units_and_scaled_by_the_override():
     assert program.assumptions == ("OVERRIDE=50% scales the speeds behind it",)
 
 
+def test_frames_of_the_first_group_are_those_of_the_robot():
+    """As Roboguide writes them."""
+    grouped = "UTOOL_NUM[GP1]= 1\nUFRAME_NUM[GP1]= 1\n"
+    assert read(f"{grouped}{FIRST}\n{SECOND}") == read(f"{CHOSEN}{FIRST}\n{SECOND}")
+
+
 def test_a_turn_in_degrees_per_second_has_its_time():
     points = cartesian(1) + cartesian(2, r=90.0)
     program = read("L P[1] 5mm/sec FINE\nL P[2] 45deg/sec FINE", points)

@@ -26,9 +26,10 @@ from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
+from coupling.path.length_text import format_um
 from coupling.process import ProcessResponse
 from coupling.process.isf_force_law import DoubleSided
-from coupling.report import write_report
+from coupling.report.result_page import write_report
 from coupling.report.run_report import cell_head
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import Table
@@ -278,7 +279,7 @@ def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
     expected = [
         measure(path, run.desired) for path in (run.of(OTHER_MODE).before, run.of(OTHER_MODE).after)
     ]
-    assert [row[1], row[4]] == [f"{1e6 * deviation.maximum:.2f}" for deviation in expected]
+    assert [row[1], row[4]] == [format_um(deviation.maximum) for deviation in expected]
     moving = measure(run.correction.achieved, run.desired)
     assert float(row[4]) > 5.0 * 1e6 * moving.maximum
 
@@ -402,7 +403,10 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
     }
     for name in ("forming", "support"):
         files = {f.name for f in (out / name).iterdir()}
-        assert files == (FILES | BY_MODE["quasistatic"]) - {"case.toml", "run.json"}
+        assert files == (FILES | BY_MODE["quasistatic"] | {"wrong_backlash.csv"}) - {
+            "case.toml",
+            "run.json",
+        }
     cell = read_run(out)
     for tool, name in enumerate(("forming", "support")):
         stored = cell.robots[name]

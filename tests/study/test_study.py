@@ -31,6 +31,7 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.written_files import LIST, begin_folder, claim_file
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
+from coupling.report.lengths import in_words
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.plant import PLANT_REPLAY
@@ -329,7 +330,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert f"90 % of robots stay below {1e6 * limit:.2f} um" in page
+    assert f"90 % of the robots that are possible stay within {in_words(limit)}" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
         "damping_factor",

@@ -9,20 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.files.modal_damping import with_damping_ratio
-from coupling.identification.response.experiment import DELAY, PostureResponse, ResponseExperiment
+from coupling.identification.response.cross_validation import posture_unlike_others
 from coupling.identification.response.fit import ResponseFit, fit_responses
 from coupling.identification.response.posture import (
-    DELAY_DEVIATION,
-    FACTOR_DEVIATION,
     MeasuredPosture,
     error_of,
     log_residual,
     posture_result,
 )
 from coupling.identification.response.refusal import refusal_of
+from coupling.identification.response.robot_fit import RobotFit
 from coupling.identification.robot_file import fitted_text, require_written
-from coupling.modes.locked_robot import LockedRobot
 from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.robot.parameters import apply_values, unit_of
@@ -30,15 +27,10 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
-# Standard deviations of the logs that are known before: a data sheet's or a class's stiffness, and a
-# damping ratio of 0.04, which measured robots have within a factor of 2 to 3 [1].
-_STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
 # A standard deviation above this part of the one before says that the measurement tells little.
 _TOLD = 0.5
 # Half a 95 % interval of a normal distribution [standard deviations].
 _QUANTILE = 1.96
-# Times that the robot is linearised: under its weight it rests elsewhere with other springs.
-_LINEARISED = 3
 # Log of the factor of a damping that the start file takes for zero.
 _NONE = -20.0
 
@@ -76,33 +68,16 @@ def identify_from_responses(
         raise IdentifyError(f"robot {robot.name}: expected joints that give way, got none")
     if all(posture.is_held_out for posture in measured):
         raise IdentifyError("measurements: expected responses to fit, got none but those held out")
-    damping = Parameters.of(with_damping_ratio(robot, _RATIO)).damping
-    instruments = [FACTOR_DEVIATION, DELAY_DEVIATION / DELAY]
-    count = sum(not each.is_held_out for each in measured)
-    prior = np.append(
-        np.repeat([_STIFFNESS, _DAMPING], len(stiffness)), np.tile(instruments, count)
-    )
-    names, around = build_chain(robot).elastic_names, robot
-    fit: ResponseFit | None = None
-    for _ in range(_LINEARISED):
-        postures, unloaded = _linearise(around, torque_curve, measured)
-        fitted = tuple(
-            p for p, each in zip(postures, measured, strict=True) if not each.is_held_out
-        )
-        experiment = ResponseExperiment(fitted, stiffness, damping, prior, 1.0)
-        fit = fit_responses(experiment, np.full(len(prior), np.nan), fit)
-        springs = experiment.parameters(fit.x)[0].tolist()
-        around = apply_values(
-            robot, {f"{name}.stiffness": k for name, k in zip(names, springs, strict=True)}
-        )
-    assert fit is not None
+    robot_fit = RobotFit.of(robot, torque_curve, measured)
+    experiment, fit, postures = robot_fit.experiment, robot_fit.fit, robot_fit.postures
+    damping, prior = experiment.damping, experiment.prior
     is_identified = fit.deviation[: len(starts)] <= _TOLD * prior[: len(starts)]
     with np.errstate(divide="ignore"):
         logs = np.log(starts / np.append(stiffness, damping))
     kept = np.full(len(prior), np.nan)
     kept[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
     refit = fit if is_identified.all() else fit_responses(experiment, kept, fit)
-    values, refitted = (np.concatenate(experiment.parameters(each.x)) for each in (fit, refit))
+    values, refitted = robot_fit.values, np.concatenate(experiment.parameters(refit.x))
     written = np.where(is_identified, refitted, starts)
     residuals = [[log_residual(p, each) for each in (starts, values, written)] for p in postures]
     of_fitted, of_others = (
@@ -116,32 +91,25 @@ def identify_from_responses(
         residual=fit.residual,
         noise=fit.noise,
         held_out=error_of(of_others) if of_others else None,
-        parameters=_parameters(names, np.stack([starts, values, written]), fit, is_identified),
+        parameters=_parameters(
+            build_chain(robot).elastic_names,
+            np.stack([starts, values, written]),
+            fit,
+            is_identified,
+        ),
         postures=tuple(
             posture_result(posture, each, joints, written, residual)
             for posture, each, joints, residual in zip(
-                postures, measured, unloaded, residuals, strict=True
+                postures, measured, robot_fit.unloaded, residuals, strict=True
             )
         ),
     )
-    refusal = refusal_of(result, postures, experiment, fit.x[: len(stiffness)])
+    unlike = posture_unlike_others(robot, torque_curve, measured)
+    refusal = unlike or refusal_of(result, postures, experiment, fit.x[: len(stiffness)])
     changed = {p.name: p.written for p in result.parameters if p.identified and p.written}
     return ResponseIdentification(
         apply_values(robot, changed), result.model_copy(update={"refusal": refusal})
     )
-
-
-def _linearise(
-    robot: Robot, torque_curve: str, measured: Sequence[MeasuredPosture]
-) -> tuple[list[PostureResponse], list[tuple[int, ...]]]:
-    """Return the robot in all postures, and the joints whose gears are unloaded there."""
-    locked, stiffness = LockedRobot(robot, torque_curve), Parameters.of(robot).stiffness
-    postures, unloaded = [], []
-    for each in measured:
-        linear = locked.linear(each.q, np.zeros(6))
-        postures.append(PostureResponse.of(linear, stiffness, each.responses))
-        unloaded.append(locked.unloaded_joints(linear))
-    return postures, unloaded
 
 
 def _parameters(

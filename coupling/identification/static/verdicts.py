@@ -149,7 +149,7 @@ class Identification:
 
     @cached_property
     def written(self) -> np.ndarray:
-        """Values of p in the robot as written, in its units, (P,).
+        """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
 
         These are kept ones, and beside them those that fit best in their intervals: the fit's where
         nothing that is kept acts together with what is identified.

@@ -1,5 +1,6 @@
 """Stiffness and damping from frequency responses: what was drawn is found, nothing else claimed."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -159,6 +160,24 @@ def test_responses_that_are_not_of_the_posture_told_are_refused_by_what_they_loo
     refusal = identify_from_responses(robot, "linear", _misread(kind, taps)).result.refusal
     assert "check --posture-deg" in refusal
     assert seen in refusal
+
+
+@pytest.mark.parametrize("name", ["kuka_kr300", "ur10"])
+def test_a_wrong_posture_of_three_is_seen_by_what_the_others_predict(name):
+    """A fit to all of them leaves no more than one to a robot whose links bend."""
+    robot, rng = _robot(name), np.random.default_rng(1)
+    values, q = drawn_values(robot, rng), _postures(rng, 3)
+    taps = [tap(robot, values, each, 0.1, 1.02, 2e-4, rng) for each in q]
+    taps = [replace(each, name=f"tap {row}") for row, each in enumerate(taps)]
+    elsewhere = _postures(np.random.default_rng(101), 1)[0]
+    taps[1] = replace(taps[1], q=elsewhere)
+    result = identify_from_responses(robot, "linear", taps).result
+    assert result.error.written < LARGEST_ERROR
+    assert re.match(
+        r"tap 1: a robot fitted to the other postures is off by a factor of", result.refusal
+    )
+    assert "check --posture-deg" in result.refusal
+    assert not identify_from_responses(robot, "linear", [taps[0], taps[2]]).result.refusal
 
 
 @pytest.mark.parametrize("name", ["kuka_kr300", "icme2008", "ur10"])
