@@ -150,7 +150,7 @@ def _verdict(figures: StudyResult) -> Section:
         text.append(
             f"Warning: {len(figures.not_coupled)} robots did not converge with their process."
         )
-    return Section("", text, good=command.converged)
+    return Section("", text, good=command.converged if text else None)
 
 
 def _quantiles(figures: StudyResult) -> Section:

@@ -217,7 +217,7 @@ def test_axes_beside_the_robot_are_read_where_they_stand():
         with pytest.raises(ProgramError, match=f"line 7: expected {name} to stand"):
             read(f"{FIRST}\n{SECOND}", points)
     points = cartesian(1) + cartesian(2, x=9.0, more=stands)
-    with pytest.raises(ProgramError, match="line 7: expected E1 from the first position on"):
+    with pytest.raises(ProgramError, match="line 7: expected E1 from the first target on"):
         read(f"{FIRST}\n{SECOND}", points)
 
 

@@ -25,6 +25,10 @@ REFUSED = {
         f"p2.extax.eax_b := 5; {to('p2')} p2.extax.eax_b := 9; {to('p2')}",
         "eax_b",
     ),
+    "external axis given on the way": (
+        f"p2.extax.eax_b := 5; {to('p2')}",
+        "eax_b from the first target",
+    ),
     "external motion": ("MoveExtJ j,v50,fine;", "got MoveExtJ"),
     "external offsets": ("EOffsSet [10,0,0,0,0,0];", "got EOffsSet"),
     **{
