@@ -13,11 +13,7 @@ from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
-
-
 STIFFNESS = 2e5
-
-
 NAMES = {"inputs": {"z": "height"}, "outputs": {"fz": "force"}}
 
 
