@@ -261,7 +261,7 @@ def test_build_and_report_commands(finished, tmp_path):
     assert (tmp_path / "page.html").read_text() == (folder / "report.html").read_text()
     lost = command("report", tmp_path / "nowhere")
     assert lost.returncode == 2
-    assert "name a run folder" in " ".join(lost.stderr.split())
+    assert "expected the folder of a run" in " ".join(lost.stderr.split())
 
 
 def test_a_damaged_run_folder_is_named(finished, tmp_path):

@@ -229,9 +229,9 @@ def test_both_kinds_agree_with_backlash():
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
 def test_nothing_pulls_and_energy_only_falls(kind, stiffness):
-    """Bounces on a floor at steps of 1, 3 and 10 ms, with damping and friction, seen at every step."""
+    """Bounces on a floor at steps of 2 and 10 ms, with damping and friction, seen at every step."""
     plane, largest = PlaneContact(stiffness, 0.2, 0.0, 0.2), 0.0
-    for length in (1e-3, 3e-3, 1e-2):
+    for length in (2e-3, 1e-2):
         robot = Touching(kind, pendulum(), [0.0], tolerance=1e-9)
         robot.reset(onto(plane, (0.0, 0.0, -5e-3), force=(0.0, 0.0, MASS * 9.81)))
         rows = np.array(run(robot, onto(plane, (0.0, 0.0, -5e-3)), length, int(0.3 / length)))

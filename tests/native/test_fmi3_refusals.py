@@ -1,4 +1,4 @@
-"""What the native FMU of FMI 3.0 refuses, and how it says so."""
+"""What FMI 3.0 alone has to refuse; the rest: test_life_cycle.py and tests/fmu/hosts/clauses.py."""
 
 from __future__ import annotations
 
@@ -29,55 +29,18 @@ REFUSED = {
         lambda p, s: s.getFloat64([p.references["time"] + 1]),
         "asked for as a Float64 variable; this FMU has none there",
     ),
-    "string as Float64": (
-        lambda p, s: s.getFloat64([p.references["mode"]]),
-        "asked for as a Float64 variable; this FMU has none there",
-    ),
     "often the same": (
         lambda p, s: s.setFloat64([p.references["q_cmd"]] * 200, [0.0] * 1200),
         "in one call, got 1200",
-    ),
-    "output": (
-        lambda p, s: p.set(s, "tcp.position", [0.0] * 3),
-        "tcp.x is an output and cannot be set",
-    ),
-    "not finite": (
-        lambda p, s: p.set(s, "force", [0.0, NAN, 0.0]),
-        "force.y: expected a finite number, got nan N",
     ),
     "spring": (
         lambda p, s: p.set(s, "anchor.stiffness", [1e5, NAN, 0.0, 1e5, 0.0, 0.0]),
         "anchor.kxy: expected a finite number, got nan N/m",
     ),
     "time": (lambda p, s: p.set(s, "time", [1.0]), "value reference of a real variable: expected"),
-    "Float64 as string": (
-        lambda p, s: s.getString([p.references["force"]]),
-        "value reference of a string variable: expected",
-    ),
-    "string too late": (
-        lambda p, s: s.setString([p.references["mode"]], ["dynamic"]),
-        "strings are fixed",
-    ),
-    "integer": (
-        lambda p, s: s.getInt32([3]),
-        "Int32 variable 3 is asked for; this FMU has Float64 and String variables only",
-    ),
-    "step elsewhere": (lambda p, s: s.doStep(0.5, STEP), "the last step's end, 0.0 s, got 0.5 s"),
-    "step back": (
-        lambda p, s: s.doStep(0.0, -STEP),
-        "step size: expected a finite number >= 0, got -0.004 s",
-    ),
     "event mode": (
         lambda p, s: s.enterEventMode(),
         "model exchange is asked for; this instance was made for co-simulation",
-    ),
-    "configuration mode": (
-        lambda p, s: s.enterConfigurationMode(),
-        "configuration mode is asked for",
-    ),
-    "initialisation": (
-        lambda p, s: s.enterInitializationMode(),
-        "expected a reset before initialisation is entered again, got none",
     ),
     "derivative's seed": (
         lambda p, s: s.getDirectionalDerivative(*p.pick("tcp.position", "force"), [1.0], 3),

@@ -27,6 +27,7 @@ from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import Table
 from coupling.run.folder import write_run
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS, OtherModePaths, tool_gap
+from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
 
@@ -147,6 +148,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     np.testing.assert_allclose(gap.before[rows], run.of(TOOL_GAP).before, rtol=0, atol=1e-12)
     findings = dict(run.findings)
     findings |= {UNLOADED_PATHS.name: None, OTHER_MODE.name: OtherModePaths(), TOOL_GAP.name: gap}
+    findings[ROBUSTNESS.name] = ()
     between = replace(run, correction=finer, findings=findings)
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():

@@ -214,7 +214,7 @@ def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished
     assert "Before compensation: under the wrench on the desired path" in said
     assert "on dynamic robots of which one parameter differs from the model" in said
     for replay in run.robustness:
-        assert re.search(rf"{re.escape(replay.name)} +{1e6 * replay.deviation.maximum:.2f} ", said)
+        assert re.search(rf"{re.escape(replay.name)} +{format_um(replay.deviation.maximum)} ", said)
 
 
 def test_passages_through_the_backlash_are_counted_and_named(finished):
