@@ -40,7 +40,7 @@ def _forget_older_code() -> None:
                 index.unlink()
 
 
-class _InTurn(numba.core.event.Listener):  # type: ignore[misc]
+class _CompilationTurn(numba.core.event.Listener):
     """Lets one process compile at a time: others wait, and read what it has kept.
 
     numba numbers the files of a function's code by their index: two that read it at once would take the
@@ -59,7 +59,8 @@ class _InTurn(numba.core.event.Listener):  # type: ignore[misc]
 
 _forget_older_code()
 # numba's lock between threads is held while code is looked for, compiled and kept.
-numba.core.event.register("numba:compiler_lock", _InTurn())
+_register: Any = numba.core.event.register
+_register("numba:compiler_lock", _CompilationTurn())
 
 
 # Sums may be reordered; the code runs without Python's lock; C never calls it.
