@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
@@ -45,6 +47,8 @@ _REPORT_EVERY = 500
 _PLANNED_STRIDE, _MIN_PLANNED, _BATCH_SIZE = 16, 8, 10_000
 # How C approaches a pose.
 _RULES = ReachRules(_POSE_TOLERANCE, _MAX_ITERATIONS, _DAMPING, _MIN_DENOMINATOR, _LARGEST_STEP)
+# A run asks for plans of its desired path and of the finer one that it inverts, in turn.
+_KEPT_PLANS = 2
 # What may be left along the self-motion of a robot of more joints than six [rad].
 _SELF_MOTION_TOLERANCE = 1e-9
 
@@ -80,23 +84,22 @@ class InverseKinematics:
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
             + np.linalg.norm(robot.tcp_position)
         )
-        self._planned: tuple[ToolPath, JointPath] | None = None
+        self._planned: deque[tuple[ToolPath, JointPath]] = deque(maxlen=_KEPT_PLANS)
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return continuous joint angles along a path, by damped least squares.
 
-        The path planned last is not planned again.
+        The paths planned last are not planned again.
 
         Raises:
             PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
                 a joint limit, singular or only reached by a jump.
         """
-        if self._planned is not None:
-            last, joints = self._planned
+        for last, joints in self._planned:
             if np.array_equal(last.time, path.time) and np.array_equal(last.pose, path.pose):
                 return joints
         joints = self._along(path)
-        self._planned = path, joints
+        self._planned.append((path, joints))
         return joints
 
     def _along(self, path: ToolPath) -> JointPath:

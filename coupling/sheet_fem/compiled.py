@@ -7,10 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+from filelock import FileLock
+
 from coupling.errors import CaseError
+from coupling.native.cache import cache_folder
 
 try:
     import numba
+    import numba.core.event
     import numba.extending
     import threadpoolctl
 except ImportError as cause:
@@ -36,7 +40,27 @@ def _forget_older_code() -> None:
                 index.unlink()
 
 
+class _CompilationTurn(numba.core.event.Listener):
+    """Lets one process compile at a time: others wait, and read what it has kept.
+
+    numba numbers the files of a function's code by their index: two that read it at once would take the
+    same number for the code of different arguments.
+    """
+
+    def __init__(self) -> None:
+        self._lock = FileLock(cache_folder() / "sheet_fem.lock")
+
+    def on_start(self, event: object) -> None:
+        self._lock.acquire()
+
+    def on_end(self, event: object) -> None:
+        self._lock.release()
+
+
 _forget_older_code()
+# numba's lock between threads is held while code is looked for, compiled and kept.
+_register: Any = numba.core.event.register
+_register("numba:compiler_lock", _CompilationTurn())
 
 
 # Sums may be reordered; the code runs without Python's lock; C never calls it.

@@ -15,7 +15,6 @@ from typing import TypeVar
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import cont2discrete, lfilter
 
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import prior_of
@@ -267,6 +266,8 @@ def moved_by_load(drive: Drive, time: np.ndarray, torque: np.ndarray) -> np.ndar
         >>> round(float(moved[-1]), 6)  # -df / (Kp Kv) without an integral
         -0.02
     """
+    from scipy.signal import cont2discrete, lfilter
+
     kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
     loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
     # Without an integral both sides have a factor p.

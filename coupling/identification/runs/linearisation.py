@@ -13,7 +13,7 @@ from functools import cache, cached_property
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from coupling.errors import SimulationError
 from coupling.identification.estimate import Trial
@@ -64,7 +64,7 @@ class FitPoint:
 @cache
 def _length(count: int) -> float:
     """Return the median length of a row of noise of size 1, of so many coordinates."""
-    return float(np.sqrt(chi2.median(count)))
+    return float(np.sqrt(2.0 * gammaincinv(0.5 * count, 0.5)))
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:
