@@ -41,6 +41,9 @@ from elastic_robot.parameters import Parameters
 
 # A standard deviation above this part of the one before says that the measurement tells little.
 _TOLD = 0.5
+# Standard deviation of the log of a gear's stiffness that is fitted with what else gives way, over that
+# of what the model does not describe: of 2, 3 and 4, 3 holds 89 % of 73 true values where links bend.
+_BIAS = 3.0
 # Half a 95 % interval of a normal distribution [standard deviations].
 _QUANTILE = 1.96
 # Log of the factor of a damping that the start file takes for zero.
@@ -174,7 +177,8 @@ def _verdicts(
         )
         name = f"{chain.elastic_names[row]}.{kind}"
         parameter = RobotParameter(name, kind, row, gears.get(row), float(starts[place]))
-        spread = float(np.exp(_QUANTILE * log_sd))
+        bias = _BIAS * fit.discrepancy if kind == "stiffness" else 0.0
+        spread = float(np.exp(_QUANTILE * np.hypot(log_sd, bias)))
         reason = ""
         if log_sd > _TOLD * experiment.prior[place]:
             reason = "these responses tell hardly more of it than is known without them"
