@@ -17,8 +17,8 @@ from coupling.store import EvaluatedProcess
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, two_robots.toml 32 s
 # for both robots on 48.6 s and 2 431 samples; milling_20000.toml 11 s for 1.8 s and 18 021 samples,
 # milling_40000.toml as long at twice the steps, pockets of other robots 42 s for 24.4 s and 121 948
-# samples, 43 s for 61.5 s and 123 002, a short slot 11 s for 2.3 s and 2 348; with servos a slot 18 s for 2.6 s and 13 000, a pocket 44 s for
-# 14.7 s and 73 600.
+# samples, 43 s for 61.5 s and 123 002, a short slot 11 s for 2.3 s and 2 348; with servos a slot 18 s
+# for 2.6 s and 13 000, a pocket 44 s for 14.7 s and 73 600.
 _START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 1.5e-4
 # The same of each robot that is drawn, and how much longer servos take.
 _PER_DRAW, _DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 0.06, 1e-3, 7e-6, 1.6
