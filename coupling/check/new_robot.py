@@ -29,6 +29,8 @@ from elastic_robot.errors import RobotFileError
 _DAMPING_RATIO = 0.04
 # Lengths [m], and quarters of a turn, that are the same but for rounding in a URDF.
 _URDF_ROUNDING = 1e-5
+# Moment of inertia about a joint below which there is none, over mass and squared length.
+_LEAST_INERTIA = 1e-9
 # Each link weighs so much of the one before, and is as thick as a part of the longest one.
 _MASS_RATIO, _THICKNESS_RATIO = 0.7, 0.15
 
@@ -170,8 +172,8 @@ class _Skeleton:
         if self._impossible:
             names = [self.chain.joints[number].name for number in self._impossible]
             yield (
-                f"Inertias: those of the URDF behind {_names(names)} are of no body; they are ESTIMATES,"
-                " rods of its masses."
+                f"Inertias: those of the URDF behind {_names(names)} are of no body, or resist no turn"
+                " of the joint; they are ESTIMATES, rods of its masses."
             )
 
     @property
@@ -240,7 +242,7 @@ class _Skeleton:
 
     @property
     def _impossible(self) -> list[int]:
-        """Numbers of the bodies whose inertia no body has."""
+        """Numbers of the bodies whose inertia no body has, or leaves a joint with nothing to move."""
         numbers = []
         parts = zip(self.chain.joints, self.chain.inertias, strict=True)
         for number, (joint, inertia) in enumerate(parts):
@@ -248,7 +250,17 @@ class _Skeleton:
                 body_of(inertia, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
             except ValueError:
                 numbers.append(number)
+        last = max((k for k, body in enumerate(self.chain.inertias) if body.mass > 0.0), default=0)
+        if last not in (*numbers, *self._estimated) and not self._resists(last):
+            numbers.append(last)
         return numbers
+
+    def _resists(self, number: int) -> bool:
+        """Return whether the body behind a joint has an inertia about its axis."""
+        axis, body = np.array(self.chain.joints[number].axis), self.chain.inertias[number]
+        off = np.cross(axis, body.lever)
+        moment = float(axis @ body.inertia @ axis + body.mass * (off @ off))
+        return moment > _LEAST_INERTIA * body.mass * self._length**2
 
     def _body(self, number: int) -> list[str]:
         """Return the lines of an estimated body: a rod from its joint to the next one."""

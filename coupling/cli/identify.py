@@ -142,10 +142,9 @@ def identify(
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.cutting.slots import is_cutting
     from coupling.identification.least_squares import LOSSES
-    from coupling.identification.loops.identification import identify_loops
     from coupling.identification.motion.recording import is_recording
-    from coupling.identification.response.identification import is_response
-    from coupling.identification.static.identification import IdentifyOptions
+    from coupling.identification.response.posture import is_response
+    from coupling.identification.static.fit import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
@@ -193,8 +192,7 @@ def identify(
     target = fitted_target(output, f"{table.stem}_identified")
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
-    identify_measured = identified if measured.loop is None else identify_loops
-    identified_result = identify_measured(described, measured, options)
+    identified_result = identified(described, measured, options)
     result = figures(identified_result)
     answer = deflection_answer(result, shlex.quote(str(target)))
     source = f"{table.name}, {measured.count} measurements"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import Overwrite, numbers_of
+from coupling.cli.arguments import Overwrite, Verbose, numbers_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
 from coupling.events import Progress
@@ -40,11 +40,13 @@ def modes(
         ),
     ] = None,
     overwrite: Overwrite = False,
+    verbose: Verbose = False,
 ) -> None:
     """Eigenfrequencies, damping and compliance of a robot along a case's path or in a posture."""
     import numpy as np
 
     from coupling.case.file import load_case
+    from coupling.case.robots import resolved_description
     from coupling.files.atomic_folder import require_free, whole_folder
     from coupling.files.result_folder import result_folder_kind
     from coupling.files.robot_file import find_robot, load_robot
@@ -53,9 +55,14 @@ def modes(
     from coupling.modes.analysis import modes_in_posture, modes_of_case
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
-    from coupling.report.modes_report import modes_page, modes_summary
-    from coupling.report.modes_scene import modes_scene
-    from coupling.report.terminal import print_sections
+    from coupling.modes.swinging_robot import swinging_robot
+    from coupling.path.frame import AT_THE_ORIGIN
+    from coupling.report.modes_report import modes_summary
+    from coupling.report.report_file import name_path
+    from coupling.report.result_answers import modes_answer
+    from coupling.report.result_page import REPORT, write_report
+    from coupling.report.terminal import print_result
+    from coupling.results.modes_result import FIGURES
     from coupling.run.console import RunView
 
     file = Path(case_or_robot)
@@ -89,29 +96,33 @@ def modes(
         wrench = np.append(force, np.zeros(3))
         analyses = [modes_in_posture(robot, curve, posture, wrench, responses)]
     if case is None:
-        robots = [("", robot, case_or_robot)]
+        robots = [("", resolved_description(case_or_robot, Path()), robot, AT_THE_ORIGIN)]
     else:
         # The second robot of a cell is written in a folder of its name.
         robots = [
             (
                 placed.name if number else "",
-                placed.description,
                 case.resolved[placed.table]["description"],
+                placed.description,
+                placed.world_from_base,
             )
             for number, placed in enumerate(case.robots[: len(analyses)])
         ]
+    results = []
     with whole_folder(folder, kind, overwrite) as draft:
-        for (name, robot, description), analysis in zip(robots, analyses, strict=True):
+        for (name, description, robot, base), analysis in zip(robots, analyses, strict=True):
             place = draft
             if name:
                 place = claimed_folder(draft / name)
                 begin_folder(place, kind.name)
-            claim_file(place / "modes.json").write_text(analysis.result.text(), encoding="utf-8")
-            NamedStateSpace.of(analysis.softest.linear).write(place)
-            scene = modes_scene(robot, analysis.softest, description)
-            page = modes_page(analysis.result, scene)
-            claim_file(place / "report.html").write_text(page, encoding="utf-8")
-    for (name, _, _), analysis in zip(robots, analyses, strict=True):
-        place = folder / name
-        print_sections(console, modes_summary(analysis.result))
-        console.print(f"Modes: {place}  (report: {place / 'report.html'})")
+            softest = analysis.softest
+            swinging = swinging_robot(robot, description, softest.q, softest.linear.modes, base)
+            source = name_path(file) if file.exists() else case_or_robot
+            result = analysis.result.model_copy(update={"swinging": swinging, "source": source})
+            results.append((place.relative_to(draft), result))
+            claim_file(place / FIGURES).write_text(result.text(), encoding="utf-8")
+            NamedStateSpace.of(softest.linear).write(place)
+            write_report(place)
+    for part, result in results:
+        print_result(console, modes_answer(result), modes_summary(result), (), verbose)
+        console.print(f"Modes: {folder / part}  (report: {folder / part / REPORT})")

@@ -285,7 +285,7 @@ def _advance(
         command_plan = plan(sources, options, models, view.watch)
         begin_inputs(place)
         result, learned = figures(command_plan), learned_figures(command_plan)
-        words = ["elastic-robot", "next", *map(str, runs)]
+        words = ["next", *map(str, runs)]
         if command_plan.is_refused:
             answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
         else:

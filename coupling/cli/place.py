@@ -44,14 +44,10 @@ def place(
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_report import (
-        REPORT,
-        place_summary,
-        place_warnings,
-        write_place_report,
-    )
+    from coupling.report.place_report import place_summary, place_warnings
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import place_answer
+    from coupling.report.result_page import REPORT, write_report
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
     from coupling.run.case_process import evaluated_process
@@ -78,7 +74,7 @@ def place(
         placement = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
         watch(Progress("writing the folder", 0, 1))
         write_placement(work, placement)
-        write_place_report(work)
+        write_report(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(placement.durations)
     figures = read_placement(folder).figures

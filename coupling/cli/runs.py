@@ -68,32 +68,17 @@ def compensate(
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(help="Folder of one of these results, or of many of them.")
+        Path, typer.Argument(help="Folder of a result of any command, or of many of them.")
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
-    """Write the report of a run, a study, a placement or of stability anew, or an index of many."""
-    from coupling.place.folder import FIGURES as PLACED
-    from coupling.report import write_report
+    """Write the report of a result's folder anew, or an index of many."""
     from coupling.report.index_report import write_index
-    from coupling.report.place_report import write_place_report
-    from coupling.report.stability_report import write_stability_report
-    from coupling.report.study_report import write_study_report
-    from coupling.results.stability_result import FIGURES as JUDGED
+    from coupling.report.result_page import write_report
+    from coupling.report.stored_result import is_result
     from coupling.run.console import RunView
-    from coupling.run.run_log import is_run
-    from coupling.run.stored_run import RESULT
-    from coupling.study.folder import FIGURES
 
-    holds_many = folder.is_dir() and not (folder / RESULT).exists() and not is_run(folder)
-    write = write_index if holds_many else write_report
-    for figures, of_another in (
-        (FIGURES, write_study_report),
-        (PLACED, write_place_report),
-        (JUDGED, write_stability_report),
-    ):
-        if (folder / figures).exists():
-            write = of_another
+    write = write_report if is_result(folder) or not folder.is_dir() else write_index
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
         page = write(folder, output)
@@ -166,6 +151,8 @@ def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> Non
 
 def _earlier_exports(folder: Path) -> list[str]:
     """Return the languages whose programs stand in the folder of a run that has just ended."""
+    if not any(entry.is_dir() for entry in folder.iterdir()):
+        return []  # before the languages are imported, a third of a second
     from coupling.export.folder import is_export
     from coupling.programs.languages import LANGUAGES
 

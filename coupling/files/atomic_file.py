@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
+import re
+import time
 import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -13,6 +15,8 @@ from coupling.errors import reason_of
 
 # Ending of a file that is not complete yet.
 PARTIAL = ".partial"
+# A draft that nobody has written to for so long, and that nobody holds, is of a killed command [s].
+_STALE = 60.0
 
 
 class AtomicFile:
@@ -42,6 +46,7 @@ class AtomicFile:
         self._draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}{PARTIAL}")
         self._stream = self._draft.open("xb")
         try:
+            _is_taken(self._stream.fileno())
             if room and hasattr(os, "posix_fallocate"):
                 os.posix_fallocate(self._stream.fileno(), 0, room)
         except BaseException:
@@ -73,6 +78,34 @@ class AtomicFile:
             self._stream.close()
         with suppress(OSError):
             self._draft.unlink()
+
+
+def _is_taken(number: int) -> bool:
+    """Take an open file as long as it is open; return whether another program has it.
+
+    Where the system cannot tell, nobody has it: it then refuses to remove a file that is open.
+    """
+    with suppress(ImportError):
+        import fcntl
+
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return True
+    return False
+
+
+def remove_stale_drafts(file: Path) -> None:
+    """Remove what killed commands have left of a file under temporary names."""
+    name = re.compile(rf"{re.escape(file.name)}\.[0-9a-f]{{32}}{re.escape(PARTIAL)}")
+    with suppress(OSError):
+        for draft in [place for place in file.parent.iterdir() if name.fullmatch(place.name)]:
+            if time.time() - draft.stat().st_mtime < _STALE:
+                continue
+            with draft.open("rb") as stream:
+                is_written = _is_taken(stream.fileno())
+            if not is_written:
+                draft.unlink()
 
 
 def sync_file(file: Path) -> None:
@@ -107,6 +140,7 @@ def writing(place: Path, error: type[Exception]) -> Iterator[None]:
 
 def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
     """Write a text as a whole file; `error` is raised with the file's name if that fails."""
+    remove_stale_drafts(file)
     with writing(file, error):
         AtomicFile(file).write([text.encode("utf-8")])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -113,6 +114,10 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
             rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
     except (OSError, ValueError) as cause:
         reason, _, _ = str(cause).partition(";")  # behind it stands what a programmer may do
+        # NumPy counts columns from 1 and, in this sentence alone, rows from 0.
+        reason = re.sub(
+            r"at row (\d+), column", lambda row: f"in row {int(row[1]) + 1}, column", reason
+        )
         raise error(f"{file}: is not a table of numbers: {reason}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(header):
         got = f"{rows.shape[0]} rows of {rows.shape[1]}" if len(rows) else "none"

@@ -56,7 +56,10 @@ def foreign_robot(name_or_path: str) -> ForeignRobot:
         raise RobotFileError(f"{path}: no such file")
     if path.suffix.lower() == ".xacro":
         return _of_xacro(path)
-    if path.suffix.lower() == ".urdf" or _root_tag(path) != "mujoco":
+    tag = "robot" if path.suffix.lower() == ".urdf" else _root_tag(path)
+    if tag == "mujocoinclude":
+        raise RobotFileError(f"{path}: is a part of an MJCF file: give the file that includes it")
+    if tag != "mujoco":
         return ForeignRobot(path.stem, path, "", f"URDF {path.name}")
     return ForeignRobot(path.stem, None, urdf_of_mjcf(path), f"MJCF {path.name}")
 
@@ -79,7 +82,8 @@ def _of_xacro(path: Path) -> ForeignRobot:
     except Exception as cause:  # whatever xacro and the expressions in the file may raise
         reason = " ".join(str(cause).split())
         raise RobotFileError(
-            f"{path}: xacro cannot convert it: {type(cause).__name__}: {reason[:300]}"
+            f"{path}: xacro cannot convert it: {type(cause).__name__}: {reason[:300]}: where it needs"
+            " arguments or other packages, convert it with them, by xacro, and give the URDF"
         ) from cause
     name = path.name.removesuffix(".xacro").removesuffix(".urdf")
     return ForeignRobot(name, None, text, f"xacro {path.name}")

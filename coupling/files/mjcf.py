@@ -41,8 +41,60 @@ def urdf_of_mjcf(file: Path) -> str:
             link, link_from_body = written[int(model.site_bodyid[site])]
             placement = link_from_body * _placement(model.site_pos[site], model.site_quat[site])
             _write_joint(root, f"{name}_site", "fixed", link, f"site_{name}", placement)
+    for joint, other in _coupled_joints(model, mujoco).items():
+        element = next(e for e in root.findall("joint") if e.get("name") == _name(model, joint))
+        SubElement(element, "mimic", joint=_name(model, other))
     indent(root)
     return tostring(root, encoding="unicode")
+
+
+def _coupled_joints(model: Any, mujoco: Any) -> dict[int, int]:
+    """Return the joints that constraints move, each with one that it moves with.
+
+    A joint may follow another one; a connection or a weld of two bodies closes a loop, none of whose
+    joints moves alone.
+    """
+    kinds, coupled = mujoco.mjtEq, dict[int, int]()
+    for number in np.flatnonzero(model.eq_active0).tolist():
+        ends = [int(model.eq_obj1id[number]), int(model.eq_obj2id[number])]
+        kind = kinds(int(model.eq_type[number]))
+        if kind == kinds.mjEQ_JOINT:
+            coupled[ends[0]] = ends[1] if ends[1] >= 0 else ends[0]
+            continue
+        if kind == kinds.mjEQ_TENDON:
+            joints = [joint for tendon in ends if tendon >= 0 for joint in _wrapped(model, tendon)]
+        elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+            if mujoco.mjtObj(int(model.eq_objtype[number])) == mujoco.mjtObj.mjOBJ_SITE:
+                ends = [int(model.site_bodyid[site]) for site in ends]
+            if any(model.body_mocapid[body] >= 0 for body in ends):
+                continue  # a handle of the simulation
+            first, second = (_joints_before(model, body) for body in ends)
+            joints = [*(first - second), *(second - first)]
+        else:
+            continue
+        for joint in joints:
+            coupled[joint] = next((other for other in joints if other != joint), joint)
+    return coupled
+
+
+def _wrapped(model: Any, tendon: int) -> list[int]:
+    """Return the joints that a tendon couples."""
+    begin = int(model.tendon_adr[tendon])
+    return [int(joint) for joint in model.wrap_objid[begin : begin + int(model.tendon_num[tendon])]]
+
+
+def _joints_before(model: Any, body: int) -> set[int]:
+    """Return the joints between the world and a body."""
+    joints = set[int]()
+    while body > 0:
+        first = int(model.body_jntadr[body])
+        joints.update(range(first, first + int(model.body_jntnum[body])) if first >= 0 else ())
+        body = int(model.body_parentid[body])
+    return joints
+
+
+def _name(model: Any, joint: int) -> str:
+    return model.joint(joint).name or f"joint{joint}"
 
 
 def _write_body(
@@ -66,9 +118,7 @@ def _write_body(
             raise RobotFileError(
                 f"{file}: joint {joint.name!r}: expected a hinge, a slide or a free joint, got a ball"
             )
-        element = _write_joint(
-            root, joint.name or f"joint{number}", kind, parent, link, placement * at
-        )
+        element = _write_joint(root, _name(model, number), kind, parent, link, placement * at)
         if kind != "floating":
             _write_range(element, model, number, kind)
         placement, parent, link_from_body = at.inverse(), link, at.inverse()

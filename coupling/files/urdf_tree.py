@@ -192,7 +192,9 @@ def _links(root: Element) -> dict[str, Element]:
     """Return the links by their names."""
     links = [(name_of(link, "link"), link) for link in root.findall("link")]
     if not links:
-        raise ValueError("expected links, got none: a xacro file must be converted to a URDF first")
+        raise ValueError(
+            "expected links, got none: convert a xacro file first, of its files the one with the robot"
+        )
     _require_once("link", (name for name, _ in links))
     return dict(links)
 

@@ -1,5 +1,1 @@
-"""A run as one HTML page that opens without a network."""
-
-from coupling.report.run_report import write_report
-
-__all__ = ["write_report"]
+"""Results as HTML pages that open without a network, and on the terminal."""

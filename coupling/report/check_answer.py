@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -101,12 +100,11 @@ def _of_gears(gears: Sequence[Any]) -> str:
 
 
 def _steps(chatters: bool, is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
-    name = shlex.quote(str(file))
     if chatters:
         words = "Find a depth, a speed and a place that do not chatter:"
-        return [NextStep(words, f"elastic-robot stability {name}")]
-    place = NextStep("Find a better place for the part:", f"elastic-robot place {name}")
+        return [NextStep.by(words, "stability", str(file))]
+    place = NextStep.by("Find a better place for the part:", "place", str(file))
     if is_beyond:
         return [place]
-    steps = [NextStep("Correct the command:", f"elastic-robot compensate {name}")]
+    steps = [NextStep.by("Correct the command:", "compensate", str(file))]
     return [*steps, place] if reverses else steps

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,6 +14,7 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.report.background import case_content, case_of, real_part
 from coupling.report.colours import JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
@@ -30,7 +30,7 @@ from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
-from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Part, Section, Table
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Part, Section, Table
 from coupling.run.stored_run import StoredRobot, StoredRun
 
 _MEASURED_KIND = "measured"
@@ -81,8 +81,8 @@ def comparison_answer(comparison: Comparison) -> Answer:
     good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
     if best.kind == _MEASURED_KIND:
         good = None if tolerance is None else best.deviation <= tolerance
-        words = ["elastic-robot", "export", name_path(best.run.folder), "--to", "krl"]
-        steps = [NextStep("Write the robot program of the best one:", shlex.join(words))]
+        export = ("export", name_path(best.run.folder), "--to", "krl")
+        steps = [NextStep.by("Write the robot program of the best one:", *export)]
     many = f"of {len(standings)} runs " if len(standings) > 1 else ""
     return Answer(
         sentence=judged(
@@ -144,11 +144,11 @@ def _next_command(comparison: Comparison) -> Iterator[NextStep]:
     """Yield the step from what was measured to the next command."""
     if not comparison.measured:
         return
-    words = ["elastic-robot", "next"]
+    words = ["next"]
     for number, measured in sorted(comparison.measured.items()):
         words += [name_path(comparison.runs[number].folder), str(measured.file)]
     words += ["-o", f"{name_path(comparison.runs[-1].folder)}_next"]
-    yield NextStep("Compute the next command from what was measured:", shlex.join(words))
+    yield NextStep.by("Compute the next command from what was measured:", *words)
 
 
 def comparison_scene(comparison: Comparison) -> Scene:
@@ -204,6 +204,10 @@ def _paths(comparison: Comparison, robots: list[StoredRobot]) -> Iterator[_Compa
                 "solid" if is_last else "dot",
                 is_last or number == 0,
             )
+        for difference, path in stored.on_other_robots.items():
+            yield _ComparedPath(
+                f"{name}: {difference}", color, stored.desired, path, part, "dash", is_shown=False
+            )
         if number in comparison.measured and stored is run.first:
             measured = comparison.measured[number]
             yield _ComparedPath(
@@ -231,7 +235,7 @@ def _head(comparison: Comparison) -> list[Section]:
                 in_words(run.size.maximum),
                 in_words(run.size.rms),
                 f"{1e3 * run.clock:+.1f}",
-                ", ".join(f"{UM * value:.0f}" for value in run.shift),
+                ", ".join(format_um(value) for value in run.shift),
                 in_words(run.noise),
                 str(run.left_out),
             )
@@ -255,17 +259,20 @@ def _figures(comparison: Comparison) -> Table:
     results = [run.figures for run in comparison.runs]
 
     def row(
-        name: str, figure: Callable[[RunResult], float | None], digits: int = 2
+        name: str,
+        figure: Callable[[RunResult], float | None],
+        words: Callable[[float], str] = format_um,
     ) -> tuple[str, ...]:
-        return (name, *(_cell(figure(figures), digits) for figures in results))
+        values = map(figure, results)
+        return (name, *("-" if v is None or isnan(v) else words(v) for v in values))
 
     def deviation(figures: RunResult, stage: int, key: str) -> float | None:
         whole = figures.deviations
-        return UM * getattr(whole[stage], key) if stage < len(whole) else None
+        return float(getattr(whole[stage], key)) if stage < len(whole) else None
 
     def replay(figures: RunResult, name: str) -> float | None:
         sizes = (r.deviation.maximum for r in figures.robustness if r.name == name)
-        return next((UM * size for size in sizes), None)
+        return next(sizes, None)
 
     rows = [
         row(
@@ -276,19 +283,19 @@ def _figures(comparison: Comparison) -> Table:
         for key, words in _DEVIATIONS
     ]
     rows += [
-        row("gravity, before [um]", lambda figures: UM * figures.shares_m.gravity.maximum),
-        row("process, before [um]", lambda figures: UM * figures.shares_m.process.maximum),
-        row("peak force [N]", lambda figures: figures.peak_force_N, 1),
-        row("evaluations of the process", lambda figures: figures.process_evaluations, 0),
-        row("rows of the command", lambda figures: figures.command.rows, 0),
+        row("gravity, before [um]", lambda figures: figures.shares_m.gravity.maximum),
+        row("process, before [um]", lambda figures: figures.shares_m.process.maximum),
+        row("peak force [N]", lambda figures: figures.peak_force_N, _three),
+        row("evaluations of the process", lambda figures: figures.process_evaluations, str),
+        row("rows of the command", lambda figures: figures.command.rows, str),
     ]
     names = dict.fromkeys(entry.name for figures in results for entry in figures.robustness)
     rows += [row(f"left on a robot with {name} [um]", partial(replay, name=name)) for name in names]
     return Table(("", *comparison.names), rows)
 
 
-def _cell(value: float | None, digits: int) -> str:
-    return "-" if value is None or isnan(value) else f"{value:.{digits}f}"
+def _three(value: float) -> str:
+    return f"{value:.3g}"
 
 
 def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:

@@ -128,6 +128,8 @@ def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     if answer.scene is not None:
         scenes["first_scene"] = answer.scene
         scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
+    elif answer.picture:
+        scene = f'<figure class="picture">{answer.picture}</figure>'
     if not answer.sentence:
         return f"<section>{scene}</section>"
     verdict = f'<p class="verdict {_state(answer)}"><b>{html.escape(answer.sentence)}</b></p>'

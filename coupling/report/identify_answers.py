@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Sequence
 
+from coupling.report.bars import bars
 from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
@@ -23,11 +23,11 @@ def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
     sizes = result.rms_m
     typical = sizes.fit if sizes.left_out is None else sizes.left_out
     error = "an unknown error" if typical is None else in_words(typical)
-    plan = ["elastic-robot", "identify", "--plan", "-o", "plan.csv"]
-    steps = [NextStep("Plan measurements that tell more:", shlex.join(plan))]
+    plan = ["identify", "--plan", "-o", "plan.csv"]
+    steps = [NextStep.by("Plan measurements that tell more:", *plan)]
     if not result.refusal:
-        plan[3:3] = ["--robot", file]
-        steps = [NextStep("Plan measurements for what is still open:", shlex.join(plan))]
+        plan[2:2] = ["--robot", file]
+        steps = [NextStep.by("Plan measurements for what is still open:", *plan)]
         steps = [*_use(file), *([] if _are_all_identified(result.parameters) else steps)]
     words = f"a deflection that was not used is predicted to within {error}, typically"
     return Answer(
@@ -41,6 +41,13 @@ def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
             KeyFigure("Measured deflection", words_if_known(sizes.measured), "typical size"),
         ),
         steps=steps,
+        picture=bars(
+            [
+                ("measured", sizes.measured),
+                ("error, start file", sizes.start),
+                ("error, new file", sizes.left_out),
+            ]
+        ),
     )
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
@@ -15,11 +14,17 @@ from coupling.place.folder import StoredPlacement
 from coupling.report.background import case_of, real_part
 from coupling.report.document import document
 from coupling.report.report_file import name_path, write_page
-from coupling.report.result_answers import place_answer, stability_answer, study_answer
+from coupling.report.result_answers import (
+    modes_answer,
+    place_answer,
+    stability_answer,
+    study_answer,
+)
 from coupling.report.run_report import answer_of
 from coupling.report.run_scene import part_frame, tracks_of
 from coupling.report.static_scene import stills
 from coupling.report.stored_result import StoredResult, figures_file, read_result
+from coupling.results.modes_result import ModesResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
 from coupling.results.stability_result import StabilityResult
@@ -29,6 +34,7 @@ from coupling.study.stored_study import StoredStudy
 INDEX = "index.html"
 # Folders in each other that are looked into.
 _DEPTH = 3
+_GOES_ON = "a command is at work there, or was stopped; given again, it goes on from what is kept."
 # Pieces of a path in a picture.
 _PIECES = 500
 
@@ -99,23 +105,27 @@ def _entries(folder: Path, depth: int) -> Iterator[IndexedResult]:
 def _entry(place: Path, figures: Path) -> IndexedResult:
     changed = figures.stat().st_mtime
     try:
-        return replace(_indexed(place, read_result(place)), changed=changed)
+        kind, case, answer, picture = _indexed(place, read_result(place))
     except CouplingError as error:
         return IndexedResult(place, "result", None, changed=changed, trouble=str(error))
+    pictures = stills(answer.scene, _PIECES) if answer.scene is not None else [answer.picture]
+    return IndexedResult(place, kind, answer, picture or next(iter(pictures), ""), case, changed)
 
 
-def _indexed(place: Path, result: StoredResult) -> IndexedResult:
+def _indexed(place: Path, result: StoredResult) -> tuple[str, str, Answer, str]:
+    """Return kind, case, first screen, and where it has none the picture of a result."""
     match result:
         case StoredStudy():
-            return IndexedResult(place, "study", study_answer(result), case=result.figures.case)
+            return "study", result.figures.case, study_answer(result), ""
         case StoredPlacement():
             answer = place_answer(result.figures, name_path(place))
-            return IndexedResult(place, "place", answer, case=result.figures.case)
+            return "place", result.figures.case, answer, ""
         case StabilityResult():
-            return IndexedResult(place, "stability", stability_answer(result), case=result.case)
+            return "stability", result.case, stability_answer(result), ""
+        case ModesResult():
+            return "modes", result.name, modes_answer(result), ""
         case StoredRun():
-            picture = thumbnail(result)
-            return IndexedResult(place, "run", answer_of(result), picture, result.figures.case)
+            return "run", result.figures.case, answer_of(result), thumbnail(result)
 
 
 def thumbnail(run: StoredRun) -> str:
@@ -132,8 +142,8 @@ def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
     good, bad = verdicts.count(True), verdicts.count(False)
     steps = [NextStep("Open the page of a result below.")]
     if pair := _last_pair(entries):
-        words = ["elastic-robot", "compare", *(name_path(entry.folder) for entry in pair)]
-        steps.append(NextStep("Overlay runs of one case, here its last two:", shlex.join(words)))
+        compare = ("compare", *(name_path(entry.folder) for entry in pair))
+        steps.append(NextStep.by("Overlay runs of one case, here its last two:", *compare))
     return Answer(
         sentence=f"{folder}: {len(entries)} results, {good} of them good.",
         good=(bad == 0 and good == len(entries)) or (None if bad == 0 else False),
@@ -173,7 +183,10 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
         )
         for entry in entries
     ]
-    return document(folder, [Section("", cards)], index_answer(folder, entries))
+    sections = [Section("", cards)]
+    if names := [str(place.relative_to(beside)) for place in beside.glob(f"*{UNFINISHED}")]:
+        sections.append(Section("Not finished", [f"{', '.join(sorted(names))}: {_GOES_ON}"]))
+    return document(folder, sections, index_answer(folder, entries))
 
 
 def _link(page: Path, beside: Path) -> str:

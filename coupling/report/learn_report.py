@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import sentence
+from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.parameter_table import parameter_table
@@ -56,9 +57,9 @@ def learned_summary(result: LearnedResult) -> list[Section]:
 def _sizes(result: LearnedResult) -> list[Table]:
     residuals = result.left_m
     rows = [
-        ("residual, robot file", f"{UM * residuals.robot_file:.1f}"),
-        ("residual, learned robot", f"{UM * residuals.learned:.1f}"),
-        ("noise alone", f"{UM * result.noise_left_m:.1f}"),
+        ("residual, robot file", format_um(residuals.robot_file)),
+        ("residual, learned robot", format_um(residuals.learned)),
+        ("noise alone", format_um(result.noise_left_m)),
     ]
     frames = [
         (

@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, GREEN, JOINTS
 from coupling.report.document import document
+from coupling.report.result_answers import modes_answer
 from coupling.report.style import drawn, log_axis, row, rows
 from coupling.results.modes_result import (
     Grid,
@@ -17,7 +18,6 @@ from coupling.results.modes_result import (
     PlaceModesResult,
     ResponseResult,
 )
-from coupling.results.scene import Scene
 from coupling.results.section import Note, Section, Table
 
 # Metres per newton in micrometres per newton.
@@ -29,7 +29,6 @@ _WHOSE = (
     "Modes with the motors locked, as friction holds them in small vibrations and as brakes do: the"
     " servos are no part of them. A moving axis, whose friction slips, gives way by its servo as well."
 )
-_SWINGS = Note("The robot swings in the mode that is chosen below it, much larger and slower.")
 _NOTE = Note(
     "Direction: that in which the mode moves the TCP most, base axes. Joints: their shares in the"
     " elastic energy of the mode, gears with backlash on the flank that the load presses them to."
@@ -44,14 +43,9 @@ _PART = Note(
 )
 
 
-def modes_page(result: ModesResult, scene: Scene) -> str:
-    """Return the page of modes as one self-contained HTML text.
-
-    Args:
-        result: Their figures.
-        scene: Robot that swings as they do.
-    """
-    sections = [Section("", [_SWINGS], "modes", scene=scene), *modes_summary(result)]
+def modes_page(result: ModesResult) -> str:
+    """Return the page of modes as one self-contained HTML text."""
+    sections = modes_summary(result)
     figure = response_figure(
         [("", result.computed, "lines"), (", measured", result.measured, "markers")]
     )
@@ -60,7 +54,7 @@ def modes_page(result: ModesResult, scene: Scene) -> str:
         sections.append(Section("Along the path", [], "path", [_along_path(result)]))
     if result.part is not None:
         sections.append(Section("Over the part", [_PART], "part", _maps(result.part)))
-    return document(f"{result.name}: modes", sections)
+    return document(f"{result.name}: modes", sections, modes_answer(result))
 
 
 def modes_summary(result: ModesResult) -> list[Section]:

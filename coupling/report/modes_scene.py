@@ -6,60 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.modes.posture_modes import PostureModes
-from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.report.meshes import robot_meshes
-from coupling.results.scene import Scene, SceneMode, SceneMotion, SceneRobot
-from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
-
-# Modes that are shown at most, the slowest ones.
-_MODES = 6
+from coupling.report.run_scene import scene_robot
+from coupling.results.modes_result import SwingingRobotResult
+from coupling.results.scene import Scene, SceneMode, SceneMotion
 
 
-def modes_scene(
-    robot: Robot,
-    posture: PostureModes,
-    description: str,
-    world_from_base: Frame = AT_THE_ORIGIN,
-) -> Scene:
+def modes_scene(swinging: SwingingRobotResult, first_Hz: float = 0.0) -> Scene:
     """Return a robot in a posture with its modes.
 
-    A tilt is drawn as what it is in the model, a joint behind that of its gear.
-
     Args:
-        robot: The robot.
-        posture: Modes in the posture.
-        description: Its file, of which meshes are taken.
-        world_from_base: Frame of its base.
+        swinging: The robot.
+        first_Hz: Frequency whose nearest mode is shown first.
     """
-    origins, axes, angles, bodies = [], [], [], [0]
-    for joint, angle in zip(robot.joints, posture.q.tolist(), strict=True):
-        origins += [joint.origin, *[(0.0, 0.0, 0.0)] * len(joint.tilt)]
-        axes += [joint.axis, *(tilt.axis for tilt in joint.tilt)]
-        angles += [angle, *[0.0] * len(joint.tilt)]
-        bodies.append(len(axes))
-    chain, shape = build_chain(robot), posture.linear.modes.shape
-    modes = []
-    for column in posture.swinging[:_MODES]:
-        amplitude = np.zeros(len(axes))
-        amplitude[chain.elastic] = shape[:, column].real
-        frequency = float(posture.linear.modes.frequency[column])
-        modes.append(SceneMode(frequency, amplitude))
-    return Scene(
-        robots=[
-            SceneRobot(
-                name=robot.name,
-                world_from_base=world_from_base,
-                origins=np.array(origins),
-                axes=np.array(axes),
-                body_from_tool=Frame.of_rpy(robot.tcp_position, robot.tcp_rpy),
-                motion=SceneMotion(np.zeros(1), np.array([angles])),
-                flanks={},
-                meshes=[
-                    replace(part, body=bodies[part.body]) for part in robot_meshes(description)
-                ],
-                modes=modes,
-            )
-        ]
-    )
+    motion = SceneMotion(np.zeros(1), np.array([swinging.angles_rad]))
+    robot = scene_robot(swinging.name, swinging.chain, motion, description=swinging.description)
+    meshes = [replace(part, body=swinging.bodies[part.body]) for part in robot.meshes]
+    modes = [
+        SceneMode(swing.frequency_Hz, np.array(swing.amplitude))
+        for swing in sorted(swinging.swings, key=lambda swing: abs(swing.frequency_Hz - first_Hz))
+    ]
+    return Scene(robots=[replace(robot, meshes=meshes, modes=modes)])

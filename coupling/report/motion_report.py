@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.parameter_table import parameter_table
@@ -62,7 +63,7 @@ def motion_summary(result: MotionResult) -> list[Section]:
             for line in result.lines
         ]
         sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
-    slow = [f"{UM * line:.0f}" for line in result.slow_error_rad if line is not None]
+    slow = [format_um(line) for line in result.slow_error_rad if line is not None]
     if slow:
         words = f"Estimated size of one period per turn: {', '.join(slow)} urad."
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))

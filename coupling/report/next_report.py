@@ -73,7 +73,7 @@ def _runs(result: NextResult) -> list[Table]:
                 format_um(run.noise_m),
                 ", ".join(f"{round(UM * value) + 0}" for value in run.frame_shift_m),
                 ", ".join(f"{1e3 * value:.2f}" for value in run.frame_turn_rad),
-                ", ".join(f"{UM * value:.0f}" for value in run.tip_m),
+                ", ".join(format_um(value) for value in run.tip_m),
                 f"{1e3 * run.clock_s:+.1f}",
                 f"{run.left_out}",
             )

@@ -11,10 +11,16 @@ from coupling.report.compare_report import comparison_answer, comparison_scene
 from coupling.report.comparison import Comparison
 from coupling.report.document import document
 from coupling.report.lengths import in_words
-from coupling.report.result_answers import place_answer, stability_answer, study_answer
+from coupling.report.result_answers import (
+    modes_answer,
+    place_answer,
+    stability_answer,
+    study_answer,
+)
 from coupling.report.run_report import answer_of
 from coupling.report.run_scene import part_frame, run_scene, track, tracks_of
 from coupling.report.stored_result import read_result
+from coupling.results.modes_result import ModesResult
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure
@@ -109,3 +115,8 @@ def _of_placement(placement: StoredPlacement) -> str:
 @html_of.register
 def _of_stability(result: StabilityResult) -> str:
     return framed(stability_answer(result))
+
+
+@html_of.register
+def _of_modes(result: ModesResult) -> str:
+    return framed(modes_answer(result))

@@ -2,44 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.errors import ResultError
-from coupling.place.folder import StoredPlacement, read_placement
+from coupling.path.length_text import format_um
+from coupling.place.folder import StoredPlacement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
-from coupling.report.report_file import name_path, write_page
 from coupling.report.result_answers import place_answer
 from coupling.report.style import Keys, drawn
 from coupling.results.cut_stability import CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import UM, Note, Part, Section, Table, warned
 
-# What the page is called.
-REPORT = "report.html"
 _SETTINGS = {"present": "held as now", "best": "held as the best"}
-
-
-def write_place_report(folder: Path, file: Path | None = None) -> Path:
-    """Write the report of a placement.
-
-    Args:
-        folder: The placement.
-        file: File to write; report.html in the folder unless given.
-
-    Returns:
-        The file.
-
-    Raises:
-        ResultError: If the placement cannot be read or the report not written.
-    """
-    target, stored = file or folder / REPORT, read_placement(folder)
-    write_page(target, place_page(stored, name_path(folder)), ResultError)
-    return target
 
 
 def place_page(stored: StoredPlacement, folder: str) -> str:
@@ -64,8 +41,8 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     rows = [
         (
             name,
-            f"{UM * setting.moved_m:.0f}",
-            f"{UM * setting.exposure_m:.1f}",
+            format_um(setting.moved_m),
+            format_um(setting.exposure_m),
             changes(setting),
             f"{setting.conditioning:.3f}",
             "-"
@@ -185,8 +162,8 @@ def _hint(part_map: PartMap, i: int, j: int) -> str:
     if not np.isfinite(part_map.deviation[i, j]):
         return f"{place}: not possible"
     return (
-        f"{place}: displacement {UM * part_map.deviation[i, j]:.0f} um, gears"
-        f" {UM * part_map.exposure[i, j]:.1f} um, {part_map.changing[i, j]:.0f} gears reverse"
+        f"{place}: displacement {format_um(part_map.deviation[i, j])} um, gears"
+        f" {format_um(part_map.exposure[i, j])} um, {part_map.changing[i, j]:.0f} gears reverse"
     )
 
 
@@ -200,8 +177,8 @@ def _gears(figures: PlacementResult) -> Section:
             f"{gear.in_backlash:.1f}",
             f"{gear.margin:.0f}",
             f"{gear.swing:.0f}",
-            f"{UM * gear.backlash_error:.0f}",
-            *([f"{UM * (gear.hysteresis_error or 0.0):.0f}"] if slips else []),
+            format_um(gear.backlash_error),
+            *([format_um(gear.hysteresis_error or 0.0)] if slips else []),
         )
         for name, setting in figures.settings_by_name[: 1 if figures.present is None else 2]
         for gear in setting.gears

@@ -1,18 +1,23 @@
-"""First screens of what is no run: next command, placement, study and stability."""
+"""First screens of what is no run: next command, placement, study, stability and modes."""
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 
 import numpy as np
 
+from coupling.report.bars import bars
 from coupling.report.lengths import in_words, judged, state_tolerance, words_if_known
+from coupling.report.modes_scene import modes_scene
+from coupling.results.modes_result import ModesResult
 from coupling.results.next_result import NextResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.results.stability_result import StabilityResult
 from coupling.study.stored_study import StoredStudy
+
+# Force that tells how soft a robot is [N].
+_PRESSED = 100.0
 
 
 def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> Answer:
@@ -23,18 +28,15 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
         folder: Its run folder, or before it is computed its case file, as commands name it.
         next_words: Words of the command that goes on from it.
     """
-    forecast, last = result.forecast, result.runs[-1].size_m
+    forecast, runs, last = result.forecast, result.runs, result.runs[-1].size_m
     steps = [
-        NextStep(
-            "Write the robot program:",
-            shlex.join(["elastic-robot", "export", folder, "--to", "krl"]),
-        ),
-        NextStep("Run it, measure again, and go on:", shlex.join(next_words)),
+        NextStep.by("Write the robot program:", "export", folder, "--to", "krl"),
+        NextStep.by("Run it, measure again, and go on:", *next_words),
     ]
     good = None
     if forecast is None:
         sentence = f"Measured: {in_words(last.maximum)}. A next command has not been computed."
-        steps = [NextStep("Compute it:", shlex.join(["elastic-robot", "compensate", folder]))]
+        steps = [NextStep.by("Compute it:", "compensate", folder)]
     else:
         if result.tolerance_m is not None:
             good = forecast.maximum <= result.tolerance_m
@@ -67,6 +69,16 @@ def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> A
             ),
         ),
         steps=steps,
+        picture=bars(
+            [
+                *(
+                    (f"measured, run {k}", run.size_m.maximum)
+                    for k, run in enumerate(runs, start=1)
+                ),
+                ("expected next", None if forecast is None else forecast.maximum),
+            ],
+            result.tolerance_m,
+        ),
     )
 
 
@@ -86,7 +98,7 @@ def refused_answer(result: NextResult, path_words: Sequence[str]) -> Answer:
             KeyFigure("On average", in_words(last.rms), "in the last run"),
             KeyFigure("Noise", in_words(result.runs[-1].noise_m), "of the measurement"),
         ),
-        steps=[NextStep("Correct the path alone:", shlex.join(path_words))],
+        steps=[NextStep.by("Correct the path alone:", *path_words)],
     )
 
 
@@ -120,6 +132,11 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
         (tolerance is not None or None) if best.admitted and not chatters and is_within else False
     )
     allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
+    settings = {"as it is": present, "there": best}
+    causes = {
+        "process": {name: s.moved_m for name, s in settings.items() if s is not None},
+        "gears": {name: s.exposure_m for name, s in settings.items() if s is not None},
+    }
     if not best.admitted:
         sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
     elif chatters:
@@ -165,10 +182,16 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
         steps=[
             NextStep("Check robot, tool and part for collisions there."),
             *([] if tolerance is not None else [state_tolerance(placed_case)]),
-            NextStep(
-                "Correct the command:", shlex.join(["elastic-robot", "compensate", placed_case])
-            ),
+            NextStep.by("Correct the command:", "compensate", placed_case),
         ],
+        picture=bars(
+            [
+                (f"{place}, {cause}", length)
+                for cause, lengths in causes.items()
+                for place, length in lengths.items()
+            ],
+            tolerance,
+        ),
     )
 
 
@@ -215,16 +238,14 @@ def study_answer(study: StoredStudy) -> Answer:
         )
     steps = [] if tolerance is not None else [state_tolerance(source.case)]
     if not figures.command.converged:
-        words = ["elastic-robot", "check", source.case]
-        steps = [NextStep("See whether robot and path fit each other:", shlex.join(words))]
+        purpose = "See whether robot and path fit each other:"
+        steps = [NextStep.by(purpose, "check", source.case)]
     elif good:
-        words = ["elastic-robot", "export", source.run, "--to", "krl"]
-        steps.append(NextStep("Write the robot program:", shlex.join(words)))
+        steps.append(NextStep.by("Write the robot program:", "export", source.run, "--to", "krl"))
     else:
-        words = ["elastic-robot", "identify", "--plan", "--robot", source.robot, "-o", "plan.csv"]
-        steps.append(NextStep("Measure what decides most; this plans it:", shlex.join(words)))
-        words = ["elastic-robot", "place", source.case]
-        steps.append(NextStep("Or place the part where it matters less:", shlex.join(words)))
+        plan = ("identify", "--plan", "--robot", source.robot, "-o", "plan.csv")
+        steps.append(NextStep.by("Measure what decides most; this plans it:", *plan))
+        steps.append(NextStep.by("Or place the part where it matters less:", "place", source.case))
     return Answer(
         sentence=sentence,
         reason=" ".join(reasons),
@@ -239,6 +260,16 @@ def study_answer(study: StoredStudy) -> Answer:
             third,
         ),
         steps=steps,
+        picture=bars(
+            [
+                ("if the file is right", figures.command.deviation_m.maximum),
+                *(
+                    (f"{100 * float(part):g} % of robots", length)
+                    for part, length in figures.quantiles_m["maximum"].items()
+                ),
+            ],
+            tolerance,
+        ),
     )
 
 
@@ -250,9 +281,7 @@ def stability_answer(result: StabilityResult) -> Answer:
     limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"
     moved = max(point.moved_m for point in result.points)
     steps = [] if tolerance is not None else [state_tolerance(case)]
-    steps.append(
-        NextStep("Correct the command:", shlex.join(["elastic-robot", "compensate", case]))
-    )
+    steps.append(NextStep.by("Correct the command:", "compensate", case))
     good: bool | None = None
     if not is_stable:
         good, sentence = False, "This cut will chatter: do not run it."
@@ -260,14 +289,14 @@ def stability_answer(result: StabilityResult) -> Answer:
             sentence += " No command was computed."
         rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
         speeds = f", or at a speed of {rpm} 1/min" if rpm else ""
-        words = ["elastic-robot", "place", case, "--optimise", "stability"]
+        place = ("place", case, "--optimise", "stability")
         steps = [
             NextStep(f"Cut less than {limit} deep{speeds}."),
-            NextStep("Or find a place where it is stable:", shlex.join(words)),
+            NextStep.by("Or find a place where it is stable:", *place),
         ]
         if result.instead_of is not None:
-            words = ["elastic-robot", result.instead_of, case, "--despite-chatter"]
-            steps.append(NextStep("Or compute it as it is, chattering:", shlex.join(words)))
+            words = (result.instead_of, case, "--despite-chatter")
+            steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
     elif tolerance is None:
         sentence = (
             f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}."
@@ -278,13 +307,13 @@ def stability_answer(result: StabilityResult) -> Answer:
             f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}, your"
             f" tolerance is {in_words(tolerance)}{'' if good else ': correct the command'}."
         )
-    place = f"Nearest to chatter{'' if worst.time is None else f' at t = {worst.time:.2f} s'}"
+    where = f"Nearest to chatter{'' if worst.time is None else f' at t = {worst.time:.2f} s'}"
     rigid = (
         "" if result.tool_modes else " The tool is taken as rigid: its own vibration is not seen."
     )
     return Answer(
         sentence=sentence,
-        reason=f"{place}: {1e3 * worst.depth_m:.3g} mm deep at {worst.rpm:.0f} 1/min.{rigid}",
+        reason=f"{where}: {1e3 * worst.depth_m:.3g} mm deep at {worst.rpm:.0f} 1/min.{rigid}",
         good=good,
         figures=(
             KeyFigure(
@@ -294,4 +323,58 @@ def stability_answer(result: StabilityResult) -> Answer:
             KeyFigure("Moved by the force", in_words(moved), "on average over a turn, uncorrected"),
         ),
         steps=steps,
+        scene=None if result.swinging is None else modes_scene(result.swinging, worst.frequency_Hz),
+    )
+
+
+def modes_answer(result: ModesResult) -> Answer:
+    """Return the first screen of a robot's modes, which judge nothing."""
+    softest = result.places[0]
+    moved = None if softest.softest_m_N is None else _PRESSED * softest.softest_m_N
+    slowest = f"{softest.modes[0].frequency_Hz:.3g} Hz" if softest.modes else "none"
+    reason = (
+        f"The motors are locked, as brakes and small vibrations leave them; {result.loads} acts."
+    )
+    if softest.modes:
+        energy = softest.modes[0].energy_by_joint
+        reason += f" Most of the slowest vibration is in joint {int(np.argmax(energy)) + 1}."
+    if moved is None:
+        joints = ", ".join(map(str, softest.unloaded_joints))
+        soft = f"Gears of joints {joints} are free in their backlash, where nothing holds them"
+    else:
+        soft = f"{_PRESSED:.0f} N move the tool by up to {in_words(moved)}"
+    robot = result.robot if result.swinging is None else result.swinging.description
+    posture = ",".join(f"{angle + 0.0:.3g}" for angle in np.round(softest.posture_deg, 3).tolist())
+    at_posture = [] if softest.time_s is not None else [f"--posture-deg={posture}"]
+    return Answer(
+        sentence=f"{soft}; the slowest vibration has {slowest}.",
+        reason=reason,
+        figures=(
+            KeyFigure(
+                f"Moved by {_PRESSED:.0f} N", words_if_known(moved), "at rest, where it is softest"
+            ),
+            KeyFigure(
+                "In vibration",
+                words_if_known(
+                    None if softest.dynamic_m_N is None else _PRESSED * softest.dynamic_m_N
+                ),
+                f"moved by {_PRESSED:.0f} N that swing with {softest.dynamic_Hz:.3g} Hz",
+            ),
+            KeyFigure(
+                "Slowest vibration",
+                slowest,
+                f"damping {100.0 * softest.modes[0].damping_ratio:.2g} %" if softest.modes else "",
+            ),
+        ),
+        steps=(
+            NextStep.by(
+                "Measure with a hammer, and see both:",
+                *("modes", result.source, *at_posture, "--measured", "hammer.csv"),
+            ),
+            NextStep.by(
+                "Put what was measured into the robot file:",
+                *("identify", "hammer.csv", "--robot", robot, f"--posture-deg={posture}"),
+            ),
+        ),
+        scene=None if result.swinging is None else modes_scene(result.swinging),
     )

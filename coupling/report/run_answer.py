@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -13,6 +12,10 @@ from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Gears that are named on the first screen.
 _NAMED = 2
+
+# Purposes of steps.
+_STABLE = "Find a depth and speed that do not chatter:"
+_STIFFER = "Find a place where the robot is stiffer:"
 
 # Ends of an iteration without a result, in words that need no glossary.
 _UNFINISHED = {
@@ -39,15 +42,6 @@ class RunContext:
     case: str
     robot: str
     tolerance: float | None = None
-
-    def command(self, *words: str) -> str:
-        """Return a command line.
-
-        Example:
-            >>> RunContext("results/my cone", "cone.toml", "icme2008").command("report", "a b")
-            "elastic-robot report 'a b'"
-        """
-        return shlex.join(["elastic-robot", *words])
 
 
 def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = None) -> Answer:
@@ -218,8 +212,8 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     if left_out:
         name, deviation = max(left_out.items(), key=lambda item: item[1])
         text = (
-            f"The robot file does not state everything: usual values of what is missing make up most of"
-            f" this: {name} alone {in_words(deviation)}."
+            f"Most of this comes from usual values of what the robot file does not state: {name} alone"
+            f" {in_words(deviation)}."
         )
     else:
         text = (
@@ -253,36 +247,27 @@ def _steps(
     """Yield what to do next."""
     folder = context.folder
     if not is_stable:
-        yield NextStep(
-            "Find a depth and speed that do not chatter:",
-            context.command("stability", context.case),
-        )
+        yield NextStep.by(_STABLE, "stability", context.case)
         return
     if not figures.converged:
-        yield NextStep(
-            "See whether robot and path fit each other:", context.command("check", context.case)
-        )
-        yield NextStep(
-            "Find a place where the robot is stiffer:", context.command("place", context.case)
-        )
+        yield NextStep.by("See whether robot and path fit each other:", "check", context.case)
+        yield NextStep.by(_STIFFER, "place", context.case)
         return
     if context.tolerance is None:
         yield state_tolerance(context.case)
     if good is not True and figures.forecast is None:
         joints = critical_joints(figures)
-        yield NextStep(
+        yield NextStep.by(
             f"Measure the robot{f', the gears of {joints} first' if joints else ''}; this plans it:",
-            context.command("identify", "--plan", "--robot", context.robot, "-o", "plan.csv"),
+            *("identify", "--plan", "--robot", context.robot, "-o", "plan.csv"),
         )
         if any(gear.at_risk for gear in figures.gears):
-            yield NextStep(
-                "Or place the part where no gear reverses:", context.command("place", context.case)
-            )
+            yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
     if gains:
-        yield NextStep("Write the robot program:", context.command("export", folder, "--to", "krl"))
-        yield NextStep(
+        yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
+        yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",
-            context.command("next", folder, "measured.csv", "-o", f"{folder}_next"),
+            *("next", folder, "measured.csv", "-o", f"{folder}_next"),
         )
 
 
@@ -305,18 +290,11 @@ def _coupling_answer(
         sentence += "."
     reason = _reason(figures, None)
     steps = [
-        NextStep("Correct the command:", context.command("compensate", context.case)),
-        NextStep(
-            "Find a place where the robot is stiffer:", context.command("place", context.case)
-        ),
+        NextStep.by("Correct the command:", "compensate", context.case),
+        NextStep.by(_STIFFER, "place", context.case),
     ]
     if not is_stable:
-        steps = [
-            NextStep(
-                "Find a depth and speed that do not chatter:",
-                context.command("stability", context.case),
-            )
-        ]
+        steps = [NextStep.by(_STABLE, "stability", context.case)]
     return Answer(
         sentence=sentence,
         reason=reason,

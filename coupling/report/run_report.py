@@ -39,25 +39,7 @@ from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import CASE, StoredRobot, StoredRun, read_run
-
-
-def write_report(folder: Path, file: Path | None = None) -> Path:
-    """Write the report of a run folder; in that of a cell, also those of its robots.
-
-    Args:
-        folder: The run.
-        file: File to write; report.html in the folder unless given.
-
-    Returns:
-        The file.
-
-    Raises:
-        ResultError: If the run cannot be read or the report not written.
-    """
-    target = file or folder / "report.html"
-    write_pages(read_run(folder), target)
-    return target
+from coupling.run.stored_run import CASE, StoredRobot, StoredRun
 
 
 def write_pages(run: StoredRun, target: Path) -> None:
@@ -222,17 +204,8 @@ def _of_workpieces(
     """Return the sections of what a process leaves, none where it leaves nothing."""
     if not workpieces:
         return []
-    return [
-        Section(
-            "Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces, envelope)]
-        ),
-        Section(
-            "Workpiece",
-            [_WORKPIECE],
-            "workpiece",
-            scene=workpiece_figures.workpiece_scene(workpieces),
-        ),
-    ]
+    figure = workpiece_figures.cut(workpieces, envelope)
+    return [Section("Section of the workpiece", [_CUT, _WORKPIECE], "cut", [figure])]
 
 
 def cell_page(cell: StoredRun) -> str:
@@ -295,7 +268,7 @@ _CUT = Note(
     " desired path sweeps."
 )
 _WORKPIECE = Note(
-    "The workpiece, coloured by the field that is chosen; the files workpiece_*.vtu contain it for"
+    "The view in space above shows it with its fields; the files workpiece_*.vtu contain it for"
     " ParaView."
 )
 

@@ -17,13 +17,16 @@ from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolate_rows
 from coupling.report.meshes import robot_meshes
 from coupling.report.part_deviation import signed_deviation
+from coupling.report.shaped_part import shaped_part
 from coupling.report.thinning import rows_within
+from coupling.report.workpiece_figures import workpiece_surface
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.run_result import ChainResult
 from coupling.results.scene import (
     Scene,
     SceneMotion,
     SceneRobot,
+    SceneSurface,
     SceneTool,
     SceneTrack,
 )
@@ -37,10 +40,12 @@ from elastic_robot.errors import ElasticRobotError
 _POSITION, _DEVIATION, _ANGLE, _MOST = 5e-4, 1e-2, 1e-3, 5000
 # Error of torques, as a part of the largest one, and that of rounding [N m].
 _TORQUE, _ROUND = 0.02, 0.1
+# Robot whose tool shapes the part, also of a cell.
+FORMING = "forming"
+# Field of a workpiece that a tool has shaped.
+_ABOVE = "height above the tool's surface [mm]"
 # Extent that a path has at least, and largest deviation below which no detail is of interest [m].
 _LEAST, _SEEN = 1e-9, 1e-5
-# Names of tracks beside those of a run's stages.
-PLANT = "on the robot of [plant]"
 
 
 def run_scene(run: StoredRun, world_from_part: Frame, case: Mapping[str, Any]) -> Scene:
@@ -59,16 +64,35 @@ def run_scene(run: StoredRun, world_from_part: Frame, case: Mapping[str, Any]) -
             for name, robot in run.robots.items()
             for track in tracks_of(robot)
         ],
+        surfaces=list(_surfaces(run, world_from_part, case)),
         world_from_part=world_from_part,
         tolerance=None if tolerance is None else 1e-3 * tolerance,
     )
 
 
+def _surfaces(
+    run: StoredRun, world_from_part: Frame, case: Mapping[str, Any]
+) -> Iterator[SceneSurface]:
+    """Yield the workpieces of a run, or the part that its tool shapes, in the world."""
+    tool, robot = tool_of(case.get("process", {})), run.first
+    shaped = None
+    if tool is not None and FORMING in run.robots:
+        shaped = shaped_part(robot.desired, robot.wrench, world_from_part, tool)
+    for name, piece in run.workpieces.items():
+        surface, time, fields = workpiece_surface(name, piece), None, {}
+        if shaped is not None:
+            height, time = shaped.nearest_to(piece.points)
+            fields = {_ABOVE: 1e3 * (piece.points[:, 2] - height)}
+        points = world_from_part.points(surface.points)
+        yield replace(surface, points=points, time=time, fields={**fields, **surface.fields})
+    if shaped is not None and not run.workpieces:
+        points = world_from_part.points(shaped.points)
+        yield SceneSurface("", points, shaped.triangles, time=shaped.time)
+
+
 def tracks_of(robot: StoredRobot) -> list[SceneTrack]:
     """Return the paths of one robot's tool that a run has."""
-    paths = dict(robot.actual)
-    if robot.plant is not None:
-        paths[PLANT] = robot.plant
+    paths = robot.actual | robot.on_other_robots
     return [track(name, robot.desired, path) for name, path in paths.items()]
 
 
@@ -95,7 +119,7 @@ def _robots(run: StoredRun, case: Mapping[str, Any]) -> Iterator[SceneRobot]:
         result = results.get(name)
         if result is None or result.chain is None:  # of an earlier version
             continue
-        table = case.get("robot" if name == "forming" else name, {})
+        table = case.get("robot" if name == FORMING else name, {})
         description = _description(table)
         torque = None
         if description is not None:
@@ -105,7 +129,7 @@ def _robots(run: StoredRun, case: Mapping[str, Any]) -> Iterator[SceneRobot]:
             )
         motion = thinned_motion(stored.joints, torque)
         reversals = [c for c in run.figures.reversals if c.robot in ("", name)]
-        tool = tool_of(case.get("process" if name == "forming" else name, {}))
+        tool = tool_of(case.get("process" if name == FORMING else name, {}))
         yield scene_robot(result.title, result.chain, motion, reversals, tool, _file_of(table))
 
 

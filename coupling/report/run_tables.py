@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from coupling.path.deviation import Deviation
+from coupling.path.length_text import format_um
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
 from coupling.results.deviation_table import less_constant_um
 from coupling.results.run_result import RunResult
-from coupling.results.section import UM, Note, Section, Table
+from coupling.results.section import Note, Section, Table
 from coupling.solve.correction import HOW
 
 # One step inwards, in no-break spaces.
@@ -85,7 +86,7 @@ def _figures_of(deviation: Deviation | DeviationShare | tuple[str, ...] | None) 
     if isinstance(deviation, tuple):
         return deviation
     time = deviation.time if isinstance(deviation, DeviationShare) else deviation.time_of_maximum
-    return (f"{UM * deviation.maximum:.2f}", f"{UM * deviation.rms:.2f}", f"{time:.3f}")
+    return (format_um(deviation.maximum), format_um(deviation.rms), f"{time:.3f}")
 
 
 def _of_tooth_passing(figures: RunResult) -> list[str]:
@@ -95,13 +96,13 @@ def _of_tooth_passing(figures: RunResult) -> list[str]:
     if tooth_passing is None:
         return forces
     walls = ", ".join(
-        f"{axis} {UM * low:.2f} to {UM * high:.2f}"
+        f"{axis} {format_um(low)} to {format_um(high)}"
         for axis, (low, high) in tooth_passing.envelope_m.items()
     )
     return [
         f"Tooth passing: {1e3 * tooth_passing.period_s:.3g} ms. The mean of the last deviation over a"
-        f" tooth passing is at most {UM * tooth_passing.slow_m:.2f} um, the ripple about it"
-        f" {UM * tooth_passing.ripple_m:.2f} um. A surface cut at the extremes of each tooth passing"
+        f" tooth passing is at most {format_um(tooth_passing.slow_m)} um, the ripple about it"
+        f" {format_um(tooth_passing.ripple_m)} um. A surface cut at the extremes of each tooth passing"
         f" deviates by {walls} um, base axes.",
         *forces,
     ]

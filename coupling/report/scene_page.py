@@ -12,11 +12,12 @@ from coupling.path.frame import Frame
 from coupling.report.static_scene import stills
 from coupling.results.scene import Scene, ScenePart, SceneRobot
 
-# Steps in which lengths and angles are written: a tenth of what thinning leaves.
-_METRE, _DEVIATION, _RADIAN = 1e-5, 1e-9, 1e-4
+# Steps in which lengths, angles and times are written: a tenth of what thinning leaves.
+_METRE, _DEVIATION, _RADIAN, _TIME = 1e-5, 1e-9, 1e-4, 1e-3
+_COMPONENTS = ("normal to the part", "along the feed", "across", "distance")
+_POINTER = "Drag to turn, two fingers or the right button to shift, wheel to zoom."
 _KEYS = (
-    "Drag to turn, two fingers or the right button to shift, wheel to zoom. Keys: space plays, arrows"
-    " step, + and - exaggerate, v changes the view, numbers choose paths."
+    " Keys: space plays, arrows step, + and - exaggerate, v changes the view, numbers choose paths."
 )
 
 
@@ -40,7 +41,8 @@ def scene_html(name: str, scene: Scene, label: str) -> str:
 
 def _controls(scene: Scene) -> Iterable[str]:
     tracks = list(dict.fromkeys(track.name for track in scene.tracks))
-    names = list(dict.fromkeys([*tracks, *(surface.name for surface in scene.surfaces)]))
+    surfaces = [surface.name for surface in scene.surfaces if surface.name]
+    names = list(dict.fromkeys([*tracks, *surfaces]))
     moves = any(len(robot.motion.time) > 1 for robot in scene.robots) or bool(tracks)
     if moves:
         yield '<div><button type="button" data-control="play" aria-pressed="false">Play</button>'
@@ -57,12 +59,13 @@ def _controls(scene: Scene) -> Iterable[str]:
         yield '<label><input type="checkbox" data-control="apart"> side by side</label>'
     if len(tracks) > 1:
         yield '<label><input type="checkbox" data-control="whole" checked> one scale for all</label>'
-    if tracks:
-        parts = ("normal to the part", "along the feed", "across", "distance")
-        yield _select("component", "Colour", [(str(k), part) for k, part in enumerate(parts)])
-    if scene.surfaces:
-        labels = dict.fromkeys(label for piece in scene.surfaces for label in piece.fields)
-        yield _select("field", "Colour", [(label, label) for label in labels])
+    colours = [(str(number), part) for number, part in enumerate(_COMPONENTS)] if tracks else []
+    labels = dict.fromkeys(label for piece in scene.surfaces for label in piece.fields)
+    colours += [(label, label) for label in labels]
+    if colours:
+        yield _select("colour", "Colour", colours)
+    if tracks and scene.surfaces:
+        yield '<label><input type="checkbox" data-control="surface" checked> part</label>'
     for line in {line.name: line for line in scene.lines}.values():
         yield f'<span class="swatch" style="--light: {line.color}">{html.escape(line.name)}</span>'
     if scene.robots:
@@ -77,7 +80,7 @@ def _controls(scene: Scene) -> Iterable[str]:
             yield _select("mode", "Mode", [("-1", "at rest"), *choice])
         buttons = ("part", "above", "robot") if tracks else ()
         yield f"<div>{''.join(_button('view', view, view) for view in buttons)}</div>"
-    yield f'<p class="keys">{_KEYS}</p>'
+    yield f'<p class="keys">{_POINTER}{_KEYS if tracks else ""}</p>'
 
 
 def _button(kind: str, value: str, words: str) -> str:
@@ -117,6 +120,7 @@ def scene_numbers(scene: Scene) -> dict[str, Any]:
                 "name": piece.name,
                 "points": _rounded(piece.points, _METRE),
                 "triangles": piece.triangles,
+                "time": None if piece.time is None else _rounded(piece.time, _TIME),
                 "fields": {
                     label: _rounded_for_colour(values) for label, values in piece.fields.items()
                 },
@@ -158,7 +162,7 @@ def _surface(part: ScenePart) -> dict[str, Any]:
 
 def _rounded_for_colour(values: np.ndarray) -> np.ndarray:
     """Return values in as many digits as colours tell, a thousandth of their span."""
-    span = float(np.ptp(values))
+    span = float(np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf))
     return np.round(values, 3 - int(np.floor(np.log10(span)))) if span > 0.0 else values
 
 

@@ -8,16 +8,14 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.errors import ResultError
 from coupling.files.written_files import claim_file
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
-from coupling.report.report_file import write_page
 from coupling.report.result_answers import stability_answer
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Answer, Note, Section, Table, warned
+from coupling.results.section import Note, Section, Table, warned
 from coupling.results.stability_result import (
     FIGURES,
     ChartResult,
@@ -58,35 +56,11 @@ def write_stability(folder: Path, result: StabilityResult) -> None:
         OSError: If a file cannot be written.
     """
     claim_file(folder / FIGURES).write_text(result.text(), encoding="utf-8")
-    page = stability_page(result, stability_answer(result))
-    claim_file(folder / REPORT).write_text(page, encoding="utf-8")
+    claim_file(folder / REPORT).write_text(stability_page(result), encoding="utf-8")
 
 
-def write_stability_report(folder: Path, file: Path | None = None) -> Path:
-    """Write the report of stability anew.
-
-    Args:
-        folder: Its folder.
-        file: File to write; report.html in the folder unless given.
-
-    Returns:
-        The file.
-
-    Raises:
-        ResultError: If its figures cannot be read or the report not written.
-    """
-    target, result = file or folder / REPORT, StabilityResult.read(folder / FIGURES, ResultError)
-    write_page(target, stability_page(result, stability_answer(result)), ResultError)
-    return target
-
-
-def stability_page(result: StabilityResult, answer: Answer) -> str:
-    """Return the page of a case's stability as one self-contained HTML text.
-
-    Args:
-        result: Its figures.
-        answer: First screen.
-    """
+def stability_page(result: StabilityResult) -> str:
+    """Return the page of a case's stability as one self-contained HTML text."""
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
@@ -107,15 +81,14 @@ def stability_page(result: StabilityResult, answer: Answer) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections, answer)
+    return document(f"{result.case}: stability", sections, stability_answer(result))
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:
     """Return whether the cuts chatter, what gives way, and at which speeds they would not."""
     worst = result.points[result.worst]
-    is_stable = all(point.stable for point in result.points)
     sections = [
-        Section("", [f"{result.sentence}.", *_sentences(result, worst)], good=is_stable),
+        Section("How it was judged", [f"{result.sentence}.", *_sentences(result, worst)]),
     ]
     if result.sensitivities is not None:
         table = [

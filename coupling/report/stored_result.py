@@ -8,23 +8,22 @@ from pathlib import Path
 from coupling.errors import ResultError
 from coupling.place.folder import FIGURES as PLACED
 from coupling.place.folder import StoredPlacement, read_placement
+from coupling.results.modes_result import FIGURES as MODES
+from coupling.results.modes_result import ModesResult
 from coupling.results.stability_result import FIGURES as STABILITY
 from coupling.results.stability_result import StabilityResult
+from coupling.run.run_log import is_run
 from coupling.run.stored_run import RESULT, StoredRun, read_run
 from coupling.study.folder import FIGURES as STUDIED
 from coupling.study.stored_study import StoredStudy, read_study
 
-StoredResult = StoredRun | StoredStudy | StoredPlacement | StabilityResult
-
-
-def _read_stability(folder: Path) -> StabilityResult:
-    return StabilityResult.read(folder / STABILITY, ResultError)
-
+StoredResult = StoredRun | StoredStudy | StoredPlacement | StabilityResult | ModesResult
 
 _READERS: dict[str, Callable[[Path], StoredResult]] = {
     STUDIED: read_study,
     PLACED: read_placement,
-    STABILITY: _read_stability,
+    STABILITY: lambda folder: StabilityResult.read(folder / STABILITY, ResultError),
+    MODES: lambda folder: ModesResult.read(folder / MODES, ResultError),
     RESULT: read_run,
 }
 
@@ -34,8 +33,13 @@ def figures_file(folder: Path) -> Path | None:
     return next((file for name in _READERS if (file := folder / name).is_file()), None)
 
 
+def is_result(folder: Path) -> bool:
+    """Return whether a folder is that of a result, finished or not."""
+    return figures_file(folder) is not None or is_run(folder)
+
+
 def read_result(folder: str | Path) -> StoredResult:
-    """Return a result by its folder: a run, a study, a placement or the stability of cuts.
+    """Return a result by its folder: a run, a study, a placement, stability or modes.
 
     Args:
         folder: The folder.
@@ -44,8 +48,10 @@ def read_result(folder: str | Path) -> StoredResult:
         CouplingError: If there is none, or it is damaged.
     """
     file = figures_file(Path(folder))
+    if file is None and is_run(Path(folder)):
+        return read_run(Path(folder))  # says why there is no result yet
     if file is None:
         raise ResultError(
-            f"{folder}: expected the folder of a run, a study, a placement or of stability"
+            f"{folder}: expected the folder of a run, a study, a placement, of stability or modes"
         )
     return _READERS[file.name](Path(folder))

@@ -9,50 +9,26 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.errors import StudyError
+from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
-from coupling.report.report_file import write_page
 from coupling.report.result_answers import study_answer
 from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.section import UM, Note, Section, Table
 from coupling.results.study_result import StudyResult
 from coupling.study.folder import REPORT, RUN
 from coupling.study.robot_pool import PARTS
-from coupling.study.stored_study import StoredStudy, read_study
+from coupling.study.stored_study import StoredStudy
 
 _BAND = "rgba(0, 114, 178, 0.22)"
 # Parameters that are drawn against the deviation, the most important ones.
 _DRAWN = 6
 
 
-def write_study_report(folder: Path, file: Path | None = None) -> Path:
-    """Write the report of a finished study.
-
-    Args:
-        folder: The study.
-        file: File to write; report.html in the folder unless given.
-
-    Returns:
-        The file.
-
-    Raises:
-        StudyError: If the study cannot be read or the report not written.
-    """
-    target = file or folder / REPORT
-    text = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    write_page(target, text, StudyError)
-    return target
-
-
-def study_page(study: StoredStudy, with_run: bool) -> str:
-    """Return the page of a study as one self-contained HTML text.
-
-    Args:
-        with_run: Whether the report of its run is beside it.
-    """
-    figures = study.figures
-    link = [Note("The run of the command", f"{RUN}/{REPORT}")] if with_run else []
+def study_page(study: StoredStudy, folder: Path) -> str:
+    """Return the page of a study in a folder as one self-contained HTML text."""
+    figures, run_page = study.figures, f"{RUN}/{REPORT}"
+    link = [Note("The run of the command", run_page)] if (folder / run_page).exists() else []
     sections = [
         *study_summary(figures),
         Section("", link),
@@ -162,10 +138,8 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
 
 
 def _verdict(figures: StudyResult) -> Section:
-    command, share = figures.command, figures.coverage
+    command = figures.command
     text = [] if command.converged else [f"The command is NOT CONVERGED: {command.reason}."]
-    limit = UM * figures.quantile("maximum", share)
-    text.append(f"{100 * share:g} % of robots stay below {limit:.2f} um along the whole path.")
     if figures.failed:
         number, reason = next(iter(figures.failed.items()))
         text.append(
@@ -176,7 +150,7 @@ def _verdict(figures: StudyResult) -> Section:
         text.append(
             f"Warning: {len(figures.not_coupled)} robots did not converge with their process."
         )
-    return Section("", text, good=command.converged)
+    return Section("", text, good=command.converged if text else None)
 
 
 def _quantiles(figures: StudyResult) -> Section:
@@ -194,8 +168,8 @@ def _quantiles(figures: StudyResult) -> Section:
         (
             words,
             # Its run may be an earlier version's.
-            "-" if isnan(getattr(model, name)) else f"{UM * getattr(model, name):.2f}",
-            *(f"{UM * quantiles[name][share]:.2f}" for share in shares),
+            "-" if isnan(getattr(model, name)) else format_um(getattr(model, name)),
+            *(format_um(quantiles[name][share]) for share in shares),
         )
         for name, words in names
     ]

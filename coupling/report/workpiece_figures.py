@@ -13,7 +13,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.workpiece import Workpiece
 from coupling.report.colours import AFTER, BEFORE, GREEN
 from coupling.report.style import drawn
-from coupling.results.scene import Scene, SceneSurface
+from coupling.results.scene import SceneSurface
 from coupling.toolpaths.tilt import APPROACH
 
 _MM = 1e3
@@ -66,12 +66,8 @@ def tool_envelope(desired: ToolPath, world_from_part: Frame, radius: float) -> n
     return np.column_stack([x, np.where(np.isfinite(swept), swept, np.nan)])
 
 
-def workpiece_scene(workpieces: Mapping[str, Workpiece]) -> Scene:
-    """Return workpieces in space, in the part's frame, with all their fields."""
-    return Scene(surfaces=[_surface(name, piece) for name, piece in workpieces.items()])
-
-
-def _surface(name: str, piece: Workpiece) -> SceneSurface:
+def workpiece_surface(name: str, piece: Workpiece) -> SceneSurface:
+    """Return a workpiece in space, in the part's frame, with all its fields."""
     triangles = _triangles(piece.cells)
     halves = len(triangles) // len(piece.cells)
     fields = {}

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from math import isnan
 
 from coupling.path.deviation import Deviation
-from coupling.results.section import UM, Table
+from coupling.path.length_text import format_um
+from coupling.results.section import Table
 
 
 def deviation_table(rows: Iterable[tuple[str, Deviation]]) -> Table:
@@ -25,7 +26,7 @@ def deviation_table(rows: Iterable[tuple[str, Deviation]]) -> Table:
             (
                 name,
                 *(
-                    f"{UM * length:.2f}"
+                    format_um(length)
                     for length in (deviation.maximum, deviation.rms, deviation.normal_maximum)
                 ),
                 f"{deviation.time_of_maximum:.3f}",
@@ -41,7 +42,7 @@ def less_constant_um(deviation: Deviation | None) -> tuple[str, ...] | None:
     if deviation is None or isnan(deviation.maximum_less_constant):
         return None
     return (
-        f"{UM * deviation.maximum_less_constant:.2f}",
-        f"{UM * deviation.rms_less_constant:.2f}",
+        format_um(deviation.maximum_less_constant),
+        format_um(deviation.rms_less_constant),
         "",
     )

@@ -7,7 +7,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart
-from coupling.results.run_result import Three
+from coupling.results.run_result import ChainResult, Three
+from coupling.results.shown import Shown
+
+# File with the figures, in the folder of the result.
+FIGURES = "modes.json"
 
 Matrix = tuple[Three, Three, Three]
 # Numbers over a part, row by row; None where the robot cannot be.
@@ -59,13 +63,43 @@ class PartModesResult(ResultPart):
     lowest_Hz: Grid
 
 
-class ModesResult(ResultFile):
-    """Modes of a robot; docs/modes.md says what they are."""
+class SwingResult(ResultPart):
+    """Mode of a robot that is drawn: amplitude of every joint of its chain, of any scale."""
 
-    what = "the modes of a robot"
-    sparse: ClassVar = ("part",)
+    frequency_Hz: float
+    amplitude: tuple[float, ...]
+
+
+class SwingingRobotResult(ResultPart):
+    """A robot in a posture with its slowest modes, to draw it; of a tilt the chain has a joint.
+
+    Attributes:
+        name, description: Name of the robot, and its file as cases name it.
+        chain: Its joints, each tilt one behind that of its gear.
+        angles_rad: Angles of these joints.
+        bodies: Body of the chain by the body of the robot's file.
+        swings: Modes.
+    """
 
     name: str
+    description: str
+    chain: ChainResult
+    angles_rad: tuple[float, ...]
+    bodies: tuple[int, ...]
+    swings: tuple[SwingResult, ...]
+
+
+class ModesResult(Shown, ResultFile):
+    """Modes of a robot; docs/modes.md says what they are.
+
+    `source` is the case or robot that they are of, as commands name it.
+    """
+
+    what = "the modes of a robot"
+    sparse: ClassVar = ("part", "swinging")
+
+    name: str
+    source: str = ""
     robot: str
     torque_curve: str
     motors: Literal["locked"] = "locked"
@@ -74,4 +108,5 @@ class ModesResult(ResultFile):
     computed: tuple[ResponseResult, ...]
     measured: tuple[ResponseResult, ...] = ()
     part: PartModesResult | None = None
+    swinging: SwingingRobotResult | None = None
     version: str

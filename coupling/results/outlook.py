@@ -26,6 +26,7 @@ class Replay(ResultPart):
     name: str
     deviation: Annotated[Deviation, Field(alias="deviation_m")]
     _tools: tuple[Deviation, ...] = PrivateAttr(())
+    _path: ToolPath | None = PrivateAttr(None)
 
     @classmethod
     def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
@@ -35,9 +36,30 @@ class Replay(ResultPart):
         replay._tools = tools
         return replay
 
+    def keeping(self, path: ToolPath) -> Replay:
+        """Return it with the path of all tools."""
+        replay = self.model_copy()
+        replay._path = path
+        return replay
+
+    @property
+    def path(self) -> ToolPath | None:
+        """Path of all tools, where it was kept."""
+        return self._path
+
     def of_tool(self, tool: int) -> Replay:
         """Return what the command leaves of one tool, by its number from 0."""
         return Replay(name=self.name, deviation=self._tools[tool])
+
+
+# First word of the replays whose backlash differs.
+BACKLASH = "backlash"
+
+
+def worst_backlash(replays: Sequence[Replay]) -> Replay | None:
+    """Return the worst of the replays whose backlash differs from the model's; None without."""
+    wrong = [replay for replay in replays if replay.name.startswith(BACKLASH)]
+    return max(wrong, key=lambda replay: replay.deviation.maximum, default=None)
 
 
 _ADVICE = (

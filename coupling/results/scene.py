@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -134,19 +134,22 @@ class SceneLine:
 
 @dataclass(frozen=True)
 class SceneSurface:
-    """A workpiece at rest, coloured by one of its fields.
+    """A workpiece at rest, coloured by the deviation of the tool that shaped it or by one of its fields.
 
     Attributes:
-        name: Name of the workpiece, that of the track that belongs to it.
+        name: Name of the workpiece, that of the track that belongs to it; empty for all tracks.
         points: Corners [m], (n, 3).
         triangles: Numbers of their corners, (m, 3).
-        fields: Values by label with unit, of the corners, (n,), or of the triangles, (m,).
+        fields: Values by label with unit, of the corners, (n,), or of the triangles, (m,); NaN where
+            there is none.
+        time: Time at which the tool shaped each corner [s], NaN where it did not, (n,); None: not known.
     """
 
     name: str
     points: np.ndarray
     triangles: np.ndarray
-    fields: Mapping[str, np.ndarray]
+    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
+    time: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -62,6 +63,16 @@ class NextStep:
     words: str
     command: str = ""
 
+    @classmethod
+    def by(cls, purpose: str, *words: str) -> NextStep:
+        """Return a step that a command of elastic-robot takes.
+
+        Example:
+            >>> NextStep.by("Draw it anew:", "report", "results/my cone").command
+            "elastic-robot report 'results/my cone'"
+        """
+        return cls(purpose, shlex.join(["elastic-robot", *words]))
+
 
 @dataclass(frozen=True)
 class KeyFigure:
@@ -89,6 +100,7 @@ class Answer(Shown):
         figures: Three figures.
         steps: Next steps.
         scene: Picture in space; None where nothing moves.
+        picture: Picture as SVG where there is none in space; empty for none.
     """
 
     sentence: str
@@ -97,6 +109,7 @@ class Answer(Shown):
     figures: Sequence[KeyFigure] = ()
     steps: Sequence[NextStep] = ()
     scene: Scene | None = None
+    picture: str = ""
 
 
 @dataclass(frozen=True)

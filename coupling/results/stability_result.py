@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
-from coupling.results.modes_result import Grid
+from coupling.results.modes_result import Grid, SwingingRobotResult
 from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 
@@ -97,6 +97,7 @@ class StabilityResult(Shown, ResultFile):
         "over_part",
         "sensitivities",
         "march",
+        "swinging",
     )
 
     case: str
@@ -119,5 +120,6 @@ class StabilityResult(Shown, ResultFile):
     over_part: PartChartResult | None = None
     sensitivities: tuple[SensitivityResult, ...] | None = None
     march: MarchResult | None = None
+    swinging: SwingingRobotResult | None = None
     remarks: tuple[str, ...] = ()
     version: str

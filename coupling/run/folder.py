@@ -17,6 +17,7 @@ from coupling.files.csv_table import (
     WrittenTables,
 )
 from coupling.files.written_files import claim_file, claimed_folder
+from coupling.results.outlook import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.run.execute import Run
 from coupling.run.figures import figures_of
@@ -32,6 +33,7 @@ from coupling.run.stored_run import (
     MOTORS,
     PLANT,
     RESULT,
+    WRONG_BACKLASH,
     motor_columns,
     workpiece_file,
 )
@@ -81,6 +83,9 @@ def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> Non
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
     if plant is not None:
         paths[PLANT] = plant.path
+    wrong = worst_backlash(run.robustness)
+    if wrong is not None and wrong.path is not None:
+        paths[WRONG_BACKLASH] = wrong.path
     other = run.of(OTHER_MODE)
     for name, path in (("uncompensated", other.before), ("achieved", other.after)):
         if path is not None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import degrees
 
+from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
+from coupling.results.outlook import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.results.section import UM, Note, Section, Table
 from coupling.run.check import Check, CheckedCommand
@@ -39,17 +41,9 @@ def _passages(figures: RunResult) -> list[Section]:
         within = sum(change.ends - change.begins for change in reversals)
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
         rows.append((name, str(len(reversals)), str(other), f"{within:.2f}"))
-    deviations_with_wrong_backlash = [
-        row.deviation for row in figures.robustness if row.name.startswith("backlash")
-    ]
-    most = max(
-        (UM * reversals.maximum for reversals in deviations_with_wrong_backlash), default=0.0
-    )
-    much = (
-        f", of up to {most:.2f} um if all are wrong by 20 %"
-        if deviations_with_wrong_backlash
-        else ""
-    )
+    wrong, much = worst_backlash(figures.robustness), ""
+    if wrong is not None:
+        much = f", of up to {format_um(wrong.deviation.maximum)} um if all are wrong by 20 %"
     text = (
         f"Gears enter their backlash {len(figures.reversals)} times. The command compensates this with"
         f" the backlash of the model; an error of the backlash causes a deviation there{much}."

@@ -11,7 +11,7 @@ from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
 from coupling.results.deviation_table import deviation_table
-from coupling.results.outlook import Replay
+from coupling.results.outlook import BACKLASH, Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell
@@ -90,7 +90,8 @@ def replayed(
         path = cell.with_robots(differing).simulate(
             correction.joints, loaded.scaled(variation.force), "dynamic"
         )
-        replays.append(Replay.of(variation.name, path, correction.desired))
+        replay = Replay.of(variation.name, path, correction.desired)
+        replays.append(replay.keeping(path) if variation.name.startswith(BACKLASH) else replay)
     return tuple(replays)
 
 

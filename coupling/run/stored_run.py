@@ -23,6 +23,7 @@ from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
+from coupling.results.outlook import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
 from coupling.results.shown import Shown
@@ -33,7 +34,7 @@ from elastic_robot.tool_load import symmetric
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
 # Robots of a cell, as their folders are called; other folders there are the user's.
 CELL = ("forming", "support")
-PLANT, ANCHOR, MOTORS = "plant", "anchor", "motors"
+PLANT, ANCHOR, MOTORS, WRONG_BACKLASH = "plant", "anchor", "motors", "wrong_backlash"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 # Times of two tables that are the same [s].
 _SAME = 1e-9
@@ -56,6 +57,8 @@ class StoredRobot(Shown):
         correction: Path of the undeflected tool minus desired, at its times [m, rad], (n, 6).
         wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
+        wrong_backlash: Path of its tool on the robot whose backlash differs, where it leaves more; None
+            where it was not simulated.
         motor_torque: Times [s], (n,), and the torque that its motors need by joint, from 0 [N m], (n,)
             each; None where it has no motors.
         other: Paths of the tool by `figures.stages`, the robot simulated in the mode that is not the
@@ -71,6 +74,7 @@ class StoredRobot(Shown):
     correction: np.ndarray
     wrench: WrenchHistory
     plant: ToolPath | None = None
+    wrong_backlash: ToolPath | None = None
     motor_torque: tuple[np.ndarray, dict[int, np.ndarray]] | None = None
     other: Mapping[str, ToolPath] = field(default_factory=dict)
 
@@ -78,6 +82,15 @@ class StoredRobot(Shown):
     def actual(self) -> dict[str, ToolPath]:
         """Actual paths by `figures.stages`."""
         return dict(zip(self.figures.stages, (self.uncompensated, self.achieved), strict=False))
+
+    @property
+    def on_other_robots(self) -> dict[str, ToolPath]:
+        """Paths under the command on robots that differ from the model, by their difference."""
+        paths = {"on the robot of [plant]": self.plant}
+        wrong = worst_backlash(self.figures.robustness)
+        if wrong is not None:
+            paths[f"with {wrong.name}"] = self.wrong_backlash
+        return {name: path for name, path in paths.items() if path is not None}
 
 
 @dataclass(frozen=True)
@@ -213,6 +226,9 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
         values = table(name, POSE_COLUMNS)
         return ToolPath(values[:, 0], values[:, 1:])
 
+    def path_if_any(name: str) -> ToolPath | None:
+        return tool_path(name) if (folder / f"{name}.csv").exists() else None
+
     figures = _read_figures(folder)
     names = drive_columns(tables.header(folder / "command.csv", ResultError))
     command = table("command", (*POSE_COLUMNS, *sum(names, ())))
@@ -236,7 +252,8 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
             command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
-            plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
+            plant=path_if_any(PLANT),
+            wrong_backlash=path_if_any(WRONG_BACKLASH),
             motor_torque=_motor_torque(folder, tables),
             other={
                 stage: tool_path(file.stem)

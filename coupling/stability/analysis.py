@@ -9,6 +9,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import StabilityError
 from coupling.events import Progress, Watch, unwatched
+from coupling.modes.swinging_robot import swinging_robot
 from coupling.results.modes_result import Grid
 from coupling.results.stability_result import (
     ChartResult,
@@ -121,12 +122,12 @@ def stability_along_path(
 
 
 def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
-    worst = path.worst
+    worst, placed = path.worst, cuts.case.robots[0]
     joints, tool_share = worst.shares(worst.at_limit)
     return StabilityResult(
         case=cuts.case.name,
         case_file=f"{cuts.case.name}.toml",
-        robot=cuts.case.robots[0].description.name,
+        robot=placed.description.name,
         tolerance_m=cuts.case.tolerance,
         sentence=path.sentence,
         tool_modes=len(cuts.tool),
@@ -136,6 +137,13 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
         joints=tuple(joints.tolist()),
         tool_share=tool_share,
         islands_m=tuple(worst.islands),
+        swinging=swinging_robot(
+            placed.description,
+            cuts.case.resolved[placed.table]["description"],
+            worst.placed.q,
+            worst.there.linear.modes,
+            placed.world_from_base,
+        ),
         version=elastic_robot.__version__,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,9 +15,11 @@ from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath, divide_steps
+from coupling.programs.text import shorten
 from coupling.toolpaths.instants import NO_CORNERS, Corners, insert_corners
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
@@ -68,6 +71,17 @@ class CsvPath(ToolPathTable):
             time, _ = divide_steps(path.time, self.sample_s)
             path, rows = InterpolatedPath(path).at(time), np.arange(len(time))
         return self._with_headings(UntiltedPath(part, path, rows))
+
+    def task(
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
+    ) -> Task:
+        """Return the task, with a remark on columns that are left out."""
+        task = super().task(part, corners, untilted)
+        others = [name for name in read_header(self.file, CaseError) if name not in _COLUMNS]
+        if not others:
+            return task
+        words = shorten(", ".join(others), 80)
+        return replace(task, remarks=(f"{self.file.name}: columns left out: {words}",))
 
     def _table(self) -> np.ndarray:
         """Return time [s], position [m] and quaternion of each row, (rows, 8)."""

@@ -89,6 +89,12 @@ _AT_END = (
     (r"[A-Z][-+]?\d+,\d", "a decimal comma", "write a point"),
     (r"\$", "a setting of the control", "take it out"),
     (r"[{]", "a JSON setting of the control", "take it out"),
+    (r"CH[FR]=|RNDM?=", "a chamfer or a rounded corner", _WRITTEN_OUT),
+    (
+        r"(?![XYZIJKRFSTMGN]+(?:[-+.\d*/)]|$))[A-Z]{2,}",
+        "a word of another control",
+        "take it out if it does not move the tool",
+    ),
     (r"[A-Z][-+.]*(?:[A-Z*/)]|$)", "a word without a number", "give the number"),
     (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
     (r"/", "a / within a line", "write it at the line's beginning"),

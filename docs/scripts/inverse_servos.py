@@ -11,10 +11,9 @@ from coupling.case.case import Case
 from coupling.files.robot_file import find_robot
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import Run
-from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.experiment import results, um
 from docs.scripts.robots_with_backlash import FANUC_HOME, MIXED, kept, with_backlash
-from docs.scripts.runs import compensated, example
+from docs.scripts.runs import compensated, example, replays
 
 # At the gears' output, joint by joint: rotors [kg m^2], friction [N m] and, viscous, [N m s/rad], slip
 # torques of the hysteresis [N m]; slip angles [rad].
@@ -85,18 +84,11 @@ def servos() -> str:
         return compensated(case("ideal", {"drive": "servo"})), compensated(case("servo", _WRONG))
 
     def plant(run: Run) -> str:
-        replay = run.of(PLANT_REPLAY)
-        assert replay is not None
-        return _both(replay.deviation())
+        return _both(replays(run)["plant"])
 
-    def worst(name: str) -> Callable[[tuple[Run, Run]], str]:
+    def worst(kind: str) -> Callable[[tuple[Run, Run]], str]:
         return lambda runs: um(
-            max(
-                replay.deviation.maximum
-                for replay in runs[1].robustness
-                if replay.name.startswith(name)
-            ),
-            3,
+            max(d.maximum for name, d in replays(runs[1]).items() if name.startswith(kind)), 3
         )
 
     return results(

@@ -13,7 +13,7 @@ from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned
 from docs.scripts.learning_beyond import Beyond
 from docs.scripts.learning_shop import Shop
-from docs.scripts.learning_studies import DEPTH, Trial, Truth, case_text, drawn, hidden
+from docs.scripts.learning_studies import DEPTH, Trial, Truth, drawn, hidden
 from docs.scripts.page import table
 from docs.scripts.robots_with_backlash import (
     EVEN,
@@ -23,6 +23,7 @@ from docs.scripts.robots_with_backlash import (
     MIXED,
     with_backlash,
 )
+from docs.scripts.runs import example_data
 
 # Where inverse kinematics starts [deg].
 HOME = [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]
@@ -56,15 +57,15 @@ class CoveredParameter:
     def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[CoveredParameter]:
         """Yield what a run tells of a robot that is known."""
         for own in found.parameters:
-            if own.identifiable:
+            if own.identified:
                 half = float(np.log(own.high / own.value))
                 off = abs(np.log(own.factor / truth.factors.get(own.name, 1.0)))
-                yield cls(times, own.parameter.kind, float(off) / half, half)
+                yield cls(times, own.kind, float(off) / half, half)
 
 
 def cone_of(home: Sequence[float], file: str, at: Sequence[float], **path: Any) -> dict[str, Any]:
     """Return the case of the cone's first contours elsewhere, by another robot."""
-    return case_text(
+    return example_data(
         "cone",
         robot={"description": file, "home_deg": list(home)},
         part={"position_m": list(at)},
@@ -74,7 +75,7 @@ def cone_of(home: Sequence[float], file: str, at: Sequence[float], **path: Any) 
 
 def rolled() -> dict[str, Any]:
     """Return the case of ISO 9283 on a base that is rolled, so that every gear is loaded."""
-    return case_text(
+    return example_data(
         "iso9283", robot={"base_rpy_deg": [6.0, 0.0, 0.0]}, tool_path={"feed_m_s": 0.25}
     )
 

@@ -13,7 +13,6 @@ from typing import Any, Self
 
 import numpy as np
 import tomlkit
-from scipy.spatial.transform import Rotation
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -23,20 +22,19 @@ from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.results import learned_text
 from coupling.identification.runs.source import MeasuredFile, read_source
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.joint_path import JointPath
+from coupling.path.histories import ToolPath
 from coupling.robot.parameters import apply_values
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
-from docs.scripts.learning_studies import DEPTH, Learning, Left, Trial, Truth, case_text
+from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth
+from docs.scripts.runs import example_data
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
 # Of the command's end nothing is judged, and nothing measured [s].
 CUT = 0.3
-_PLAIN = Trial()
 
 
 def _cpu() -> float:
@@ -90,7 +88,7 @@ class Shop:
         write_run(folder, case, run_compensation(case))
         return folder
 
-    def moved(self, run: Path, truth: Truth, command: JointPath | None = None) -> ToolPath:
+    def moved(self, run: Path, truth: Truth) -> ToolPath:
         """Return the path that the tool really takes under a run's command, in axes of the base."""
         source = _unseen(run)
         placed = self._case(self._first).robots[0]
@@ -100,11 +98,9 @@ class Shop:
             coordinate, kind = name.rsplit(".", 1)
             value = getattr(nominal, kind)[chain.elastic_names.index(coordinate)]
             values[name] = factor * float(value)
-        curve = truth.torque_curve or placed.torque_curve
-        fmu = self._models.of(placed.description, curve).fmu
-        wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
+        fmu = self._models.of(placed.description, placed.torque_curve).fmu
         robot = apply_values(placed.description, values)
-        return fmu.simulate(command or source.stored.joints, wrench, "dynamic", robot)
+        return fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic", robot)
 
     def measurement(
         self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath
@@ -113,17 +109,13 @@ class Shop:
         rng = np.random.default_rng(seed)
         source = _unseen(run)
         clock, at = source.stored.desired.time, source.world_from_base
-        rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))[:: trial.every]
+        rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))
         noise = trial.noise * rng.standard_normal((len(rows), 3))
         if trial.beyond is not None:
             command = source.stored.joints
             noise += trial.beyond.at(source.robot, source.home, command, clock[rows])
         position = at.points(path.position[0][rows] + noise)
-        held = None
-        if trial.turn_noise > 0.0:
-            turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
-            held = at.rotation * turns * path.rotations[0][rows]
-        return Measurement("measured.csv", clock[rows], position, held)
+        return Measurement("measured.csv", clock[rows], position)
 
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
         """Return what one run under the file's command tells."""
@@ -142,18 +134,22 @@ class Shop:
         before, after = (Left.of(rows).less_rms for rows in off)
         return before, after
 
-    def off(self, run: Path, path: ToolPath) -> np.ndarray:
-        """Return how far the tool really is from its desired path [m], (n, 3)."""
+    def left(self, run: Path, path: ToolPath) -> Left:
+        """Return how far the tool really is from its desired path."""
         desired = _unseen(run).stored.desired
         judged = desired.time <= desired.time[-1] - CUT
-        off: np.ndarray = (path.position[0] - desired.position[0])[judged]
-        return off
+        return Left.of((path.position[0] - desired.position[0])[judged])
 
-    def learned(self, truth: Truth, trial: Trial = _PLAIN, seed: int = 1) -> Learning:
-        """Measure, learn, command and measure again."""
-        run, sources = self._first, []
+    def learned(self, truth: Truth, seed: int) -> tuple[list[Left], list[tuple[float, float]]]:
+        """Measure, learn, command and measure again.
+
+        Returns:
+            What the commands leave, that of the file first; and the time of each fit, by the clock and
+            of all processes together [s].
+        """
+        run, sources, trial = self._first, [], Trial()
         path = self.moved(run, truth)
-        off, found, seconds = [self.off(run, path)], [], []
+        left, seconds = [self.left(run, path)], []
         for number in range(trial.runs):
             measured = self.measurement(run, truth, trial, seed + number, path)
             sources.append(read_source(run, measured))
@@ -161,38 +157,22 @@ class Shop:
             with Models("native") as models:
                 learned = learn(sources, FramePrior(), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
-            found.append(learned)
             if not learned.refusal:
                 run = self.commanded(run, learned)
                 path = self.moved(run, truth)
-            off.append(self.off(run, path))
-            print(
-                truth.name,
-                *map(Left.of, off),
-                *(f"{s:.1f} s, CPU {c:.1f} s" for s, c in seconds),
-                flush=True,
-            )
-        return Learning(tuple(map(Left.of, off)), tuple(found), tuple(seconds), tuple(off))
+            left.append(self.left(run, path))
+            print(truth.name, *left, *(f"{s:.1f} s, CPU {c:.1f} s" for s, c in seconds), flush=True)
+        return left, seconds
 
     def commanded(self, run: Path, found: Learned) -> Path:
-        """Return the run folder of the next command."""
+        """Return the run folder of the next command, for the robot that was learned."""
         content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
-        return self._compensated(next_case_text(content, self.written(found)))
-
-    def written(self, found: Learned) -> Path:
-        """Return the file of a robot that was learned."""
         file = self._folder / f"learned{self._count}.toml"
         file.write_text(learned_text(found, file), encoding="utf-8")
-        return file
-
-    def left_by(self, robot: Path, truth: Truth) -> Left:
-        """Return what the command for a robot file leaves on the robot that really moves."""
-        content = tomllib.loads((self._first / "case.toml").read_text(encoding="utf-8"))
-        run = self._compensated(next_case_text(content, robot))
-        return Left.of(self.off(run, self.moved(run, truth)))
+        return self._compensated(next_case_text(content, file))
 
 
 @cache
 def cone() -> Shop:
     """Return the first contours of the example cone, 24 s."""
-    return Shop(case_text("cone", tool_path={"depth_m": DEPTH}))
+    return Shop(example_data("cone", tool_path={"depth_m": DEPTH}))

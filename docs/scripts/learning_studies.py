@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from coupling.identification.runs.learning import Learned
 from coupling.robot.parameters import robot_parameters
 from docs.scripts.learning_beyond import Beyond
-from docs.scripts.runs import CASES
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -31,14 +27,10 @@ class Truth:
     Attributes:
         name: In words.
         factors: Factors of the FMU's parameters, by name.
-        torque_curve: Its gears' curve, if not the model's.
-        force: Factor of the whole wrench that acts on it.
     """
 
     name: str
     factors: Mapping[str, float]
-    torque_curve: str = ""
-    force: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -69,36 +61,15 @@ class Trial:
 
     Attributes:
         noise: Standard deviation of a coordinate [m].
-        turn_noise: Standard deviation of an orientation [rad]; 0: positions only.
         seconds: How much of a run is measured [s].
-        every: Every so many samples of 4 ms.
         runs: Number of runs that are learned from.
         beyond: What the tool does beyond the model.
     """
 
     noise: float = 1e-5
-    turn_noise: float = 0.0
     seconds: float = np.inf
-    every: int = 1
     runs: int = 2
     beyond: Beyond | None = None
-
-
-@dataclass(frozen=True)
-class Learning:
-    """How learning went.
-
-    Attributes:
-        left: What the commands leave: that of the file, then those learned.
-        found: What was learned after each run.
-        seconds: Time of each by the clock, and CPU time of all its processes together.
-        off: Deviation under each command [m], (n, 3).
-    """
-
-    left: tuple[Left, ...]
-    found: tuple[Learned, ...]
-    seconds: tuple[tuple[float, float], ...]
-    off: tuple[np.ndarray, ...]
 
 
 def hidden(robot: Robot, seed: int) -> Truth:
@@ -114,26 +85,11 @@ def hidden(robot: Robot, seed: int) -> Truth:
     return Truth(f"random {seed}", factors)
 
 
-def drawn(robot: Robot, seed: int, times: float, torque_curve: str = "backlash") -> Truth:
+def drawn(robot: Robot, seed: int, times: float) -> Truth:
     """Return a robot of so many times what is known before: normal logarithms of all that is learned."""
     rng = np.random.default_rng(seed)
     factors = {
         p.name: float(np.exp(times * (p.row.prior or 0.0) * rng.standard_normal()))
-        for p in robot_parameters(robot, torque_curve, DRAWN)
+        for p in robot_parameters(robot, "backlash", DRAWN)
     }
     return Truth(f"drawn {seed}, {times:g} times", factors)
-
-
-def all_alike(robot: Robot, kind: str, factor: float) -> Truth:
-    """Return a robot with one kind of parameter changed in all gears."""
-    chain = build_chain(robot)
-    names = [chain.elastic_names[row] for row in chain.torsions]
-    return Truth(f"{kind} x {factor:g}", {f"{name}.{kind}": factor for name in names})
-
-
-def case_text(name: str, **changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an example case as data, keys of its tables changed."""
-    data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
-    for section, keys in changes.items():
-        data.setdefault(section, {}).update(keys)
-    return data

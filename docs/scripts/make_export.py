@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
-from coupling.case.case import Case
 from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.exporting import export_run
-from coupling.path.controller import Controller
-from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
-from coupling.run.models import Models, cell_of
-from coupling.run.stored_run import read_run
 from docs.scripts.experiment import Page, results, scratch
 from docs.scripts.runs import compensated, example
 
@@ -28,21 +23,21 @@ CYCLES = (0.004, 0.012)
 
 
 @cache
-def _run(name: str) -> tuple[Path, Case]:
+def _run(name: str) -> Path:
     """Return the run folder of a case."""
     keys: dict[str, float | str] = {"feed_m_s": 1.0} if name == _FAST else {}
     changes = {"tool_path": keys} if keys else {}
     case, folder = example(name.removesuffix("_fast"), **changes), scratch(name)
     folder.mkdir()
     write_run(folder, case, compensated(case))
-    return folder, case
+    return folder
 
 
 @cache
 def _exported(name: str, language: str) -> ExportedProgram:
     own = LANGUAGES[language]
     closest = None if own.dense else _CLOSEST
-    (found,) = export_run(_run(name)[0], ExportOptions(own, own.targets[0], shortest=closest))
+    (found,) = export_run(_run(name), ExportOptions(own, own.targets[0], shortest=closest))
     return found
 
 
@@ -71,41 +66,17 @@ def programs() -> str:
 
 @PAGE.part
 def cycles() -> str:
-    """Return what rows of angles lose as samples of the command, and as they are written."""
+    """Return what rows of angles lose on a cycle, as they are written."""
 
-    def losses(case: tuple[str, float]) -> tuple[float, float]:
-        name, cycle = case
+    def loss(name: str, cycle: float) -> str:
         options = ExportOptions(LANGUAGES["csv"], "joints", cycle=cycle)
-        (found,) = export_run(_run(name)[0], options)
-        return _of_samples(name, cycle), found.loss
+        (exported,) = export_run(_run(name), options)
+        return _um(exported.loss)
 
-    titles = {name: f"`{name}`" for name in CASES} | {_FAST: "`iso9283` at 1 m/s"}
-    return results(
-        ("case", "cycle"),
-        {
-            (title, f"{1e3 * cycle:.0f} ms"): (name, cycle)
-            for name, title in titles.items()
-            for cycle in CYCLES
-        },
-        losses,
-        {
-            "loss of samples [um]": lambda both: _um(both[0]),
-            "loss of the file [um]": lambda both: _um(both[1]),
-        },
-    )
-
-
-def _of_samples(name: str, cycle: float) -> float:
-    """Return the loss of the command's own angles on a cycle [m]."""
-    folder, case = _run(name)
-    stored = read_run(folder).first
-    own = stored.joints
-    time = Controller(cycle).rows(own.time[0], own.time[-1])
-    samples = JointPath(time, (own.trajectory.at(time.clip(max=own.time[-1]))[0],))
-    with Models(case.fmu) as models:
-        cell, _ = cell_of(case.robots, models)
-        command = cell.simulate(own, stored.wrench, "dynamic")
-        return float(cell.simulate(samples, stored.wrench, "dynamic").distance_to(command).max())
+    cases = {f"`{name}`": name for name in CASES} | {"`iso9283` at 1 m/s": _FAST}
+    heads = {cycle: f"loss on {1e3 * cycle:.0f} ms [um]" for cycle in CYCLES}
+    columns = {head: partial(loss, cycle=cycle) for cycle, head in heads.items()}
+    return results(("case",), cases, str, columns)
 
 
 def _um(length: float) -> str:

@@ -15,20 +15,23 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
-from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
-from coupling.identification.static.verdicts import Identification, rms
+from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.identification import identify
+from coupling.identification.static.measurements import (
+    Measurements,
+    noise_of,
+    read_measurements,
+    rms,
+)
+from coupling.identification.static.verdicts import Identification
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
-from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "identify"
 REPETITIONS, ROWS = 200, 30
 PAGE = Page("identify")
 POSITION, FORCE = 2e-5, 5.0  # [m, N], standard deviations
-_X, _Y, _Z = (tuple(axis) for axis in np.eye(3).tolist())
 
 
 @cache
@@ -47,49 +50,19 @@ def identified(*add: str) -> Identification:
 @PAGE.part
 def fanuc() -> str:
     """Return what 43 measured deflections say."""
-    start = load_robot(EXAMPLES / "fanuc_start.toml")
-    rows = measurements()
-    axial, tilted = identified(), identified("supported")
-    six = identify(_tilted(start), rows, IdentifyOptions(noise_of(rows)))
-    others = [
-        further
-        for further in axial.further
-        if further.candidate.axis is not None
-        and further.candidate.joint < 3
-        and further.candidate.name != "joint[3].tilt about [0, 0, 1]"
-    ]
-    size = np.sqrt(rows.deflection.size)
-    left = [1e3 * np.sqrt(further.support.within) / size for further in others]
+    data, axial, tilted = measurements(), identified(), identified("supported")
     head = (
-        f"{rows.count} loads, data {1e3 * rms(rows.deflection):.3f} mm rms",
-        "fit",
-        "left out",
-        "worst left out",
-        "K1 .. K6 [kN m/rad]",
-        "condition",
+        f"{data.count} loads, data {1e3 * rms(data.deflection):.3f} mm rms",
+        *("fit", "left out", "worst left out", "K1 .. K6 [kN m/rad]", "condition"),
     )
-    table_rows = [
+    rows = [
         ("six joints", *_sizes(axial)),
         ("and the tilt of joint 3 about z of its body", *_sizes(tilted)),
-        (
-            "each other tilt of joints 1 to 3 instead",
-            "",
-            f"{min(left):.3f} to {max(left):.3f}",
-            "",
-            "",
-            "",
-        ),
-        ("all six tilts of joints 1 to 3", *_sizes(six)),
         ("published stiffness, no tilt", f"{1e3 * axial.rms_start:.3f}", "", "", "", ""),
     ]
-    (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
+    (tilt,) = [p for p in tilted.parameters if p.added]
     assert tilt.support is not None
-    kept = [p.name for p in six.parameters if not p.identifiable]
-    return (
-        f"{table(head, table_rows)}\n\n"
-        f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
-        f" {len(six.parameters)} parameters are refused."
-    )
+    return f"{table(head, rows)}\n\nThe tilt: {tilt.support.in_words}."
 
 
 @PAGE.part
@@ -119,7 +92,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         noise = POSITION * rng.normal(size=exact.deflection.shape)
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
-        fit = fit_static(start, rows, "backlash", noise_given)
+        fit = fit_static(start, rows, IdentifyOptions(noise_given))
         sure = intervals(fit.at.problem, fit.at.weight, fit.at.x, is_noise_known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
@@ -140,26 +113,17 @@ def _percent(shares: np.ndarray, digits: int) -> str:
     return f"{low if low == high else f'{low} to {high}'} %".replace("inf %", "unlimited")
 
 
-def _tilted(robot: Robot) -> Robot:
-    axes = [(_X, _Y), (_X, _Z), (_X, _Z)]
-    joints = [
-        replace(joint, tilt=tuple(Tilt(axis, 2e7, 0.0) for axis in own))
-        for joint, own in zip(robot.joints, axes, strict=False)
-    ]
-    return replace(robot, joints=(*joints, *robot.joints[3:]))
-
-
 def _sizes(found: Identification) -> tuple[str, ...]:
     torsions = [p.value for p in found.parameters if ".tilt[" not in p.name]
-    tilts = [p.value for p in found.parameters if p.name in found.added]
+    tilts = [p.value for p in found.parameters if p.added]
     worst = np.linalg.norm(found.left_out[found.worst(1)[0]])
     return (
         f"{1e3 * rms(found.residual):.3f}",
         f"{1e3 * rms(found.left_out):.3f} mm",
         f"{1e3 * worst:.2f} mm",
-        ", ".join(_kilo(value) for value in torsions)
-        + "".join(f"; tilt {_kilo(value)}" for value in tilts),
-        f"{found.separability.condition:.1f}",
+        ", ".join(_kilo(value) for value in torsions if value)
+        + "".join(f"; tilt {_kilo(value)}" for value in tilts if value),
+        f"{found.fit.separability.condition:.1f}",
     )
 
 

@@ -15,9 +15,8 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.ssp import INTERFACES, SspSystem
 from coupling.run.execute import coupled_path
 from docs.scripts.masters import (
-    GIVEN,
     MASTERS,
-    Given,
+    VERSIONS,
     Master,
     MasterError,
     differences,
@@ -35,36 +34,34 @@ def import_table() -> str:
     """Return the table's rows as measured here; masters that are not installed are left out."""
     masters = [master for master in MASTERS if master.version is not None]
     for master in set(MASTERS) - set(masters):
-        print(f"{master.snippet}: not installed (make masters)", file=sys.stderr)
+        print(f"{master.name}: not installed (make masters)", file=sys.stderr)
     with tempfile.TemporaryDirectory() as name:
-        columns = [_column(given, masters, Path(name, f"{k}")) for k, given in enumerate(GIVEN)]
+        columns = [_column(version, masters, Path(name, version)) for version in VERSIONS]
     about = [
-        (m.snippet.replace("-", " "), m.version, m.interface, m.driven_by, *cells, m.how)
+        (m.name.replace("-", " "), m.version, m.interface, m.driven_by, *cells, m.how)
         for m, *cells in zip(masters, *columns, strict=True)
     ]
-    names = (given.name for given in GIVEN)
+    names = (f"FMI {version} (m)" for version in VERSIONS)
     return table(("master", "version", "runs", "driven by", *names, "how to run"), about)
 
 
-def _column(given: Given, masters: Sequence[Master], folder: Path) -> list[str]:
+def _column(version: str, masters: Sequence[Master], folder: Path) -> list[str]:
     """Return what masters make of an FMU: the difference from its own path along `trajectory`."""
     robot = load_robot(shipped_robots()["icme2008"])
     reference = folder / "reference"
-    for place, fmi in ((folder, given.fmi), (reference, "2")):
+    for place, fmi in ((folder, version), (reference, "2")):
         place.mkdir()
         options = BuildOptions(fmi=fmi)
         prepare(place, build_fmu(robot, place / "Built.fmu", options))
     expected = run_reference(False, reference)
-    return [_cell(given, master, folder, expected) for master in masters]
+    return [_cell(version, master, folder, expected) for master in masters]
 
 
-def _cell(given: Given, master: Master, folder: Path, expected: np.ndarray) -> str:
-    if master.interface not in given.interfaces:
-        return "-"
+def _cell(version: str, master: Master, folder: Path, expected: np.ndarray) -> str:
     try:
         position, _ = differences(run(master, folder), expected)
     except MasterError as error:
-        print(f"{master.snippet}, {given.name}: {error}", file=sys.stderr)
+        print(f"{master.name}, FMI {version}: {error}", file=sys.stderr)
         return "no"
     return f"{position:.1g}"
 

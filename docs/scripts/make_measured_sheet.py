@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -14,10 +12,9 @@ from coupling.process.base import ProcessResponse
 from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.formed_sheet import THICKNESS
 from docs.scripts.experiment import Page
-from docs.scripts.page import DOCS, table
-from docs.scripts.runs import around_axis, example
+from docs.scripts.page import table
+from docs.scripts.runs import around_axis, example, measured_rows
 
-MEASURED = DOCS.parent / "examples" / "measured" / "numisheet2014_bm3"
 TENSILE_STRENGTH = 198e6  # of the benchmark's sheet [Pa]
 # Without a robot that moves, samples need not be denser than the positions [s].
 SAMPLE = 0.065
@@ -27,8 +24,7 @@ PAGE = Page("measured_sheet")
 
 def rows(name: str) -> list[dict[str, str]]:
     """Return the rows of a file of the measurement."""
-    with Path(MEASURED, f"{name}.csv").open(encoding="utf-8") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return measured_rows(f"numisheet2014_bm3/{name}")
 
 
 def columns(name: str) -> np.ndarray:

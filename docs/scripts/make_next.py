@@ -83,9 +83,9 @@ def parameters() -> str:
     """Return what the commands leave on robots whose parameters are hidden and learned."""
     rows = []
     for number, seed in enumerate(SEEDS, start=1):
-        learning = cone().learned(hidden(cone().robot, seed), seed=seed)
-        times = ", ".join(f"{clock:.0f} ({cpu:.0f})" for clock, cpu in learning.seconds)
-        rows.append((f"{number}", *map(str, learning.left), times))
+        left, seconds = cone().learned(hidden(cone().robot, seed), seed)
+        times = ", ".join(f"{clock:.0f} ({cpu:.0f})" for clock, cpu in seconds)
+        rows.append((f"{number}", *map(str, left), times))
     head = ("robot", "with its file", "one run", "two runs", "time of the fits (CPU) [s]")
     return table(head, rows)
 

@@ -1,8 +1,6 @@
 """Write the tables and the picture of docs/place.md: make place.
 
-Cases as they are and where elastic-robot place puts them, their commands replayed through the native FMU
-on robots with another backlash.  With names, only those parts:
-python docs/scripts/make_place.py cases maps.
+Cases as they are and where elastic-robot place puts them; commands on robots with another backlash.
 """
 
 from __future__ import annotations
@@ -17,24 +15,21 @@ from plotly.subplots import make_subplots
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
+from coupling.path.deviation import Deviation
 from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.report.place_report import changes, map_figures
 from coupling.report.style import style
-from coupling.robot.differences import RobotDifference
-from coupling.run.execute import loop_of
-from coupling.run.models import Models, cell_of
+from coupling.run.execute import run_compensation
 from docs.scripts.experiment import Page, scratch
 from docs.scripts.page import table
 from docs.scripts.pictures import save
 from docs.scripts.robots_with_backlash import EVEN, FANUC_HOME, with_backlash
-from docs.scripts.runs import example
+from docs.scripts.runs import example, replays
 
 _UM = 1e6
-# Backlash of the robots on which commands are replayed, over that of the model.
-FACTORS = (0.8, 1.2)
 PAGE = Page("place")
 COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
 
@@ -79,29 +74,14 @@ def _loaded(own: EvaluatedSetting, number: int) -> Case:
     return load_case(file)
 
 
-def _left(case: Case) -> list[tuple[float, float, float]]:
-    """Return what the command leaves on robots with another backlash.
+def _less_constant(deviation: Deviation) -> str:
+    figures = (deviation.maximum_less_constant, deviation.rms_less_constant)
+    return " / ".join(f"{_UM * figure:.1f}" for figure in figures)
 
-    Returns:
-        Largest and rms distance from the path less their mean displacement, and the size of that mean
-        [m], for each of `FACTORS`.
-    """
-    found = []
-    with Models(case.fmu) as fmus:
-        cell, models = cell_of(case.robots, fmus)
-        correction = case.method.correct(loop_of(case, cell), case.motion)
-        for factor in FACTORS:
-            difference = RobotDifference({"backlash": (factor,)})
-            others = [model.differing(difference, "another backlash") for model in models]
-            path = cell.with_robots(others).simulate(
-                correction.joints, correction.response.wrench, "dynamic"
-            )
-            away = path.position[0] - correction.desired.position[0]
-            mean = away.mean(axis=0)
-            size = np.linalg.norm(away - mean, axis=1)
-            rms = float(np.sqrt(np.mean(size**2)))
-            found.append((float(size.max()), rms, float(np.linalg.norm(mean))))
-    return found
+
+def _mean(deviation: Deviation) -> float:
+    """Return the size of the mean deviation over time, as a vector [m]."""
+    return float(np.sqrt(deviation.rms**2 - deviation.rms_less_constant**2))
 
 
 @PAGE.part
@@ -109,29 +89,27 @@ def cases() -> str:
     """Return the table of the cases as they are and as they are placed."""
     rows = []
     for name in CASES:
-        found = _placed(name)
-        result = figures_of(found)
-        assert found.present is not None
-        assert result.present is not None
-        pairs = (
-            (name, found.present, result.present),
-            ("", found.best[0], result.best[0]),
-        )
-        for number, (title, own, figures) in enumerate(pairs):
-            left = _left(_loaded(own, number))
+        placed = _placed(name)
+        present, best = figures_of(placed).present, figures_of(placed).best[0]
+        assert placed.present is not None
+        assert present is not None
+        pairs = ((placed.present, present), (placed.best[0], best))
+        for number, (setting, figures) in enumerate(pairs):
+            others = replays(run_compensation(_loaded(setting, number)))
+            backlash = [others[f"backlash {sign}20 %"] for sign in "-+"]
             rows.append(
                 (
-                    title,
+                    "" if number else name,
                     ("original", "placed")[number],
                     f"{_UM * figures.moved_m:.0f}",
                     changes(figures),
-                    *(f"{_UM * largest:.1f} / {_UM * rms:.1f}" for largest, rms, _ in left),
-                    f"{_UM * max(mean for *_, mean in left):.0f}",
+                    *map(_less_constant, backlash),
+                    f"{_UM * max(map(_mean, backlash)):.0f}",
                 )
             )
     head = (
         *("", "", "process [um]", "backlash reversals (gear: times)"),
-        *(f"backlash x {factor} [um]" for factor in FACTORS),
+        *(f"backlash x {factor} [um]" for factor in (0.8, 1.2)),
         "mean [um]",
     )
     return table(head, rows)

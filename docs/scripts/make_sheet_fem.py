@@ -71,7 +71,7 @@ def _draw(case: Case, run: Run) -> None:
 
 def _shape(name: str, piece: Workpiece) -> go.Figure:
     """Draw a formed sheet, coloured by its first field."""
-    (surface,) = workpiece_figures.workpiece_scene({name: piece}).surfaces
+    surface = workpiece_figures.workpiece_surface(name, piece)
     x, y, z = 1e3 * surface.points.T
     label, values = next(iter(surface.fields.items()))
     i, j, k = surface.triangles.T

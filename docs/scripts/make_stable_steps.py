@@ -6,17 +6,17 @@ import tempfile
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import tomlkit
 
 from coupling.case.case import Case
-from coupling.case.file import load_case
 from coupling.fmu_export.ssp import SspSystem
 from docs.scripts.experiment import Page, results
 from docs.scripts.masters import MasterError, run_system
+from docs.scripts.runs import EXAMPLES, case_of
 
-ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
+ROBOTS = EXAMPLES / "robots"
 STIFFNESSES = (1e4, 1e5, 1e6)  # [N/m]
 STEPS = (0.001, 0.002, 0.005, 0.01, 0.02)  # [s]
 PAGE = Page("ssp")
@@ -41,7 +41,7 @@ class Cell:
     def case(self, stiffness: float, scheme: str = "robin") -> Case:
         """Return the case: through the air onto the wall, 5 mm deep, 60 mm along it."""
         points = [[0.0, 0.0, 0.03], [0.0, 0.0, -0.005], [0.06, 0.0, -0.005]]
-        data = {
+        data: dict[str, Any] = {
             "robot": {
                 "description": self.robot,
                 "torque_curve": "linear",
@@ -58,10 +58,7 @@ class Cell:
             "process": {"model": "elastic-wall", "stiffness_N_m": stiffness},
             "coupling": {"scheme": scheme, "tolerance_m": 1e-8},
         }
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder, "press.toml")
-            file.write_text(tomlkit.dumps(data), encoding="utf-8")
-            return load_case(file)
+        return case_of(data)
 
 
 UR10 = Cell(
@@ -103,7 +100,7 @@ def pressed(folder: Path, system: SspSystem, step: float) -> np.ndarray | None:
     stop = step * np.floor(system.case.desired.time[-1] / step + 1e-9)
     try:
         # A nanosecond short: the sum of libcosim's steps must not pass the command's end.
-        return run_system("SSP-libcosimpy", folder, step, float(stop) - 1e-9)
+        return run_system("libcosimpy", folder, step, float(stop) - 1e-9)
     except MasterError:
         return None
 

@@ -70,7 +70,7 @@ def published() -> dict[str, Any]:
 
 def computed() -> dict[str, Any]:
     """Return what is computed anew: values of the template by name."""
-    plunge, fanuc, left = sheet.plunge(), robots.Fanuc.measured(), robots.commanded()
+    plunge, fanuc, left = sheet.plunge(), robots.Fanuc.measured(), robots.left()
     fine, coarse = sheet.ELEMENTS
     return {
         "rest": engines.rest(),

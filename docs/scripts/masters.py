@@ -1,15 +1,13 @@
-"""The snippets of docs/import.md and docs/ssp.md, taken from the pages and run as they stand.
+"""The masters' scripts of examples/masters, run as they stand.
 
-A snippet is a code block opened by "```python NAME".  It runs alone in a process of its own, in a
-folder that holds ElasticRobot.fmu and motion.csv, or system.ssp, and leaves tcp.csv: time, TCP
-pose and, of a system, the wrench.
+A script runs alone in a process of its own, in a folder that holds ElasticRobot.fmu and motion.csv, or
+system.ssp, and leaves tcp.csv: time, TCP pose and, of a system, the wrench.
 """
 
 from __future__ import annotations
 
 import importlib.metadata
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -22,14 +20,11 @@ import numpy as np
 
 from coupling.path.histories import ToolPath
 
-PAGE, SSP_PAGE = (Path(__file__).parents[1] / name for name in ("import.md", "ssp.md"))
+EXAMPLES = Path(__file__).parents[2] / "examples" / "masters"
 REFERENCE = Path(__file__).parent / "masters_reference.py"
 # CoFMUPy and what it needs in other versions than the rest: `make masters`.
 OVERLAY = Path(sys.prefix, "cofmupy")
-_SNIPPET = re.compile(
-    r"^ *```(?:python|bash) (?P<name>\S+)\n(?P<code>.*?)^ *```$", re.MULTILINE | re.DOTALL
-)
-# What a system's snippet steps by, to be replaced by other steps.
+# What a system's script steps by, to be replaced by other steps.
 _STEPS = "STEP, STOP = 0.01, 1.1"
 # Seconds after which a master counts as stuck.
 _PATIENCE = 300
@@ -64,26 +59,8 @@ def start_anew(
         raise MasterError(f"still running after {_PATIENCE} s") from cause
 
 
-@dataclass(frozen=True)
-class Given:
-    """An FMU that masters are given.
-
-    Attributes:
-        fmi: Version of FMI.
-        interfaces: What it offers: "CS", co-simulation; "ME", model exchange.
-    """
-
-    fmi: str
-    interfaces: tuple[str, ...] = ("CS",)
-
-    @property
-    def name(self) -> str:
-        """Heading of its column in the table."""
-        return f"FMI {self.fmi} (m)"
-
-
-_BOTH = ("CS", "ME")
-GIVEN = (Given("2", _BOTH), Given("3", _BOTH))
+# Versions of FMI that the FMUs have; all offer co-simulation and model exchange.
+VERSIONS = ("2", "3")
 
 
 @dataclass(frozen=True)
@@ -91,9 +68,9 @@ class Master:
     """A master.
 
     Attributes:
-        snippet: Name of its code block in the page.
+        name: Its name, and that of its script.
         distribution: Its package.
-        by_inputs: The snippet drives the robot by its inputs, not by `trajectory`.
+        by_inputs: The script drives the robot by its inputs, not by `trajectory`.
         how: How to run it, in a few words for the table.
         overlay: Folder of packages that only this master sees.
         versions: Versions of FMI that it opens.
@@ -102,18 +79,14 @@ class Master:
             rounding, or what its own solver leaves.
     """
 
-    snippet: str
+    name: str
     distribution: str
     how: str
     by_inputs: bool = False
     overlay: Path | None = None
-    versions: tuple[str, ...] = ("2", "3")
+    versions: tuple[str, ...] = VERSIONS
     interface: str = "CS"
     within: float = 1e-12
-
-    def takes(self, given: Given) -> bool:
-        """Whether it runs an FMU."""
-        return given.fmi in self.versions and self.interface in given.interfaces
 
     @property
     def environment(self) -> dict[str, str]:
@@ -123,7 +96,7 @@ class Master:
 
     @property
     def driven_by(self) -> str:
-        """What drives the robot in the snippet."""
+        """What drives the robot in the script."""
         return "inputs" if self.by_inputs else "`trajectory`"
 
     @property
@@ -139,11 +112,7 @@ class Master:
 MASTERS = (
     Master("FMPy", "fmpy", "`simulate_fmu`, or `fmpy simulate`; input file and plot"),
     Master(
-        "FMPy-CVode",
-        "fmpy",
-        "`simulate_fmu`, its own solver at 1e-8",
-        interface="ME",
-        within=1e-7,
+        "FMPy-CVode", "fmpy", "`simulate_fmu`, its own solver at 1e-8", interface="ME", within=1e-7
     ),
     # It crashes while it opens any FMU of FMI 3.
     Master(
@@ -171,20 +140,20 @@ MASTERS = (
 )
 
 
-def snippets() -> dict[str, str]:
-    """Return the pages' snippets by name."""
-    pages = "".join(page.read_text(encoding="utf-8") for page in (PAGE, SSP_PAGE))
-    return {found["name"]: found["code"] for found in _SNIPPET.finditer(pages)}
+def script_of(master: str) -> str:
+    """Return the script of a master, "prepare", or "SSP-" and a master, by its name."""
+    file = EXAMPLES / f"{master.lower().replace('-', '_')}_task.py"
+    return file.read_text(encoding="utf-8")
 
 
 def prepare(folder: Path, fmu: Path, start: Start = start_anew) -> None:
-    """Put into a folder what the snippets share."""
+    """Put into a folder what the scripts share."""
     shutil.copy(fmu, folder / "ElasticRobot.fmu")
-    _run(snippets()["prepare"], folder, "motion.csv", start)
+    _run(script_of("prepare"), folder, "motion.csv", start)
 
 
 def run(master: Master, folder: Path, start: Start = start_anew) -> np.ndarray:
-    """Run a master's snippet in a prepared folder.
+    """Run a master's script in a prepared folder.
 
     Returns:
         Time and TCP pose x, y, z, qx, qy, qz, qw at the communication points, (n, 8).
@@ -192,11 +161,11 @@ def run(master: Master, folder: Path, start: Start = start_anew) -> np.ndarray:
     Raises:
         MasterError: If it does not come to its end, with what it said last.
     """
-    return _run(snippets()[master.snippet], folder, "tcp.csv", start, master.environment)
+    return _run(script_of(master.name), folder, "tcp.csv", start, master.environment)
 
 
-def run_system(snippet: str, folder: Path, step: float, stop: float) -> np.ndarray:
-    """Run a snippet of docs/ssp.md on a folder's system.ssp, with steps of its own.
+def run_system(master: str, folder: Path, step: float, stop: float) -> np.ndarray:
+    """Run a master's script on a folder's system.ssp, with other steps.
 
     Returns:
         Time, TCP pose (7 columns) and wrench (6) after each step, (n, 14).
@@ -204,8 +173,8 @@ def run_system(snippet: str, folder: Path, step: float, stop: float) -> np.ndarr
     Raises:
         MasterError: If it does not come to its end, with what it said last.
     """
-    code = snippets()[snippet]
-    assert _STEPS in code, snippet
+    code = script_of(f"SSP-{master}")
+    assert _STEPS in code, master
     return _run(code.replace(_STEPS, f"STEP, STOP = {step}, {stop}"), folder, "tcp.csv")
 
 
@@ -252,7 +221,7 @@ def _run(
     arguments: Sequence[str] = (),
 ) -> np.ndarray:
     """Run Python code in a folder and return the table that it leaves."""
-    script, table = folder / "snippet.py", folder / leaves
+    script, table = folder / "task.py", folder / leaves
     script.write_text(code, encoding="utf-8")
     table.unlink(missing_ok=True)
     done = start([script.name, *arguments], folder, environment)

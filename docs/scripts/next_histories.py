@@ -7,7 +7,7 @@ import tempfile
 import tomllib
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -29,15 +29,15 @@ from coupling.results.forecast import RunForecast
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
-from docs.scripts.learning_studies import case_text
 from docs.scripts.page import DOCS
+from docs.scripts.runs import example_data
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
-from measured_robot import Chain, Extras, MeasuredRobot, Moved
+from measured_robot import Chain, Extras, MeasuredRobot
 from replay_robot import Robot as ReplayedRobot
 from replay_robot import Settings
 
@@ -45,7 +45,6 @@ from replay_robot import Settings
 WIDTHS = {"stiffness": 0.15, "backlash": 0.3, "damping": 0.4}
 # What the robots have that the model has not, with the noise of the measurement.
 EXTRAS = Extras(hysteresis=3e-5, drift=5e-5, gear_errors=7e-5)
-NONE = Extras()
 # The frame is the robot's to this [m] and [rad].
 KNOWN = FrameAccuracy(5e-5, 5e-5)
 
@@ -78,13 +77,10 @@ class Trial:
 
     Attributes:
         path: The path.
-        seed: Of the hidden parameters; 0: those of the file.
+        seed: Of the hidden parameters.
         stiffness: Factor of the stiffness of the robot file itself: 0.25, 0.5 and 1 have lowest modes at
             about 5, 7 and 10 Hz.
         extras: What the robot has beyond the model.
-        robot: Shipped robot.
-        backlash: Half width of the backlash that its gears are given where they have none [rad].
-        linear: The robot that moves has gears without backlash, four times as stiff.
         runs: Number of runs.
     """
 
@@ -92,17 +88,13 @@ class Trial:
     seed: int
     stiffness: float = 1.0
     extras: Extras = EXTRAS
-    robot: str = "icme2008"
-    backlash: float = 0.0
-    linear: bool = False
     runs: int = 4
 
     @property
     def name(self) -> str:
         """The trial, in words."""
-        own = "example" if self.robot == "icme2008" else self.robot
         soft = "" if self.stiffness == 1.0 else f" x {self.stiffness:g}"
-        return f"{own}{soft}, {self.path.name}"
+        return f"example{soft}, {self.path.name}"
 
 
 @dataclass(frozen=True)
@@ -130,14 +122,10 @@ class TrialResult:
     Attributes:
         trial: The trial.
         runs: Its runs.
-        time: Times [s], (n,), of
-        distance: the true distance from the path in every run [m], (runs, n).
     """
 
     trial: Trial
     runs: tuple[Measured, ...]
-    time: np.ndarray
-    distance: np.ndarray
 
     @property
     def never_worse(self) -> bool:
@@ -159,30 +147,17 @@ class TrialResult:
     @property
     def row(self) -> str:
         """Rms after every run [um]."""
-        return _row([own.rms for own in self.runs])
-
-    @property
-    def commands_row(self) -> str:
-        """Rms that every command leaves, without what was new in its run [um]."""
-        return _row([own.repeats for own in self.runs])
+        return " → ".join(f"{1e6 * run.rms:.3g}" for run in self.runs)
 
 
 def _never_worse(left: list[float]) -> bool:
     return left[-1] <= 1.1 * min(left) and left[-1] < left[0]
 
 
-def _row(left: list[float]) -> str:
-    return " → ".join(f"{1e6 * own:.3g}" for own in left)
-
-
-def hidden(robot: Robot, trial: Trial) -> Settings:
-    """Return the parameters of the robot that really moves."""
-    if trial.linear:
-        return Settings(curve="linear", scale={"stiffness": 4.0})
-    if not trial.seed:
-        return Settings()
+def hidden(robot: Robot, seed: int) -> dict[str, float]:
+    """Return the parameters of the robot that really moves, by name."""
     rng, chain, nominal = (
-        np.random.default_rng(trial.seed),
+        np.random.default_rng(seed),
         build_chain(robot),
         Parameters.of(robot),
     )
@@ -194,7 +169,7 @@ def hidden(robot: Robot, trial: Trial) -> Settings:
             values[f"{chain.elastic_names[row]}.{kind}"] = factor * float(
                 getattr(nominal, kind)[row]
             )
-    return Settings(values=values)
+    return values
 
 
 def trial_result(trial: Trial) -> TrialResult:
@@ -203,7 +178,7 @@ def trial_result(trial: Trial) -> TrialResult:
         folder = Path(name)
         file = folder / "robot.toml"
         file.write_text(_robot_text(trial), encoding="utf-8")
-        data = case_text(
+        data = example_data(
             trial.path.case, robot={"description": str(file)}, tool_path=trial.path.keys
         )
         case_file = folder / "case.toml"
@@ -214,12 +189,11 @@ def trial_result(trial: Trial) -> TrialResult:
         write_run(run, case, run_compensation(case))
         robot = load_robot(file)
         fmu = ReplayedRobot(build_fmu(robot, folder / "true.fmu", BuildOptions("native")))
-        settings = replace(hidden(robot, trial), curve=hidden(robot, trial).curve or "backlash")
+        settings = Settings(values=hidden(robot, trial.seed), curve="backlash")
         real = MeasuredRobot(fmu, Chain.read(file), settings, trial.extras)
-        runs, moves, sources, forecast, move = [], list[Moved](), [], None, ""
+        runs, sources, forecast, move = [], [], None, ""
         for number in range(1, trial.runs + 1):
             moved = real.measure(run, folder / f"measured{number}.csv", number)
-            moves.append(moved)
             left = Measured(moved.rms(), moved.largest(), moved.repeats(), forecast, move)
             runs.append(left)
             if number == trial.runs:
@@ -227,9 +201,7 @@ def trial_result(trial: Trial) -> TrialResult:
             sources.append(read_source(run, read_measurement(folder / f"measured{number}.csv")))
             run = folder / f"run{number + 1}"
             forecast, move = commanded(sources, run)
-        time = moves[0].time
-        distance = [np.linalg.norm(own.deviation, axis=1) for own in moves]
-    result = TrialResult(trial, tuple(runs), time, np.array(distance))
+    result = TrialResult(trial, tuple(runs))
     print(
         f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in runs)})", flush=True
     )
@@ -255,13 +227,11 @@ def trial_results(trials: list[Trial]) -> list[TrialResult]:
 
 
 def _robot_text(trial: Trial) -> str:
-    data = tomllib.loads(find_robot(trial.robot).read_text(encoding="utf-8"))
+    data = tomllib.loads(find_robot("icme2008").read_text(encoding="utf-8"))
     for joint in data["joint"]:
         for table in (joint, *joint.get("tilt", ())):
             if "stiffness" in table:
                 table["stiffness"] *= trial.stiffness
-        if trial.backlash and joint.get("stiffness") and not joint.get("backlash"):
-            joint["backlash"] = trial.backlash
     data.pop("sources", None)
     roll = np.deg2rad(trial.path.roll)
     data["gravity"] = [0.0, float(-9.81 * np.sin(roll)), float(-9.81 * np.cos(roll))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import tempfile
 import tomllib
 from collections.abc import Mapping
@@ -13,19 +14,32 @@ import tomlkit
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
+from coupling.path.deviation import Deviation
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import GapResult
 from coupling.run.execute import Run, run_compensation, run_coupling
 from coupling.run.path_checks import TOOL_GAP
+from coupling.run.plant import PLANT_REPLAY
 
-CASES = Path(__file__).parents[2] / "examples" / "cases"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CASES = EXAMPLES / "cases"
+
+
+def example_data(name: str, **changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a case of the examples as data, with keys of its tables changed."""
+    data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
+    for section, keys in changes.items():
+        data.setdefault(section, {}).update(keys)
+    return data
 
 
 def example(name: str, **changes: Mapping[str, Any]) -> Case:
     """Return a case of the examples with keys of its tables changed."""
-    data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
-    for section, keys in changes.items():
-        data.setdefault(section, {}).update(keys)
+    return case_of(example_data(name, **changes))
+
+
+def case_of(data: Mapping[str, Any]) -> Case:
+    """Return the case of a case file's data; paths in it are absolute."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
         file.write_text(tomlkit.dumps(data), encoding="utf-8")
@@ -54,6 +68,19 @@ def _converged(run: Run) -> Run:
     if not run.correction.converged:
         raise RuntimeError(run.correction.reason)
     return run
+
+
+def replays(run: Run) -> dict[str, Deviation]:
+    """Return the deviations under a run's command on robots that differ, and on its case's plant."""
+    deviations = {replay.name: replay.deviation for replay in run.robustness}
+    plant = run.of(PLANT_REPLAY)
+    return deviations if plant is None else deviations | {"plant": plant.deviation()}
+
+
+def measured_rows(name: str) -> list[dict[str, str]]:
+    """Return the rows of examples/measured/<name>.csv by its columns, without comments."""
+    with (EXAMPLES / "measured" / f"{name}.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def peak_force(run: Run, tool: int) -> float:

@@ -178,9 +178,6 @@ FINENESS = (
     *((0.5, elements, 2.5, 10.0) for elements in (32, 60)),
     *((1.0, elements, 2.5, 10.0) for elements in (20, 32, 40, 60)),
     *((2.0, elements, 2.5, 10.0) for elements in (32, 60)),
-    (1.0, 40, 0.75, 10.0),
-    (1.0, 40, 2.5, 15.0),
-    (1.0, 40, 2.5, 80.0),
 )
 
 

@@ -93,8 +93,3 @@ def _random_cut(rng: np.random.Generator) -> JudgedCut | None:
     steps = max(60.0, 24.0 * structure.fastest * cut.period / (2.0 * np.pi))
     seconds = min(np.clip(TIMES / abs(growth), 0.5, LONGEST), STEPS / steps * cut.period)
     return JudgedCut(growth, march(structure, cut, FEED, float(seconds)))
-
-
-if __name__ == "__main__":
-    cuts = judged_cuts(50)
-    print(f"{sum(cut.agrees for cut in cuts)} of {len(cuts)} right")

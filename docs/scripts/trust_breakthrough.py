@@ -6,21 +6,21 @@ assumption. The data: examples/measured/fanuc_drilling.
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu.job import SimulationJob
 from coupling.robot.fmu_signals import POSE_OUTPUTS, WRENCH_INPUTS
-from docs.scripts.page import table as page_table
+from coupling.robot.parameters import robot_parameters
+from docs.scripts.experiment import results
+from docs.scripts.runs import measured_rows
 from docs.scripts.trust_comparison import Against, Comparison
 from docs.scripts.trust_fmu import answers
 from elastic_robot.description import Robot
@@ -28,7 +28,6 @@ from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
-DATA = Path(__file__).parents[2] / "examples" / "measured" / "fanuc_drilling"
 RECORDINGS = ("A-1", "A-2", "A-3")
 # Damping over that of the file: as it is, and so much that the first mode has the ratio 0.24, that of
 # the first decrement measured, as if the joints had all of it.
@@ -80,6 +79,7 @@ class Release:
 
     def job(self, damping: float) -> SimulationJob:
         """Return the simulation of it, with the file's damping times a factor."""
+        dampers = robot_parameters(robot(), "linear", ("damping",))
         start = self.time[0] - _BEFORE
         time = np.arange(round((self.time[-1] + _AFTER - start) / _STEP) + 1) * _STEP
         force = np.interp(time + start, self.time, self.force)
@@ -88,7 +88,7 @@ class Release:
         push = [-vector[:, None] * self.drill() for vector in (before, (force - before) / _STEP)]
         settings: dict[str, str | float] = {"mode": "dynamic", "torque_curve": "linear"}
         settings |= {f"q_cmd[{i + 1}]": float(angle) for i, angle in enumerate(self.q)}
-        settings |= {name: damping * value for name, value in _dampings(robot()).items()}
+        settings |= {p.name: damping * p.value for p in dampers}
         rows = np.hstack([push[0], still, push[1], still])
         return SimulationJob(settings, time, WRENCH_INPUTS, rows, POSE_OUTPUTS[:3], 3)
 
@@ -135,8 +135,7 @@ def compliance(q: np.ndarray) -> float:
 
 def rows(name: str) -> list[dict[str, str]]:
     """Return the rows of a table of the data, by its columns."""
-    with (DATA / f"{name}.csv").open(encoding="utf-8") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return measured_rows(f"fanuc_drilling/{name}")
 
 
 @cache
@@ -159,11 +158,14 @@ def recorded(name: str) -> tuple[Release, Surge]:
 @cache
 def predicted() -> dict[str, tuple[Surge, ...]]:
     """Return what the model says of the recordings, a surge for each of DAMPING."""
-    jobs = [recorded(name)[0].job(damping) for name in RECORDINGS for damping in DAMPING]
-    found = iter(answers(robot(), jobs))
-    return {
-        name: tuple(recorded(name)[0].surge(next(found)) for _ in DAMPING) for name in RECORDINGS
-    }
+    surges = iter(_surges([(recorded(n)[0], damping) for n in RECORDINGS for damping in DAMPING]))
+    return {name: tuple(next(surges) for _ in DAMPING) for name in RECORDINGS}
+
+
+def _surges(tests: Sequence[tuple[Release, float]]) -> list[Surge]:
+    """Simulate releases, each with the file's damping times a factor."""
+    paths = answers(robot(), [release.job(damping) for release, damping in tests])
+    return [release.surge(path) for (release, _), path in zip(tests, paths, strict=True)]
 
 
 def static_step(name: str) -> float:
@@ -180,77 +182,68 @@ class Drilled:
         measured: Surge [m/s], (8,).
         authors: What their model of one fitted factor says [m/s], (8,).
         thrust: That behind it, by their formula and stiffness [N], (8,).
-        low, high: What ours says for all of FALLS and DAMPING, from and to [m/s], (8,).
+        range: What ours says for all of FALLS and DAMPING [m/s], (8, 4).
         declared: For the file's damping and the middle of FALLS [m/s], (8,).
     """
 
     measured: np.ndarray
     authors: np.ndarray
     thrust: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    range: np.ndarray
     declared: np.ndarray
 
 
 @cache
 def drilled() -> Drilled:
     """Return the eight tests, simulated."""
-    tests = rows("breakthrough_surge")
+    drillings = rows("breakthrough_surge")
     feeds, measured, authors = (
-        1e-3 * np.array([float(row[key]) for row in tests])
+        1e-3 * np.array([float(row[key]) for row in drillings])
         for key in ("v_feed", "v_surge", "v_surge_theory")
     )
-    thrust = np.array([_thrust(row) for row in tests])
+    thrust = np.array([_thrust(row) for row in drillings])
     cases = [(fall, damping) for fall in FALLS for damping in DAMPING] + [(sum(FALLS) / 2.0, 1.0)]
-    jobs, releases = [], []
-    for row, force, feed in zip(tests, thrust, feeds, strict=True):
-        for fall, damping in cases:
-            # From 90 to 10 % of it, straight: four fifths.
-            time = np.array([0.0, fall / 0.8])
-            releases.append(Release(file_angles(row), time, np.array([force, 0.0]), feed))
-            jobs.append(releases[-1].job(damping))
-    paths = answers(robot(), jobs)
-    rates = [release.surge(path).rate for release, path in zip(releases, paths, strict=True)]
-    found = np.reshape(rates, (len(tests), len(cases)))
-    low, high = found.min(axis=1), found.max(axis=1)
-    return Drilled(measured, authors, thrust, low, high, found[:, -1])
+    # From 90 to 10 % of it, straight: four fifths.
+    tests = [
+        (
+            Release(file_angles(row), np.array([0.0, fall / 0.8]), np.array([push, 0.0]), feed),
+            damping,
+        )
+        for row, push, feed in zip(drillings, thrust, feeds, strict=True)
+        for fall, damping in cases
+    ]
+    rates = np.reshape([surge.rate for surge in _surges(tests)], (len(drillings), len(cases)))
+    return Drilled(measured, authors, thrust, rates[:, :-1], rates[:, -1])
 
 
 def table() -> str:
     """Return the page's table of the recordings."""
-    lines = []
-    for name in RECORDINGS:
-        release, real = recorded(name)
-        declared, damped = predicted()[name]
-        lines.append(
-            (
-                name,
-                f"{release.force[0]:.0f} N",
-                f"{1e3 * declared.rate:.0f}, {1e3 * damped.rate:.0f}",
-                f"{1e3 * real.rate:.1f}",
-                f"{1e3 * declared.half_cycle:.0f}, {1e3 * damped.half_cycle:.0f}",
-                f"{1e3 * real.half_cycle:.0f}",
-                f"{1e3 * static_step(name):.1f}",
-                f"{STEPS[name]:.1f} ± 0.4",
-            )
-        )
-    head = (
-        "",
-        "thrust",
-        "surge [mm/s]",
-        "measured",
-        "half cycle [ms]",
-        "measured",
-        "step at rest [mm]",
+
+    def both(name: str, figure: str) -> str:
+        return ", ".join(f"{1e3 * getattr(surge, figure):.0f}" for surge in predicted()[name])
+
+    return results(
+        ("",),
+        {name: name for name in RECORDINGS},
+        str,
+        {
+            "thrust": lambda name: f"{recorded(name)[0].force[0]:.0f} N",
+            "surge [mm/s]": lambda name: both(name, "rate"),
+            "measured": lambda name: f"{1e3 * recorded(name)[1].rate:.1f}",
+            "half cycle [ms]": lambda name: both(name, "half_cycle"),
+            "measured ": lambda name: f"{1e3 * recorded(name)[1].half_cycle:.0f}",
+            "step at rest [mm]": lambda name: f"{1e3 * static_step(name):.1f}",
+            "measured  ": lambda name: f"{STEPS[name]:.1f} ± 0.4",
+        },
     )
-    return page_table((*head, "measured"), lines)
 
 
 def values() -> dict[str, Any]:
     """Return what the page says of it, by the names of its template."""
     feeds = [1e3 * recorded(name)[0].feed for name in RECORDINGS]
     tests = drilled()
-    inside = (tests.low <= tests.measured) & (tests.measured <= tests.high)
+    least, most = tests.range.min(axis=1), tests.range.max(axis=1)
+    inside = (least <= tests.measured) & (tests.measured <= most)
     misses = {"authors": tests.authors, "ours": tests.declared}
     missed = {name: 100.0 * np.abs(said / tests.measured - 1.0) for name, said in misses.items()}
     return {
@@ -266,30 +259,22 @@ def values() -> dict[str, Any]:
 
 def comparisons() -> dict[str, Comparison]:
     """Return the page's entries: rms over recordings or tests, the file's damping."""
-    measured = [recorded(name)[1] for name in RECORDINGS]
-    ours = [predicted()[name][0] for name in RECORDINGS]
+
+    def pair(figure: str) -> tuple[np.ndarray, np.ndarray]:
+        surges = [(predicted()[name][0], recorded(name)[1]) for name in RECORDINGS]
+        ours, theirs = np.transpose([[getattr(s, figure) for s in both] for both in surges])
+        return ours, theirs
+
     tests = drilled()
     return {
-        "surge": _compared(
-            "surge of a real robot, three recordings",
-            [own.rate for own in ours],
-            [real.rate for real in measured],
-            "mm/s",
-        ),
-        "half_cycle": _compared(
-            "its first half cycle",
-            [own.half_cycle for own in ours],
-            [real.half_cycle for real in measured],
-            "ms",
-        ),
+        "surge": _compared("surge of a real robot, three recordings", *pair("rate"), "mm/s"),
+        "half_cycle": _compared("its first half cycle", *pair("half_cycle"), "ms"),
         "drilled": _compared("surge in eight more tests", tests.declared, tests.measured, "mm/s"),
     }
 
 
-def _compared(what: str, ours: ArrayLike, theirs: ArrayLike, unit: str) -> Comparison:
-    error, size = (
-        float(np.sqrt(np.mean(np.square(x)))) for x in (np.subtract(ours, theirs), theirs)
-    )
+def _compared(what: str, ours: np.ndarray, theirs: np.ndarray, unit: str) -> Comparison:
+    error, size = (float(np.sqrt(np.mean(x**2))) for x in (ours - theirs, theirs))
     words = f"{1e3 * error:.0f} of {1e3 * size:.0f} {unit} rms"
     return Comparison(what, Against.MEASUREMENT, error, size, words)
 
@@ -311,13 +296,3 @@ def _thrust(row: dict[str, str]) -> float:
         float(lever @ np.linalg.solve(matrix, lever)) for matrix in (linear.stiffness, linear.mass)
     )
     return 1e-3 * float(np.sqrt(float(row["theory^2"]) / (given * inverse_mass)))
-
-
-def _dampings(robot: Robot) -> dict[str, float]:
-    """Return the dampings of gears and tilts by the FMU's names [N m s/rad]."""
-    found = {}
-    for i, joint in enumerate(robot.joints):
-        found[f"joint[{i + 1}].damping"] = joint.damping
-        for k, tilt in enumerate(joint.tilt):
-            found[f"joint[{i + 1}].tilt[{k + 1}].damping"] = tilt.damping
-    return found

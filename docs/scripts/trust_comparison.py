@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
@@ -58,6 +59,33 @@ class Comparison:
 
     def __str__(self) -> str:
         return f"{self.words} ({_rounded(self.percent)} %)"
+
+
+def commanded(
+    left: Mapping[str, tuple[str, float]], before: float, exact: str
+) -> dict[str, Comparison]:
+    """Return the entries of what a command leaves.
+
+    Args:
+        left: By name: the robot, in words, and the largest deviation on it [m].
+        before: Largest deviation without the command [m].
+        exact: Name of the robot that is as its file.
+    """
+    return {
+        name: Comparison(
+            f"command, {what}",
+            Against.PROGRAM if name == exact else Against.ROBOT,
+            value,
+            before,
+            f"{micrometres(value)} of {micrometres(before)} um",
+        )
+        for name, (what, value) in left.items()
+    }
+
+
+def micrometres(length: float) -> str:
+    """Return a length [m] in words [um]."""
+    return f"{1e6 * length:{'.1g' if length < 5e-8 else '.2g' if length < 1e-5 else '.0f'}}"
 
 
 def _rounded(percent: float) -> str:

@@ -11,10 +11,9 @@ from typing import Any
 
 from coupling.case.case import Case
 from coupling.path.deviation import Deviation
-from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.page import table
-from docs.scripts.runs import compensated, example
-from docs.scripts.trust_comparison import Against, Comparison
+from docs.scripts.runs import compensated, example, replays
+from docs.scripts.trust_comparison import commanded, micrometres
 
 ROBOT = "kuka_kr300"
 PATHS = {"cone": "the example cone", "iso9283": "ISO 9283 path"}
@@ -38,20 +37,17 @@ def left_in(ideal: Case, real: Case) -> dict[str, Deviation]:
         real: The same with servos.
     """
     run = compensated(ideal)
-    plant = run.of(PLANT_REPLAY)
-    assert plant is not None
     rows = {
         "ideal drives, not corrected": run.deviation(run.before),
         "ideal drives, corrected": run.deviation(run.correction.achieved),
-        "that command on the servos": plant.deviation(),
+        "that command on the servos": replays(run)["plant"],
     }
     run = compensated(real)
-    replays = {replay.name: replay.deviation for replay in run.robustness}
     rows |= {
         "servos, not corrected": run.deviation(run.before),
         "servos, corrected for them": run.deviation(run.correction.achieved),
     }
-    return rows | {f"that command, {name}": replays[name] for name in OTHERS}
+    return rows | {f"that command, {name}": replays(run)[name] for name in OTHERS}
 
 
 def drives_table() -> str:
@@ -59,7 +55,13 @@ def drives_table() -> str:
     found = {words: left(path) for path, words in PATHS.items()}
     names = next(iter(found.values()))
     lines = [
-        (name, *(f"{_um(rows[name].maximum)} / {_um(rows[name].rms)}" for rows in found.values()))
+        (
+            name,
+            *(
+                f"{micrometres(rows[name].maximum)} / {micrometres(rows[name].rms)}"
+                for rows in found.values()
+            ),
+        )
         for name in names
     ]
     return table(("a KR 300, largest / rms deviation [um]", *found), lines)
@@ -68,34 +70,17 @@ def drives_table() -> str:
 def values() -> dict[str, Any]:
     """Return what the page says of it, by the names of its template."""
     most = {name: deviation.maximum for name, deviation in left("cone").items()}
-    before = most["servos, not corrected"]
+    friction, gain = (
+        max(most[f"that command, {name}"] for name in OTHERS if name.startswith(kind))
+        for kind in ("friction", "servo gain")
+    )
     entries = {
         "driven": ("robot with drives as its file", most["servos, corrected for them"]),
         "undriven": ("robot's drives ignored", most["that command on the servos"]),
-        "rubbed": (
-            "robot off by 30 % of friction",
-            max(most["that command, friction +30 %"], most["that command, friction -30 %"]),
-        ),
-        "gained": (
-            "robot off by 20 % of servos' gains",
-            max(most["that command, servo gain +20 %"], most["that command, servo gain -20 %"]),
-        ),
+        "rubbed": ("robot off by 30 % of friction", friction),
+        "gained": ("robot off by 20 % of servos' gains", gain),
     }
     return {
         "drives": drives_table(),
-        **{
-            key: Comparison(
-                f"command, {what}",
-                Against.PROGRAM if key == "driven" else Against.ROBOT,
-                value,
-                before,
-                f"{_um(value)} of {_um(before)} um",
-            )
-            for key, (what, value) in entries.items()
-        },
+        **commanded(entries, most["servos, not corrected"], "driven"),
     }
-
-
-def _um(metres: float) -> str:
-    """Return a length in words [um]."""
-    return f"{1e6 * metres:{'.1g' if metres < 5e-8 else '.2g' if metres < 1e-5 else '.0f'}}"

@@ -8,13 +8,12 @@ from functools import cache
 import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.static.verdicts import Identification, rms
-from coupling.run.execute import Run
-from coupling.run.plant import PLANT_REPLAY
+from coupling.identification.static.measurements import rms
+from coupling.identification.static.verdicts import Identification
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
-from docs.scripts.runs import compensated, example
-from docs.scripts.trust_comparison import Against, Comparison
+from docs.scripts.runs import compensated, example, replays
+from docs.scripts.trust_comparison import Against, Comparison, commanded
 
 # What a fit of some forty loads leaves open of a joint's stiffness, as the page shows.
 SOFTER = 0.8
@@ -41,9 +40,9 @@ class Fanuc:
         """Fit the model to the measurements."""
         axial, tilted = identified(), identified("supported")
         widths = [
-            50.0 * (parameter.high - parameter.low) / parameter.value
+            50.0 * (parameter.bounds[1] - parameter.bounds[0]) / parameter.value
             for parameter in tilted.parameters
-            if parameter.identifiable
+            if parameter.identified and parameter.bounds and parameter.value
         ]
         return cls(
             _left_out("deflection of a real robot, joints", axial),
@@ -61,43 +60,25 @@ def _left_out(what: str, found: Identification) -> Comparison:
 
 
 @cache
-def _cone() -> Run:
-    return compensated(example("cone", plant={"stiffness_factor": SOFTER}))
-
-
-def commanded() -> dict[str, Comparison]:
-    """Return what the cone's command leaves on its robot and on others, beside what was before.
-
-    On its robot: as the validation's own simulation has it.
-    """
-    run = _cone()
-    replays = {replay.name: replay.deviation.maximum for replay in run.robustness}
-    plant = run.of(PLANT_REPLAY)
-    assert plant is not None
-    left = {
+def left() -> dict[str, Comparison]:
+    """Return what the cone's command leaves on its robot, as its validation says, and on others."""
+    run = compensated(example("cone", plant={"stiffness_factor": SOFTER}))
+    most = {name: deviation.maximum for name, deviation in replays(run).items()}
+    entries = {
         "as_file": ("as its file", run.deviation(run.correction.achieved).maximum),
         "stiffness": (
             "off by 2 % of stiffness",
-            max(replays["stiffness +2 %"], replays["stiffness -2 %"]),
+            max(most["stiffness +2 %"], most["stiffness -2 %"]),
         ),
-        "force": ("off by 5 % of force", replays["force +5 %"]),
+        "force": ("off by 5 % of force", most["force +5 %"]),
         "backlash": (
             "off by 20 % of backlash",
-            max(replays["backlash +20 %"], replays["backlash -20 %"]),
+            max(most["backlash +20 %"], most["backlash -20 %"]),
         ),
-        "softer": ("20 % softer", plant.deviation().maximum),
+        "softer": ("20 % softer", most["plant"]),
     }
-    before = run.deviation(run.before).maximum
-    return {
-        name: Comparison(
-            f"command, robot {what}",
-            Against.PROGRAM if name == "as_file" else Against.ROBOT,
-            value,
-            before,
-            f"{1e6 * value:{'.2g' if value < 1e-5 else '.0f'}} of {1e6 * before:.0f} um",
-        )
-        for name, (what, value) in left.items()
-    }
+    robots = {name: (f"robot {what}", value) for name, (what, value) in entries.items()}
+    return commanded(robots, run.deviation(run.before).maximum, "as_file")
 
 
 def sampled() -> float:

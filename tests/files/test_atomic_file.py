@@ -36,3 +36,25 @@ def test_behind_a_link_the_file_that_it_leads_to_is_replaced(tmp_path):
     write_atomically(link, "new", OwnError)
     assert link.is_symlink()
     assert there.read_text() == "new"
+
+
+def test_what_a_killed_command_has_left_of_a_file_goes_with_the_next_one(tmp_path):
+    """Not what another one writes, what is new, what is of another file, or what only looks like it."""
+    page = tmp_path / "page.html"
+    names = [f"page.html.{letter * 32}.partial" for letter in "abc"]
+    stale, fresh, of_another = (tmp_path / name for name in names)
+    of_another = of_another.with_name(of_another.name.replace("page.html", "page.htm"))
+    other = tmp_path / "page.html.mine.partial"
+    for file in (stale, fresh, of_another, other):
+        file.write_text("half")
+    writing = AtomicFile(page)
+    for file in [*tmp_path.glob("*.partial"), tmp_path / "page.html.bak"]:
+        file.touch()
+        if file != fresh:
+            os.utime(file, (1.0, 1.0))
+    write_atomically(page, "whole", OwnError)
+    assert not stale.exists()
+    assert all(file.exists() for file in (fresh, of_another, other))
+    if os.name == "posix":
+        writing.write([b"of the other one"])
+        assert page.read_bytes() == b"of the other one"

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from random_urdfs import make_urdf
 from two_joint_file import HEAD, JOINT, two_joints
 
@@ -201,38 +199,6 @@ def test_what_no_balancer_can_be_is_refused_in_one_sentence(tmp_path, mistake):
 def test_what_a_balancer_needs_of_its_joint_is_said(tmp_path, joint, said):
     with pytest.raises(RobotFileError, match=said):
         load_robot(two_joints(tmp_path, joint, table()))
-
-
-positive = st.one_of(st.floats(1e-9, 1e9), st.sampled_from([5e-324, 1e-300, 1e300, 1.7e308]))
-
-
-@settings(max_examples=100)
-@given(
-    st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6),
-    st.fixed_dictionaries(
-        {},
-        optional=dict.fromkeys(
-            ("pressure_Pa", "length_m", "gas_volume_m3", "area_m2", "exponent"), positive
-        ),
-    ),
-    st.booleans(),
-)
-def test_any_gas_spring_is_read_or_refused_in_one_sentence(points, changed, pulls):
-    """Whatever its numbers: a table that the robot can have, or one sentence."""
-    own = table(base_point=points[:3], link_point=points[3:], pulls=str(pulls).lower(), **changed)
-    with tempfile.TemporaryDirectory() as folder:
-        file = two_joints(Path(folder), LIMITS, own)
-        robot, said = None, ""
-        try:
-            robot = load_robot(file)
-        except RobotFileError as error:
-            said = str(error)
-        assert said == "" or said.startswith(f"{file}: joint 2: ")
-        assert "\n" not in said
-    if robot is None:
-        return
-    assert np.isfinite(robot.joints[1].balancer).all()
-    assert len(robot.joints[1].balancer) <= MOST_POINTS
 
 
 def test_robots_lists_it_and_a_written_file_keeps_it(tmp_path, command):

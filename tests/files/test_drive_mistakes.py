@@ -1,18 +1,9 @@
-"""[joint.drive]: what no drive can be is refused, any other file is read."""
+"""[joint.drive]: what no drive can be is refused."""
 
-import tempfile
-import tomllib
-from pathlib import Path
-
-import numpy as np
 import pytest
-from drive_file import ELASTIC, lines, written
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from drive_file import lines, written
 
 from coupling.files.robot_file import load_robot, parts_in_words
-from coupling.native.robot_text import robot_text
-from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 
 
@@ -181,81 +172,3 @@ def test_a_rigid_joint_has_no_drive(tmp_path, command, drive):
     done = command("robots", file)
     assert done.returncode == 2
     assert said in " ".join(done.stderr.split())
-
-
-hostile = st.one_of(
-    st.floats(1e-9, 1e9).map(repr),
-    st.sampled_from([0.0, -0.0, -1.0, 5e-324, 1e-300, 1e300, 1.7e308, 1, 10**30]).map(repr),
-    st.sampled_from(["nan", "inf", "1e400", "true", '"1.0"', "[]", "[{}]", "{}", "1979-05-27"]),
-    st.sampled_from(["1" * 400, "1" * 5000, "[1.0]", "{ x = 1.0 }"]),
-)
-KEYS = {
-    "": [
-        "rotor_inertia_kg_m2",
-        "gear_ratio",
-        "max_torque_Nm",
-        "torque_constant_Nm_A",
-        "friction",
-        "servo",
-    ],
-    "friction": ["coulomb_Nm", "stiction_Nm", "stribeck_rate", "viscous_Nm_s", "presliding_rad"],
-    "servo": ["position_gain", "rate_bandwidth_Hz", "integral_time_s", "rate_feed_forward"],
-}
-KEYS["servo"] += ["rate_gain", "integral_gain"]
-
-
-@st.composite
-def files(draw) -> tuple[str, str]:
-    """A usual drive of a usual joint, in which some keys are strange, missing or too many."""
-    tree = tomllib.loads(lines())
-    flat = {"": {}, **{table: dict(tree[table]) for table in ("friction", "servo")}}
-    flat[""] = {k: v for k, v in tree.items() if k not in flat}
-    written_as = {t: {k: repr(v) for k, v in keys.items()} for t, keys in flat.items()}
-    places = [(table, key) for table, keys in KEYS.items() for key in keys]
-    whole = {}
-    for table, key in sorted(draw(st.sets(st.sampled_from(places), max_size=3))):
-        value = draw(st.none() | hostile)
-        if key in ("friction", "servo"):
-            whole[key] = value
-        elif value is None:
-            written_as[table].pop(key, None)
-        else:
-            written_as[table][key] = value
-    top = dict(written_as[""])
-    for table in ("friction", "servo"):
-        inline = ", ".join(f"{k} = {v}" for k, v in written_as[table].items())
-        top[table] = whole.get(table, f"{{ {inline} }}")
-    stiffness = draw(st.sampled_from([ELASTIC, ELASTIC, "", "stiffness = -1.0"]))
-    return stiffness, "\n".join(f"{k} = {v}" for k, v in top.items() if v is not None)
-
-
-@settings(max_examples=200)
-@given(files())
-def test_any_file_is_read_or_refused_in_sentences_that_name_it(own):
-    """Whatever stands there: one exception, and where there is none, a drive that the FMU can have."""
-    joint, drive = own
-    with tempfile.TemporaryDirectory() as folder:
-        file = written(Path(folder), drive, joint)
-        robot, refusals = None, ""
-        try:
-            robot = load_robot(file)
-        except RobotFileError as error:
-            refusals = str(error)
-        assert [line for line in refusals.splitlines() if not line.startswith(f"{file}: ")] == []
-        if robot is None:
-            return
-        assert any(line.startswith("joint[2].drive") for line in parts_in_words(file))
-    assert Robot.from_json(robot.to_json()) == robot
-    found = robot.joints[1].drive
-    assert found is not None
-    numbers = [value for value in vars(found).values() if value is not None]
-    assert np.all(np.isfinite(numbers))
-    assert min(found.inertia, found.position_gain, found.rate_gain) > 0.0
-    motor = next(
-        line for line in robot_text(robot, "{x}").splitlines() if line.startswith("motor ")
-    )
-    assert [float(word) for word in motor.split()[1:]] == [
-        *(found.inertia, found.friction, found.slip_angle, found.viscous, found.stribeck),
-        *(found.stribeck_rate, found.position_gain, found.rate_gain, found.integral_gain),
-        *(found.feed_forward, found.torque_limit or 0.0, found.load_friction),
-    ]

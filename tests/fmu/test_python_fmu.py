@@ -31,6 +31,8 @@ CASES = {
     "commanded": ({"torque_curve": "spline"}, FORCE | RATES),
     "on a spring": ({"initial_state": "undeflected"}, FORCE | SPRING),
     "in contact": ({"torque_curve": "linear"}, FORCE | PLANE),
+    "in contact with backlash": ({"torque_curve": "backlash"}, FORCE | PLANE),
+    "at rest in contact": ({"mode": "quasistatic"}, FORCE | PLANE),
     "servo": ({"drive": "servo", "torque_curve": "linear"}, FORCE | RATES),
     "torque": ({"drive": "torque"}, {"torque_cmd[1]": [0.0, 50.0, 50.0, -50.0, 0.0]}),
     "from above": ({"mode": "quasistatic", "initial_state": "equilibrium_from_above"}, FORCE),

@@ -1,7 +1,7 @@
 """Errors of the model's derivatives against complex steps through the independent model.
 
-`python tests/helpers/derivative_errors.py` prints the largest over 300 random robots and states: the
-table of docs/derivatives.md.  Every error is that of one random directional derivative per argument,
+`python tests/helpers/derivative_errors.py` prints the largest over 300 random robots and states, as
+docs/derivatives.md says.  Every error is that of one random directional derivative per argument,
 relative to its largest term, so that a wrong sign, a permuted column or a missing term shows.
 """
 

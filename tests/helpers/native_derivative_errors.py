@@ -1,7 +1,7 @@
 """Errors of the native FMU's directional derivatives against the independent model.
 
 `python tests/helpers/native_derivative_errors.py 84 1e-12` prints the largest over 84 random robots, at
-this tolerance: the table of docs/native.md.  Errors are those of one random directional derivative of
+this tolerance, as docs/native.md says.  Errors are those of one random directional derivative of
 all outputs, relative to the largest entry of each block of outputs.
 """
 

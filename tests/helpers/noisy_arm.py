@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.prediction import StaticModel
+from coupling.identification.static.model import StaticModel
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot, Tilt
 

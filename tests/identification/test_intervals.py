@@ -13,7 +13,7 @@ from coupling.errors import IdentifyError
 from coupling.identification.intervals import _jackknife, intervals, left_out
 from coupling.identification.least_squares import LinearProblem
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
+from coupling.identification.static.fit import IdentifyOptions, fit_static
 from coupling.identification.static.measurements import Measurements, noise_of, whitening
 from coupling.identification.static.prediction import rigid_prediction
 
@@ -117,7 +117,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(known):
     for _ in range(25):
         own = noisy(rows, rng, 2e-5, 5.0)
         noise = noise_of(own, 2e-5, None, 5.0, None) if known else noise_of(own)
-        fit = fit_static(start, own, "backlash", noise)
+        fit = fit_static(start, own, IdentifyOptions(noise))
         assert fit.converged
         found = intervals(fit.at.problem, fit.at.weight, fit.at.x, known)
         inside += (found.low <= elasticity.start) & (elasticity.start <= found.high)
@@ -153,7 +153,7 @@ def test_a_row_that_is_off_hardly_moves_the_robust_fit():
     rows = replace(rows, deflection=spoiled)
     error = {}
     for loss in ("squares", "huber"):
-        fit = fit_static(elasticity, rows, "backlash", noise_of(rows), loss)
+        fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows), "backlash", loss))
         assert fit.converged
         error[loss] = np.abs(fit.at.x / elasticity.start - 1.0).max()
     assert 5.0 * error["huber"] < error["squares"]

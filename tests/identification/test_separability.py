@@ -14,10 +14,10 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import load_robot
 from coupling.identification.separability import separability
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
-from coupling.identification.static.identification import IdentifyOptions, identify
+from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import Measurements, noise_of
-from coupling.identification.static.prediction import StaticModel
+from coupling.identification.static.model import StaticModel
 from coupling.identification.static.results import identified_text
 from elastic_robot.description import Robot
 
@@ -30,7 +30,7 @@ def predicted(robot: Robot, rows: Measurements) -> Measurements:
 
 def telling(robot: Robot, rows: Measurements):
     elasticity = ElasticParameters.of(robot, "backlash")
-    fit = fit_static(elasticity, rows, "backlash", noise_of(rows))
+    fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows)))
     return separability(fit.rigid, elasticity.names)
 
 
@@ -55,13 +55,13 @@ def test_the_direction_named_changes_nothing_measured():
     rows = predicted(robot, exact(robot, 15, seed=2))
     found = telling(robot, rows)
     (direction,) = found.unseen
-    assert direction.in_words() in ("joint[2] - joint[3]", "joint[3] - joint[2]")
+    assert direction.in_words in ("joint[2] - joint[3]", "joint[3] - joint[2]")
     assert [pair[:2] for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
     result = identify(robot, rows, IdentifyOptions(noise_of(rows)))
     verdict = {parameter.name: parameter for parameter in result.parameters}
-    assert verdict["joint[1].stiffness"].identifiable
+    assert verdict["joint[1].stiffness"].identified
     for name in direction.names:
-        assert not verdict[name].identifiable
+        assert not verdict[name].identified
         assert "not distinguishable" in verdict[name].reason
 
 
@@ -132,7 +132,7 @@ def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path)
     many = noisy(many, np.random.default_rng(0), 1e-5)
     for rows in (one, many):
         found = identify(robot, rows, IdentifyOptions(noise_of(rows)))
-        assert not any(parameter.identifiable for parameter in found.parameters)
+        assert not any(parameter.identified for parameter in found.parameters)
         with pytest.raises(IdentifyError, match="not written: nothing is identified"):
             identified_text(found, tmp_path / "a.toml", tmp_path / "b.toml", "a test")
 
@@ -174,5 +174,5 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
         rows, deflection=StaticModel(right, rows, "spline").predict(right.start).deflection
     )
     start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
-    found = fit_static(start, rows, "spline", noise_of(rows))
+    found = fit_static(start, rows, IdentifyOptions(noise_of(rows), "spline"))
     np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)

@@ -10,9 +10,7 @@ from scipy.spatial.transform import Rotation
 from slipping_robot import replayed, with_hysteresis
 
 from coupling.check.backlash import exact_command
-from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.identification.static.elastic import ElasticParameters
 from coupling.inverse.diagnosis import GearLoads, diagnosed
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
@@ -168,12 +166,3 @@ def test_elements_hold_a_gear_in_its_backlash(robot, plain):
         assert first.reversals == reversals
         assert first.in_backlash == pytest.approx(8.0 if torque < 50.0 else 1.3, abs=0.5)
         assert diagnosed(MovingRobot(plain, "backlash"), loads)[0].reversals == 8
-
-
-def test_what_does_not_know_hysteresis_refuses_it_in_a_sentence(robot, plain):
-    with pytest.raises(
-        HysteresisError,
-        match=r"joint 1 has hysteresis, which identify does not know .*take the \[joint\.gear\]",
-    ):
-        ElasticParameters.of(robot, "backlash")
-    assert ElasticParameters.of(plain, "backlash").names

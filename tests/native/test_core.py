@@ -1,4 +1,4 @@
-"""The C core against Pinocchio, the Python model and the reference solutions of other engines."""
+"""The C core against Pinocchio, laws in closed form and the reference solutions of other engines."""
 
 from __future__ import annotations
 
@@ -8,29 +8,19 @@ from math import comb
 import numpy as np
 import pytest
 from conftest import reference
-from native_core import CURVES, LANES, Core, CoreError, library
+from native_core import CURVES, LANES, Core, library
 from places import REFERENCE
 from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.errors import EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
 from elastic_robot.parameters import Parameters
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load, ToolLoad
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
-from elastic_robot.trajectory import HeldCommand
 
 NO_LOAD = np.zeros(6)
-
-
-LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
-
-
 REFERENCE_CURVES = {"nobacklash": "linear", "backlash": "backlash"}
-
-
 # Gauss collocation of four stages: nodes, their Lagrange polynomials, and the integrals of these.
 NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0]
 LAGRANGE = [
@@ -203,57 +193,3 @@ def test_error_falls_with_the_tolerance(example):
         errors.append(np.abs(rows[:, :3] - expected[:, 1:4]).max())
         assert errors[-1] < tolerance
     assert errors[0] > 1e3 * errors[2]
-
-
-@pytest.mark.parametrize("kind", CURVES)
-def test_random_robots_rest_as_in_python(kind):
-    """Equilibrium and all outputs; where Python finds none the core finds none."""
-    rng = np.random.default_rng(7)
-    for seed in range(60):
-        robot = make_robot(seed, 1 + seed % 8)
-        n = len(robot.joints)
-        q, wrench = rng.uniform(-3.0, 3.0, n), rng.normal(size=6) * 300.0 * bool(seed % 3)
-        command = HeldCommand(0.0, q, np.zeros(n), np.zeros(n))
-        python, core = ElasticRobot(robot, kind, quasistatic=True), Core(robot)
-        try:
-            python.reset(0.0, command, Load(wrench))
-        except EquilibriumError:
-            with pytest.raises(CoreError, match="no static equilibrium"):
-                core.reset(kind, 0.0, q, wrench, quasistatic=True)
-            continue
-        core.reset(kind, 0.0, q, wrench, quasistatic=True)
-        m = python.chain.elastic_count
-        out = core.outputs(m)
-        np.testing.assert_allclose(out["x"], python.deflection(), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(out["tcp"], python.tcp(), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(out["rigid"], python.rigid(), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(out["deviation"], python.deviation(), rtol=0, atol=1e-12)
-        upper = python.compliance()[np.triu_indices(3)]
-        np.testing.assert_allclose(out["compliance"], upper, rtol=1e-9, atol=1e-18)
-
-
-@pytest.mark.parametrize("kind", CURVES)
-def test_random_robots_move_as_in_python(kind):
-    """Random trajectories without rates (a cubic spline) under random wrenches, to 2e-8 m.
-
-    Both work at a tolerance of 1e-8 m.
-    """
-    rng = np.random.default_rng(11)
-    for seed in range(6):
-        robot = make_robot(seed, 2 + seed)
-        n = len(robot.joints)
-        q, wrench = rng.uniform(-2.0, 2.0, n), rng.normal(size=6) * 100.0
-        python, core = ElasticRobot(robot, kind, tolerance=1e-8), Core(robot)
-        command = HeldCommand(0.0, q, np.zeros(n), np.zeros(n))
-        try:
-            python.reset(0.0, command, Load(NO_LOAD))
-        except EquilibriumError:
-            continue
-        core.reset(kind, 0.0, q, NO_LOAD, tolerance=1e-8)
-        for end in (0.003, 0.02, 0.021, 0.06):
-            load = wrench if end < 0.05 else NO_LOAD
-            python.step(end, HeldCommand(python.time, q, np.zeros(n), np.zeros(n)), Load(load))
-            core.step(end, q, load)
-            out = core.outputs(python.chain.elastic_count)
-            np.testing.assert_allclose(out["tcp"], python.tcp(), rtol=0, atol=2e-8)
-            np.testing.assert_allclose(out["velocity"], python.velocity(), rtol=0, atol=2e-5)

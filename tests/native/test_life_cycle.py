@@ -6,11 +6,13 @@ import ctypes
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 from fmpy.fmi1 import FMICallException
-from native_fmu import TCP
+from fmpy.fmi2 import FMU2Slave
+from native_fmu import TCP, NativeFmu
 
 from coupling.native.compiler import SOURCES, host_platform
 
@@ -21,6 +23,10 @@ def refused(capfd, call, message: str) -> None:
     with pytest.raises(FMICallException):
         call()
     assert message in capfd.readouterr().err
+
+
+def derive(native: NativeFmu, slave: FMU2Slave, unknown: str, known: str) -> list[float]:
+    return slave.getDirectionalDerivative(native.of([unknown]), native.of([known]), [1.0])
 
 
 def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
@@ -45,8 +51,48 @@ def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
         ),
         (lambda: slave.getInteger([3]), "this FMU has real and string variables only"),
         (lambda: slave.doStep(0.0, float("nan")), "expected a finite number >= 0, got nan s"),
+        (
+            lambda: derive(native, slave, "force.z", "tcp.x"),
+            "expected an output to differentiate, got force.z",
+        ),
+        (
+            lambda: derive(native, slave, "tcp.x", "tcp.x"),
+            "behind initialisation, a state to differentiate by, got tcp.x",
+        ),
     ):
         refused(capfd, call, message)
+
+
+CHOICES = {
+    "mode": ("statick", "mode: expected one of dynamic, quasistatic, got 'statick'"),
+    "torque_curve": (
+        "cubic",
+        "torque_curve: expected one of linear, backlash, spline, got 'cubic'",
+    ),
+    "initial_state": ("rest", "got 'rest'"),
+    "trajectory": ("no 100% file.csv", "no 100% file.csv: does not exist"),
+}
+NUMBERS = {
+    "joint[2].stiffness": "joint[2].stiffness: expected a number > 0, got -1.0 N.m/rad",
+    "joint[5].backlash": "joint[5].backlash: expected a number >= 0, got -1.0 rad",
+}
+SPRINGS = (
+    ({"anchor.kxx": 1e6, "anchor.kyy": -1.0}, "got -1, 0, 1e+06 N/m"),
+    ({"anchor.kxy": 5.0}, "got -5, 0, 5 N/m"),
+)
+
+
+def test_a_wrong_value_is_refused_with_a_sentence_and_a_right_one_taken_next(native, capfd):
+    for name, (text, message) in CHOICES.items():
+        refused(capfd, partial(native.started, **{name: text}), message)
+    for name, message in NUMBERS.items():
+        refused(capfd, partial(native.set, native.slave(), {name: -1.0}), message)
+    for stiffness, message in SPRINGS:
+        slave = native.started()
+        native.set(slave, stiffness)
+        refused(capfd, partial(slave.doStep, 0.0, STEP), f"no eigenvalue below 0, {message}")
+        native.set(slave, dict.fromkeys(stiffness, 0.0))
+        slave.doStep(0.0, STEP)
 
 
 def test_after_the_end_there_are_values_and_states_but_no_steps(native, capfd):

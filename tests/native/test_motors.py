@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -96,45 +95,6 @@ def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, limit, 
         both.require_same(2e-2 * np.array(tolerances), "deflection", "motor_angle")
         at_limit.append(np.abs(both.model.motor_torque()) > limit * (1.0 - 1e-9))
     assert 0.05 < np.mean(at_limit) < 0.95
-
-
-@pytest.mark.parametrize(("seed", "joints", "limit"), [(8, 3, 60.0), (11, 4, 60.0)])
-def test_derivatives_pass_torque_limits(tmp_path, seed, joints, limit):
-    """By a force, of motors, integrals and torques too, against central differences: to 1e-5."""
-    both = beyond_the_limits(seed, joints, limit, tmp_path, tolerances=(1e-10,))
-    fmu, slave, laws = both.fmu, both.slaves[0], set()
-    rows = [both.names[k] for k in ("deflection", "motor_angle", "motor_rate", "servo_integral")]
-    rows.append(both.names["motor_torque"])
-    names = [name for row in rows for name in row]
-    told = dict.fromkeys(both.names["q_cmd"], 2e-3)
-    for k in range(15):
-        time = 4e-3 * k
-        fmu.set(slave, {**told, "force.z": 200.0 * np.sin(0.7 * k), "force.x": 200.0})
-        before, ends = slave.getFMUstate(), []
-        slave.doStep(time, 4e-3)
-        after = slave.getFMUstate()
-        at = np.abs(fmu.get(slave, *rows[-1])) >= limit * (1.0 - 1e-12)
-        laws.update(at.tolist())
-        found = slave.getDirectionalDerivative(fmu.of(names), fmu.of(["force.z"]), [1.0])
-        by_command = [
-            slave.getDirectionalDerivative(fmu.of(names), fmu.of([name]), [1.0])
-            for name in both.names["q_cmd"]
-        ]
-        assert np.all(np.isfinite(by_command))  # of a motor at its limit they are rounding alone
-        for side in (1.0, -1.0):
-            slave.setFMUstate(before)
-            fmu.set(slave, {"force.z": fmu.get(slave, "force.z")[0] + 0.01 * side})
-            slave.doStep(time, 4e-3)
-            ends.append(np.array(fmu.get(slave, *names)))
-        slave.setFMUstate(after)
-        differences = (ends[0] - ends[1]) / 0.02
-        places = np.split(np.arange(len(names)), np.cumsum([len(row) for row in rows])[:-1])
-        for place in places:
-            scale = np.abs(differences[place]).max()
-            np.testing.assert_allclose(
-                np.array(found)[place], differences[place], rtol=0, atol=1e-5 * scale + 1e-9
-            )
-    assert laws == {False, True}
 
 
 @pytest.mark.parametrize("seed", [4, 9])
@@ -324,61 +284,6 @@ def test_a_spring_at_the_tool_of_a_robot_with_servos_is_the_force_that_it_makes(
     assert pushed.peak_force > 10.0
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
     assert apart[1] < 1e-7
-
-
-@pytest.mark.parametrize("drive", ["servo", "torque"])
-def test_derivatives_are_those_of_motors_that_slip_and_stick(tmp_path, drive):
-    """By loads, commands and parameters, against central differences of the step: to 1e-4."""
-    rng = np.random.default_rng(9)
-    fmu = built(driven(make_robot(9, 3), rng), tmp_path)
-    slave = fmu.start(fmu.slave(), np.zeros(3), 1e-9, drive=drive)
-    joint = next(
-        v.name[6]
-        for v in fmu.description.modelVariables
-        if re.fullmatch(r"joint.*friction", v.name)
-    )
-    own = {
-        "servo": {f"q_cmd[{joint}]": 1e-6},
-        "torque": {f"torque_cmd[{joint}]": 1e-1},
-    }[drive]
-    steps = {
-        "force.z": 1e-1,
-        "moment.x": 1e-1,
-        **own,
-        f"joint[{joint}].friction": 1e-3,
-        f"joint[{joint}].hysteresis": 1e-3,
-        f"joint[{joint}].damping": 1e-2,
-    }
-    groups = ("deflection[", "deflection_rate[", "motor_rate[", "gear_torque[")
-    outputs = [v.name for v in fmu.description.modelVariables if v.causality == "output"]
-    kinds = {
-        kind: [k for k, name in enumerate(outputs) if name.startswith(kind)] for kind in groups
-    }
-    for k in range(25):
-        time = k * 4e-3
-        fmu.set(
-            slave, {"force.z": 300.0 * np.sin(40.0 * time), "moment.x": 20.0 * np.cos(30.0 * time)}
-        )
-        if drive == "torque":
-            fmu.set(slave, {f"torque_cmd[{joint}]": 60.0 * np.sin(25.0 * time)})
-        before = slave.getFMUstate()
-        slave.doStep(time, 4e-3)
-        after = slave.getFMUstate()
-        for name, width in steps.items():
-            found = np.array(slave.getDirectionalDerivative(fmu.of(outputs), fmu.of([name]), [1.0]))
-            ends = []
-            for side in (1.0, -1.0):
-                slave.setFMUstate(before)
-                fmu.set(slave, {name: fmu.get(slave, name)[0] + side * width})
-                slave.doStep(time, 4e-3)
-                ends.append(np.array(fmu.get(slave, *outputs)))
-            slave.setFMUstate(after)
-            by_difference = (ends[0] - ends[1]) / (2.0 * width)
-            for rows in kinds.values():
-                scale = np.abs(by_difference[rows]).max()
-                np.testing.assert_allclose(
-                    found[rows], by_difference[rows], rtol=0, atol=1e-4 * scale + 1e-9
-                )
 
 
 def test_a_row_of_the_command_hardly_behind_a_step_stops_no_motor(tmp_path):

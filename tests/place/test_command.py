@@ -25,7 +25,7 @@ from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.process.base import ProcessResponse
-from coupling.report.place_report import write_place_report
+from coupling.report.result_page import write_report
 from coupling.run.execute import run_coupling
 
 FREE = {
@@ -122,7 +122,7 @@ def test_a_damaged_folder_is_refused(done, tmp_path, file, content, words):
     else:
         (tmp_path / file).write_text(content)
     with pytest.raises(ResultError, match=words):
-        write_place_report(tmp_path)
+        write_report(tmp_path)
 
 
 def test_a_result_is_replaced_only_where_that_is_said(done):

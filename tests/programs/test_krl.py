@@ -93,7 +93,8 @@ COMPUTED = {
     ),
     # Another tool, 100 mm longer along its z, which is the base's x here: the first one stays behind.
     "a change of the tool": ("$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\nLIN P2", [[-50, 0, 0]]),
-    "external axes at rest": ("LIN {X 1,E1 5}\nLIN {X 2,E1 5.0}", [[1, 0, 0], [2, 0, 0]]),
+    "external axes at rest": ("LIN {X 1,E1 0}\nLIN {X 2,E1 0.0}", [[1, 0, 0], [2, 0, 0]]),
+    "rounding behind clauses": ("SLIN {Y 4} WITH $VEL.CP=0.1,$ACC={CP 1.0} C_SPL", [[0, 4, 0]]),
     "label and empty lines": ("HERE:\n\n ; nothing\nLIN {X 1}", [[1, 0, 0]]),
 }
 

@@ -11,7 +11,7 @@ from coupling.errors import ProgramError
 REFUSED = {
     "missing program": ("DETOUR()", ["line 4", "DETOUR", ".src"]),
     "missing function for an output": ("$OUT[1]=MOVED()", ["line 4", "MOVED"]),
-    "missing function in a wait": ("WAIT FOR MOVED()", ["line 4", "'WAIT'"]),
+    "missing function in a wait": ("WAIT FOR MOVED()", ["line 4", "WAIT without a call", "MOVED"]),
     "name like a known one": ("STROKE()", ["line 4", "STROKE"]),
     "second statement in a line": ("$OUT[1]=TRUE LIN P2", ["line 4", "TRUE LIN P2"]),
     "second statement behind a wait": ("WAIT SEC 1 LIN P2", ["line 4", "'WAIT'"]),
@@ -35,6 +35,24 @@ REFUSED = {
     "external tool centre point": ("$IPO_MODE=#TCP", ["line 4", "$IPO_MODE", "#TCP"]),
     "rotation by the wrist": ("$ORI_TYPE=#JOINT", ["line 4", "$ORI_TYPE", "#JOINT"]),
     "measured point": ("P2=$POS_ACT\nLIN P2", ["line 5", "'P2'", "$POS_ACT"]),
+    "measured point with a component set": (
+        "P2=$POS_ACT\nP2.Y=4\nLIN P2",
+        ["line 6", "X of $POS_ACT"],
+    ),
+    "point elsewhere with a component set": ("P2=XP9\nP2.Y=4\nLIN P2", ["line 6", "X of XP9"]),
+    "component of a base elsewhere": (
+        "$BASE=BASE_DATA[3]\n$BASE.Y=4\nLIN P2",
+        ["X of BASE_DATA[3]"],
+    ),
+    "speed of a variable without a value": ("$VEL.CP=FAST\nLIN P2", ["line 5", "a speed", "FAST"]),
+    "variable that an interrupt sets": (
+        "INTERRUPT DECL 3 WHEN $IN[1] DO N=3\nN=0\nINTERRUPT ON 3\nLIN {X 0,Y 0}:{X N}",
+        ["line 7"],
+    ),
+    "variable that a trigger sets": (
+        "TRIGGER WHEN PATH=10 DELAY=0 DO P2.Y=3\nP2.Y=0\nLIN P2",
+        ["line 6", "P2"],
+    ),
     "measured component": ("P2.X=$POS_ACT.X\nLIN P2", ["line 5", "'P2'", "$POS_ACT.X"]),
     "offset that is not known": ("LIN P2:CAMERA", ["line 4", "'P2:CAMERA'", "CAMERA is not known"]),
     "component of a point elsewhere": ("XP9.Y=3\nLIN XP9", ["line 5", "'XP9'"]),
@@ -54,7 +72,13 @@ REFUSED = {
         "TRIGGER WHEN DISTANCE=0 DELAY=0 DO AWAY() PRIO=-1",
         ["line 4", "TRIGGER"],
     ),
-    "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 from 0 to 3"]),
+    "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 to stand", "from 0 to 3"]),
+    "external axis that a later pose gives": (
+        "LIN {X 1}\nLIN {X 2,E1 3}",
+        ["line 5", "E1", "3 here first"],
+    ),
+    "clause on a variable": ("SLIN P2 WITH N=3", ["line 4", "system variables", "N=3"]),
+    "word behind clauses": ("SLIN P2 WITH $VEL.CP=0.1 FAST", ["line 4", "'FAST'"]),
     "relative rotation": ("LIN_REL {A 5}", ["line 4", "got A"]),
     "option of a motion": ("LIN P2 FAST", ["line 4", "'FAST'"]),
     "clause of a motion": ("SLIN P2 WITH $SEN_PINT=3", ["line 4", "$SEN_PINT"]),

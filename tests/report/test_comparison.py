@@ -12,6 +12,7 @@ from first_screens import GLOSSARY, words_of
 from line_case import line_case
 
 from coupling.errors import ResultError
+from coupling.path.length_text import format_um
 from coupling.report.compare_report import (
     comparison_answer,
     comparison_page,
@@ -91,7 +92,7 @@ def test_lines_and_page_tell_both(runs):
     figures, first, second, commands, inputs = comparison_summary(found)
     own = json.loads((runs[0] / "result.json").read_text())
     assert (first.title, second.title) == ("How first was computed", "How second was computed")
-    after = f"{1e6 * own['deviation_after_m']['maximum']:.2f}"
+    after = format_um(own["deviation_after_m"]["maximum"])
     assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
@@ -206,11 +207,17 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     (damaged / "result.json").write_text("{")
     (tmp_path / "of today" / "second" / "report.html").write_text("")
     (tmp_path / "notes").mkdir()
+    modes = command("modes", "icme2008", "--posture-deg", "0,10,20,0,60,0", "-o", tmp_path / "soft")
+    assert modes.returncode == 0, modes.stderr
+    (tmp_path / "third.unfinished").mkdir()
+    (tmp_path / "first" / f"report.html.{'a' * 32}.partial").write_text("half")
     done = command("report", tmp_path)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "index.html").read_text()
-    assert page.count('<article class="card">') == 3
-    assert page.count("<svg") == 2
+    assert page.count('<article class="card">') == 4
+    assert page.count("<svg") == 3
+    assert "third.unfinished: a command is at work there, or was stopped" in page
+    assert "the slowest vibration has" in page
     assert 'href="of%20today/second/report.html"' in page
     assert "Cannot be read:" in page
     assert "is not valid JSON" in page
@@ -219,6 +226,10 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
         assert name in page
     again = command("report", tmp_path)
     assert again.returncode == 0, again.stderr
+    written = (tmp_path / "soft" / "report.html").read_bytes()
+    again = command("report", tmp_path / "soft")
+    assert again.returncode == 0, again.stderr
+    assert (tmp_path / "soft" / "report.html").read_bytes() == written
     nothing = command("report", tmp_path / "notes")
     assert nothing.returncode == 2
     assert "expected a result or a folder of results" in nothing.stderr

@@ -11,6 +11,7 @@ from browser import NEEDS_CHROMIUM, chromium, opened
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.posture_modes import PostureModes
+from coupling.modes.swinging_robot import swinging_robot
 from coupling.report.document import document
 from coupling.report.modes_scene import modes_scene
 from coupling.report.static_scene import links
@@ -23,7 +24,8 @@ POSTURE = np.deg2rad([10.0, 20.0, 30.0, 40.0, 60.0, 50.0])
 def test_the_tool_that_is_drawn_swings_as_the_modes_of_the_model(name):
     robot = load_robot(find_robot(name))
     posture = PostureModes.of(LockedRobot(robot, "linear"), POSTURE, np.zeros(6))
-    (drawn,) = modes_scene(robot, posture, name).robots
+    swinging = swinging_robot(robot, name, posture.q, posture.linear.modes)
+    (drawn,) = modes_scene(swinging).robots
     assert [mode.frequency for mode in drawn.modes] == pytest.approx(posture.frequency[:6])
     (rest,) = drawn.motion.q
     for mode, column in zip(drawn.modes, posture.swinging, strict=False):
@@ -38,7 +40,7 @@ def test_the_tool_that_is_drawn_swings_as_the_modes_of_the_model(name):
 def test_a_mode_swings_in_the_page(tmp_path):
     robot = load_robot(find_robot("icme2008"))
     posture = PostureModes.of(LockedRobot(robot, "linear"), POSTURE, np.zeros(6))
-    scene = modes_scene(robot, posture, "icme2008")
+    scene = modes_scene(swinging_robot(robot, "icme2008", POSTURE, posture.linear.modes))
     page = tmp_path / "modes.html"
     page.write_text(document("Modes", [Section("", [], "modes", scene=scene)]))
     with chromium(tmp_path / "profile") as driver:

@@ -10,6 +10,7 @@ from first_screens import GLOSSARY, printed, words_of
 
 from coupling.path.deviation import Deviation
 from coupling.report.result_answers import (
+    modes_answer,
     next_answer,
     place_answer,
     refused_answer,
@@ -18,6 +19,7 @@ from coupling.report.result_answers import (
 )
 from coupling.results.cut_stability import CutStability
 from coupling.results.forecast import RunForecast
+from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer
@@ -32,7 +34,7 @@ from coupling.results.study_result import (
 )
 from coupling.study.stored_study import StoredStudy
 
-NEXT = ("elastic-robot", "next", "results/a run", "m.csv", "results/2", "measured.csv", "-o", "out")
+NEXT = ("next", "results/a run", "m.csv", "results/2", "measured.csv", "-o", "out")
 MM = 1e-3
 
 
@@ -173,7 +175,47 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
     return stability_answer(result)
 
 
+def modes_screen(softest: float | None, in_case: bool = True):
+    swing = ModeResult(
+        frequency_Hz=8.26,
+        damping_ratio=0.021,
+        tcp_direction=(0.0, 1.0, 0.0),
+        energy_by_joint=(0.7, 0.3),
+    )
+    place = PlaceModesResult(
+        time_s=1.0 if in_case else None,
+        posture_deg=(-10.0, -1e-9),
+        force_N=(0.0, 0.0, 0.0),
+        unloaded_joints=() if softest else (1,),
+        compliance_m_N=None,
+        softest_m_N=softest,
+        softest_direction=None,
+        dynamic_m_N=9e-6,
+        dynamic_Hz=8.3,
+        modes=(swing,),
+    )
+    result = ModesResult(
+        name="slot",
+        source="my cases/slot.toml",
+        robot="arm",
+        torque_curve="linear",
+        loads="its own weight",
+        places=(place,),
+        computed=(),
+        version="0",
+    )
+    return modes_answer(result)
+
+
 CASES = {
+    "modes: of a case": (
+        modes_screen(4.6e-7),
+        None,
+        "100 N move the tool by up to 46.0 um",
+        "modes",
+    ),
+    "modes: of a robot": (modes_screen(4.6e-7, False), None, "100 N move", "modes"),
+    "modes: free gears": (modes_screen(None), None, "Gears of joints 1 are free", "modes"),
     "next: good": (next_screen(1e-4, tolerance=2e-4)[1], True, "GOOD ENOUGH: expect", "export"),
     "next: more than allowed": (next_screen(3e-4, tolerance=2e-4)[1], False, "NOT GOOD", "export"),
     "next: nothing stated": (

@@ -15,7 +15,7 @@ from coupling.report.run_answer import RunContext, run_answer
 from coupling.results.cut_stability import CutStability
 from coupling.results.outlook import DeviationInterval, DrawnDeviation
 from coupling.results.run_result import RunResult
-from coupling.results.section import Answer
+from coupling.results.section import Answer, NextStep
 from coupling.run.stored_run import read_run
 
 pytestmark = pytest.mark.usefixtures("few_drawn_robots")
@@ -157,9 +157,7 @@ def test_a_first_screen_needs_no_glossary(finished):
 
 def test_commands_can_be_copied_from_the_page_whatever_the_names():
     """A folder with blanks and quotes is one word of a command; what is told is no HTML."""
-    context = RunContext("results/it's a cone", "a case.toml", "icme2008")
-    assert context.command("report", context.folder) == (
-        "elastic-robot report 'results/it'\"'\"'s a cone'"
-    )
+    step = NextStep.by("Draw it anew:", "report", "results/it's a cone")
+    assert step.command == "elastic-robot report 'results/it'\"'\"'s a cone'"
     page = document("", [], replace(Answer("<b>", steps=()), reason="&"))
     assert "&lt;b&gt;" in page

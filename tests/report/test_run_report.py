@@ -18,7 +18,7 @@ from reported import compensated
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report import write_report
+from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import robot_page
 from coupling.report.run_tables import deviations

@@ -18,7 +18,7 @@ from coupling.report.document import document
 from coupling.report.meshes import robot_meshes
 from coupling.report.run_scene import run_scene
 from coupling.report.static_scene import links, stills
-from coupling.results.scene import Scene
+from coupling.results.scene import Scene, SceneSurface
 from coupling.results.section import Answer
 from coupling.run.stored_run import read_run
 
@@ -96,10 +96,22 @@ def test_gears_carry_the_robot_s_weight_and_their_flanks_change_as_the_run_says(
         assert (inside[1], behind[1]) == (0.0, change.after)
 
 
+def test_the_path_with_a_wrong_backlash_is_that_of_the_worst_replay(run):
+    """It stands beside before and after, and leaves what the run's table says."""
+    tracks = run_scene(run, AT_THE_ORIGIN, CASE).tracks
+    worst = max(
+        (row for row in run.figures.robustness if row.name.startswith("backlash")),
+        key=lambda row: row.deviation.maximum,
+    )
+    assert [track.name for track in tracks][2] == f"with {worst.name}"
+    size = np.linalg.norm(tracks[2].deviation, axis=1).max()
+    assert size == pytest.approx(worst.deviation.maximum, rel=1e-3)
+
+
 def test_a_robot_file_that_is_gone_costs_torques_and_meshes_alone(run):
     scene = run_scene(run, AT_THE_ORIGIN, {"robot": {"description": "gone.toml"}})
     assert scene.robots[0].motion.torque is None
-    assert len(scene.tracks) == 2
+    assert len(scene.tracks) == 3
     robots = tuple(robot.model_copy(update={"chain": None}) for robot in run.figures.robots)
     old = replace(run, figures=run.figures.model_copy(update={"robots": robots}))
     assert run_scene(old, AT_THE_ORIGIN, CASE).robots == []
@@ -149,8 +161,9 @@ def test_the_libraries_are_those_that_are_pinned():
 @NEEDS_CHROMIUM
 def test_a_visit_scrubs_exaggerates_and_switches_sides(run, tmp_path):
     """Before is blue, into the part; after is grey on its scale; each step changes what is drawn."""
-    page = tmp_path / "page.html"
-    page.write_text(document("A run", [], Answer("", scene=run_scene(run, AT_THE_ORIGIN, CASE))))
+    page, scene = tmp_path / "page.html", run_scene(run, AT_THE_ORIGIN, CASE)
+    names = [track.name for track in scene.tracks]
+    page.write_text(document("A run", [], Answer("", scene=scene)))
     with chromium(tmp_path / "profile") as driver:
         opened(driver, page, 1440)
 
@@ -178,6 +191,11 @@ def test_a_visit_scrubs_exaggerates_and_switches_sides(run, tmp_path):
         shows("scene.toggle('after compensation')")
         after = click('[data-track="before compensation"]')
         assert after[1] + after[2] < 0.3 * (before[1] + before[2])
+        larger = shows("scene.exaggerate(500)")
+        wrong = shows(f"scene.toggle('{names[2]}')")
+        assert wrong[0] > larger[0]
+        assert names[2] in driver.find_element("css selector", ".readout").text
+        shows(f"scene.toggle('{names[2]}')")
         pictures = {tuple(before), tuple(after)}
         for change in ("scene.seek(0.6)", "scene.exaggerate(2000)", "scene.look_at('robot')"):
             pictures.add(tuple(shows(change)))
@@ -200,6 +218,49 @@ def test_a_visit_scrubs_exaggerates_and_switches_sides(run, tmp_path):
         seen = "return getComputedStyle(document.querySelector(arguments[0])).display"
         assert driver.execute_script(seen, ".stage") == "none"
         assert driver.execute_script(seen, ".stills") == "flex"
+        severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        assert severe == []
+
+
+@NEEDS_CHROMIUM
+def test_a_visit_sees_the_part_in_the_colours_of_what_shaped_it(run, tmp_path):
+    """Above it is one colour where the tool was too deep, another by a field, and it can be hidden."""
+    (before, *_) = run_scene(run, AT_THE_ORIGIN, CASE).tracks
+    deep = replace(before, signed=np.tile([-1e-3, 0.0, 1e-3], (len(before.time), 1)))
+    far = before.desired[0] + [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
+    plate = SceneSurface(
+        before.name,
+        far,
+        np.array([[0, 1, 2], [0, 2, 3]]),
+        {"thickness [mm]": np.array([0.5, 1.0, np.nan, 0.8])},
+        np.full(4, before.time[5]),
+    )
+    page = tmp_path / "page.html"
+    scene = Scene(tracks=[deep], surfaces=[plate])
+    page.write_text(document("A part", [], Answer("", scene=scene)))
+    with chromium(tmp_path / "profile") as driver:
+        opened(driver, page, 1440)
+
+        def pixels(change: str) -> list[int]:
+            driver.execute_script(
+                f"const place = document.getElementById('first_scene'); {change}; return null;"
+            )
+            time.sleep(0.3)
+            return driver.execute_script(PIXELS)
+
+        colour = (
+            "const choice = place.querySelector('[data-control=colour]'); choice.value = '{}';"
+            " choice.dispatchEvent(new Event('change'))"
+        )
+        blue = pixels("document.scenes.first_scene.look_at('above')")
+        orange = pixels(colour.format(2))
+        field = pixels(colour.format("thickness [mm]"))
+        assert blue[1] > 2000 > blue[2]
+        assert orange[2] > 2000 > orange[1]
+        assert field[3] not in (blue[3], orange[3])
+        assert "mm" in driver.execute_script("return document.querySelector('.high').textContent")
+        hidden = pixels("place.querySelector('[data-control=surface]').click()")
+        assert hidden[0] < field[0]
         severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
         assert severe == []
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.workpiece import Workpiece
-from coupling.report.workpiece_figures import tool_envelope, workpiece_scene
+from coupling.report.workpiece_figures import tool_envelope, workpiece_surface
 
 
 def test_lengths_are_millimetres_and_a_field_of_cells_is_that_of_both_halves():
@@ -19,7 +19,7 @@ def test_lengths_are_millimetres_and_a_field_of_cells_is_that_of_both_halves():
         {"deflection [m]": np.array([0.0, 0.0, 0.0, -0.002])},
         {"plastic strain": np.array([0.1]), "stress [Pa]": np.array([1e8])},
     )
-    (surface,) = workpiece_scene({"after": piece}).surfaces
+    surface = workpiece_surface("after", piece)
     assert list(surface.fields) == ["deflection [mm]", "plastic strain", "stress [Pa]"]
     assert surface.fields["deflection [mm]"].min() == -2.0
     assert len(surface.triangles) == 2

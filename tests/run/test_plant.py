@@ -81,7 +81,7 @@ def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_b
     done = command("compensate", "-v", case, "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     files = {file.name for file in (tmp_path / "out").iterdir()}
-    assert files == FILES | BY_MODE["quasistatic"] | {"plant.csv"}
+    assert files == FILES | BY_MODE["quasistatic"] | {"plant.csv", "wrong_backlash.csv"}
     own = example.payload
     assert own is None
     robot = replace(example, payload=Body(5.0, (0.1, 0.0, 0.3), (0.0, 0.0, 0.0)))

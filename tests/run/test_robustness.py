@@ -23,7 +23,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.report import write_report
+from coupling.path.length_text import format_um
+from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_summary
 from coupling.report.terminal import print_sections
@@ -226,7 +227,7 @@ def test_passages_through_the_backlash_are_counted_and_named(finished):
     assert {c["robot"] for c in told} == {"forming"}
     assert f"Gears enter their backlash {len(changes)} times" in said
     left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
-    assert f"there, of up to {1e6 * max(left):.2f} um if all are wrong by 20 %." in said
+    assert f"there, of up to {format_um(max(left))} um if all are wrong by 20 %." in said
     first = sum(c.joint == 1 for c in changes)
     assert re.search(rf"joint 1 +{first} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")

@@ -179,11 +179,65 @@ def test_an_mjcf_moves_as_mujoco_moves_it(tmp_path):
     assert robot.joints[0].limits == pytest.approx((-2.3, 1.7))
 
 
+TWO_BODIES = """<mujoco><worldbody><body name="b1"><joint name="h1" axis="0 0 1"/><geom size=".1"/>
+<body name="b2" pos=".5 0 0"><joint name="h2" axis="0 1 0"/><geom size=".1"/><site name="end"/></body>
+<body name="bar" pos=".3 0 0"><joint name="h3" axis="0 1 0"/><geom size=".1"/></body></body>
+<body name="handle" mocap="true"/></worldbody><tendon><fixed name="cord"><joint joint="h1" coef="1"/>
+<joint joint="h2" coef="1"/></fixed></tendon><equality>{}</equality></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("constraint", "got"),
+    [
+        ('<joint joint1="h2" joint2="h1" polycoef="0 -1 0 0 0"/>', "'h2'.*mimic joint of 'h1'"),
+        ('<joint joint1="h2"/>', "'h2'.*mimic joint"),
+        ('<connect body1="b2" body2="bar" anchor="0 0 0"/>', "'h2'.*mimic joint of 'h3'"),
+        ('<weld body1="b2" body2="bar"/>', "'h2'.*mimic joint of 'h3'"),
+        ('<tendon tendon1="cord"/>', "'h2'.*mimic joint of 'h1'"),
+    ],
+)
+def test_joints_that_a_constraint_of_an_mjcf_moves_are_not_driven(tmp_path, constraint, got):
+    pytest.importorskip("mujoco")
+    file = write(tmp_path, TWO_BODIES.format(constraint), "arm.xml")
+    with pytest.raises(RobotFileError, match=got):
+        new_robot(file, RobotChoice(base="b1", tip="site_end"), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    ['<joint joint1="h2" joint2="h1" active="false"/>', '<weld body1="handle" body2="b2"/>'],
+)
+def test_constraints_that_do_not_act_on_the_robot_leave_it_free(tmp_path, constraint):
+    pytest.importorskip("mujoco")
+    file = write(tmp_path, TWO_BODIES.format(constraint), "arm.xml")
+    assert "2 joints" in new_robot(file, RobotChoice(tip="site_end"), tmp_path).remarks[0]
+
+
+def test_a_last_link_that_resists_no_turn_of_its_joint_gets_an_estimate(tmp_path):
+    """A point mass on the axis, as hands of many URDFs are: the file can be loaded."""
+    before, mark, last = arm().partition('<link name="l6">')
+    last = last.replace('ixx="2" iyy="2" izz="2"', 'ixx="0" iyy="0" izz="0"', 1)
+    text = before + mark + last
+    made = new_robot(write(tmp_path, text, "arm.urdf"), RobotChoice(), tmp_path)
+    (tmp_path / made.file).write_text(made.texts[made.file])
+    assert load_robot(tmp_path / made.file).joints[-1].body.inertia[0] > 0.0
+    assert any("resist no turn" in remark for remark in made.remarks)
+
+
+def test_a_chain_that_ends_before_a_slide_says_so(tmp_path):
+    text = arm().replace('name="a5" type="revolute"', 'name="a5" type="prismatic"')
+    made = new_robot(write(tmp_path, text), RobotChoice(), tmp_path)
+    assert "4 joints, as 'a5' behind it is prismatic: it is carried at zero" in made.remarks[0]
+
+
 def test_an_mjcf_that_is_none_is_refused(tmp_path):
     pytest.importorskip("mujoco")
     file = write(tmp_path, "<mujoco><worldbody><body/><nonsense/></worldbody></mujoco>", "bad.xml")
     with pytest.raises(RobotFileError, match=r"bad\.xml: cannot be read as MJCF: "):
         urdf_of_mjcf(Path(file))
+    part = write(tmp_path, "<mujocoinclude><body/></mujocoinclude>", "part.xml")
+    with pytest.raises(RobotFileError, match=r"part\.xml: is a part of an MJCF file"):
+        new_robot(part, RobotChoice(), tmp_path)
 
 
 def test_a_xacro_is_converted_where_its_package_lies(tmp_path):

@@ -166,6 +166,8 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("G1 X1e1", "numbers without exponents"),
         ("G1 X1.5E-05", "numbers without exponents"),
         ("G1 X", "a word without a number 'X'"),
+        ("G1 X5 RND=2", "a rounded corner 'RND=2'"),
+        ("SPOS=90", "a word of another control 'SPOS=90': take it out"),
         ("$32=1", "a setting of the control"),
         ("G1 X20 (open", "a comment to be closed"),
         ("(a (b) G1 X20", "a comment to be closed"),

@@ -135,6 +135,14 @@ def test_a_csv_path_is_sampled_between_its_rows_as_finely_as_asked(tmp_path):
         CsvPath(kind="csv", file=file, sample_s=1e-8).task(FLAT)
 
 
+def test_columns_that_a_csv_path_does_not_need_are_told(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("time,x,y,z,qx,qy,qz,qw,feed\n0,0,0,0,0,0,0,1,5\n1,0.01,0,0,0,0,0,1,5\n")
+    assert CsvPath(kind="csv", file=file).task(FLAT).remarks == (
+        "path.csv: columns left out: feed",
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -158,7 +166,10 @@ def test_a_csv_path_is_sampled_between_its_rows_as_finely_as_asked(tmp_path):
             "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n1,0,0,0,0,0,0,1\n",
             ["quaternions of length 1, got length 2 in row 1"],
         ),
-        ("time,x,y,z,qx,qy,qz,qw\n0,a,0,0,0,0,0,1\n", ["not a table of numbers"]),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,a,0,0,0,0,0,1\n",
+            ["not a table of numbers", "'a'", "in row 2, column 2"],
+        ),
         ("x_mm;y_mm;z_mm;a;b;c\n0;0;0;0;90;0\n", ["expected time, x, y", "in s, m and the unit"]),
         (
             "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n9,-950,0,0,0,0,0,1\n",

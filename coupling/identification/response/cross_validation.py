@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.identification.response.mismatch import CHECKS, likely_reading
-from coupling.identification.response.robot_fit import MeasuredPosture, RobotFit, log_error
+from coupling.identification.response.posture import MeasuredPosture, log_residual
+from coupling.identification.response.robot_fit import RobotFit
 from elastic_robot.description import Robot
 
 # Fewer postures have none that the others determine.
@@ -41,12 +42,12 @@ def posture_unlike_others(
             torque_curve,
             [replace(each, is_held_out=k == row) for k, each in enumerate(measured)],
         )
-        sizes = [np.abs(log_error(posture, fitted.values)) for posture in fitted.postures]
+        sizes = [np.abs(log_residual(posture, fitted.values)) for posture in fitted.postures]
         predicted = float(np.median(sizes.pop(row)))
         errors.append((predicted, float(np.median(np.concatenate(sizes))), fitted))
     row = int(np.argmax([predicted / others for predicted, others, _ in errors]))
-    predicted, left, fitted = errors[row]
-    if predicted <= max(_SMALL, _LARGEST_RATIO * left):
+    predicted, of_others, fitted = errors[row]
+    if predicted <= max(_SMALL, _LARGEST_RATIO * of_others):
         return ""
     postures = [
         (each.name, posture) for each, posture in zip(measured, fitted.postures, strict=True)
@@ -54,6 +55,6 @@ def posture_unlike_others(
     name, posture = postures.pop(row)
     return (
         f"{name}: a robot fitted to the other postures is off by a factor of {np.exp(predicted):.2g} or"
-        f" more in half of its values, in theirs of {np.exp(left):.2g}"
+        f" more in half of its values, in theirs of {np.exp(of_others):.2g}"
         f"{likely_reading(posture, postures, fitted.experiment)}: {CHECKS}"
     )

@@ -10,8 +10,12 @@ import numpy as np
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.identification.response.experiment import DELAY, PostureResponse, ResponseExperiment
 from coupling.identification.response.fit import ResponseFit, fit_responses
+from coupling.identification.response.posture import (
+    DELAY_DEVIATION,
+    FACTOR_DEVIATION,
+    MeasuredPosture,
+)
 from coupling.modes.locked_robot import LockedRobot
-from coupling.modes.measured_response import MeasuredResponse
 from coupling.robot.parameters import apply_values
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -19,30 +23,9 @@ from elastic_robot.parameters import Parameters
 
 # Standard deviations of the logs that are known before: a data sheet's or a class's stiffness, and a
 # damping ratio of 0.04, which measured robots have within a factor of 2 to 3 [1].
-STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
-# Likewise of the instruments: log of the factor of their calibration [1], and delay of filters [s].
-_FACTOR, _DELAY = 0.03, 3e-4
-# What is taken off an error as theirs, at most [standard deviations].
-_INSTRUMENTS = 3.0
+_STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
 # Times that the robot is linearised: under its weight it rests elsewhere with other springs.
 _LINEARISED = 3
-
-
-@dataclass(frozen=True)
-class MeasuredPosture:
-    """Frequency responses in a posture.
-
-    Attributes:
-        name: Name of the file.
-        q: Angles of the drives [rad], (joints,).
-        responses: The responses.
-        is_held_out: Whether they are predicted, not fitted.
-    """
-
-    name: str
-    q: np.ndarray
-    responses: tuple[MeasuredResponse, ...]
-    is_held_out: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,8 +59,8 @@ class RobotFit:
         stiffness = Parameters.of(robot).stiffness
         damping = Parameters.of(with_damping_ratio(robot, _RATIO)).damping
         fitted = [not each.is_held_out for each in measured]
-        instruments = np.tile([_FACTOR, _DELAY / DELAY], sum(fitted))
-        prior = np.append(np.repeat([STIFFNESS, _DAMPING], len(stiffness)), instruments)
+        instruments = np.tile([FACTOR_DEVIATION, DELAY_DEVIATION / DELAY], sum(fitted))
+        prior = np.append(np.repeat([_STIFFNESS, _DAMPING], len(stiffness)), instruments)
         around, fit = robot, None
         for _ in range(_LINEARISED):
             postures, unloaded = _linearise(around, torque_curve, measured)
@@ -109,17 +92,3 @@ def _linearise(
         for there, each in zip(linear, measured, strict=True)
     ]
     return tuple(postures), tuple(map(locked.unloaded_joints, linear))
-
-
-def log_error(posture: PostureResponse, values: np.ndarray) -> np.ndarray:
-    """Return log of model over measurement [1], complex, (n,), but for a factor and a delay.
-
-    Args:
-        values: Stiffnesses and dampings [N m/rad, N m s/rad], (2 m,).
-    """
-    residual = posture.log_residual(*np.split(values, 2))[0]
-    factor, delay = posture.by_instrument.T
-    log_factor = np.clip(np.median(residual.real), -_INSTRUMENTS * _FACTOR, _INSTRUMENTS * _FACTOR)
-    late = np.median(residual.imag / delay.imag)
-    late = np.clip(late, -_INSTRUMENTS * _DELAY / DELAY, _INSTRUMENTS * _DELAY / DELAY)
-    return residual + log_factor * factor - late * delay

@@ -1,17 +1,18 @@
-"""What is identified of a robot: compliances of its torsions and tilts, backlash of its gears."""
+"""What is identified of a robot at rest: compliances, and backlash and hysteresis of its gears."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from coupling.errors import HysteresisError
 from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.robot.parameters import (
     RobotParameter,
     apply_values,
+    place_of,
     robot_parameters,
     with_joints,
 )
@@ -20,40 +21,39 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
 LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
-KINDS_AT_REST = tuple(key for key, kind in PARAMETER_KINDS.items() if kind.at_rest)
+_KINDS_AT_REST = tuple(key for key, kind in PARAMETER_KINDS.items() if kind.at_rest)
 
 
 @dataclass(frozen=True)
 class ElasticParameters:
-    """The parameters p of a robot: compliance of every elastic coordinate, then backlash of gears.
+    """The parameters p: compliance of every elastic coordinate, then backlash and hysteresis of gears.
 
-    Their units: compliances 1/k [rad/(N m)], half widths of backlash [rad].
+    Their units: compliances 1/k [rad/(N m)], half widths of backlash [rad].  `joint[i].hysteresis` is
+    the torque at which all elements of a gear slip [N m]; `joint[i].slip_angle`, of a gear that the file
+    has without elements, the largest slip angle [rad], to which the others are in proportion.
 
     Attributes:
         robot: The robot they belong to.
-        parameters: Its stiffnesses and backlashes, (P,).
+        parameters: Its parameters, (P,).
     """
 
     robot: Robot
     parameters: tuple[RobotParameter, ...]
 
     @classmethod
-    def of(cls, robot: Robot, torque_curve: str) -> ElasticParameters:
+    def of(cls, robot: Robot, torque_curve: str, shaped: Collection[int] = ()) -> ElasticParameters:
         """Return the parameters of a robot: backlash where it has any and the curve knows it.
 
         A gear whose torque the curve takes from its own table has none.
 
-        Raises:
-            HysteresisError: If a gear has hysteresis.
+        Args:
+            torque_curve: A name of `TORQUE_CURVES`.
+            shaped: Numbers of joints, from 0, whose slip angles are fitted as well.
         """
-        for number, joint in enumerate(robot.joints, start=1):
-            if joint.hysteresis:
-                raise HysteresisError(
-                    f"{robot.name}: joint {number} has hysteresis, which identify does not know from"
-                    " single loads: measure loading loops, a table with a column loop, or take the"
-                    " [joint.gear] hysteresis out of the robot file"
-                )
-        return cls(robot, robot_parameters(robot, torque_curve, KINDS_AT_REST))
+        every = robot_parameters(robot, torque_curve, _KINDS_AT_REST)
+        return cls(
+            robot, tuple(p for p in every if p.kind != "slip_angle" or joint_of(p) in shaped)
+        )
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -65,10 +65,20 @@ class ElasticParameters:
         """Indices of their elastic coordinates, (P,)."""
         return np.array([parameter.coordinate for parameter in self.parameters], dtype=int)
 
-    @cached_property
-    def is_backlash(self) -> np.ndarray:
-        """Mask of half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
-        return np.array([parameter.kind == "backlash" for parameter in self.parameters], dtype=bool)
+    def chosen(self, kind: str) -> np.ndarray:
+        """Return the mask of parameters of a kind, (P,)."""
+        return np.array([parameter.kind == kind for parameter in self.parameters], dtype=bool)
+
+    def together(self, j: int) -> np.ndarray:
+        """Return the mask of those that stand and fall with one: a slip torque has its angle, (P,)."""
+        parameter = self.parameters[j]
+        with_it = [
+            parameter.kind == "hysteresis" and p.coordinate == parameter.coordinate
+            for p in self.parameters
+        ]
+        mask = np.array(with_it) & self.chosen("slip_angle")
+        mask[j] = True
+        return mask
 
     @cached_property
     def is_compliance(self) -> np.ndarray:
@@ -100,6 +110,11 @@ class ElasticParameters:
         """Return p, (P,), with stiffnesses [N m/rad] in place of compliances; infinite for none."""
         with np.errstate(divide="ignore"):
             return np.where(self.is_compliance, 1.0 / np.maximum(values, 0.0), values)
+
+
+def joint_of(parameter: RobotParameter) -> int:
+    """Return the number of a parameter's joint, from 0."""
+    return place_of(parameter.name)[0] - 1
 
 
 @dataclass(frozen=True)

@@ -4,21 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.estimate import Estimate, Trial, estimate
+from coupling.identification.evidence import support
+from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.least_squares import LinearProblem, robust_weights
+from coupling.identification.separability import Separability, separability
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
-from coupling.identification.static.prediction import Prediction, StaticModel, rigid_prediction
+from coupling.identification.static.model import StaticModel
+from coupling.identification.static.prediction import Prediction, rigid_prediction
+from coupling.results.parameter_result import EvidenceResult
 
 _MOST_STEPS = 100
-# Predicted gain of log likelihood below which a fit ends: a millionth of a deviation.
-_SETTLED = 1e-12
+# Predicted gain of log likelihood below which a fit ends: a millionth of a deviation; and, of loops, a
+# few thousandths: closer to its kinks, where elements slip, the search would go to and fro.
+_SETTLED, _LOOPS_SETTLED = 1e-12, 1e-5
+# Slip angles of a gear that the file has without elements, over those at the start: larger than half of
+# its wind-up in the loops they would be no hysteresis but a stiffness.
+_ANGLES = (1.0 / 16.0, 4.0)
 # Errors below this are rounding of the equilibria [m].
 _ROUNDING = 1e-11
+
+
+@dataclass(frozen=True)
+class IdentifyOptions:
+    """How to identify.
+
+    Attributes:
+        torque_curve: A name of `TORQUE_CURVES`.
+        noise: Standard deviations.
+        loss: A name of `LOSSES`.
+        add: Names of candidates to add to the robot, or "supported" for all that are supported.
+    """
+
+    noise: MeasurementNoise
+    torque_curve: str = "backlash"
+    loss: str = "squares"
+    add: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -180,14 +207,14 @@ class StaticFit:
     """A fitted robot.
 
     Attributes:
-        elasticity: The parameters.
+        model: The robot's equilibria.
         at: The experiment around the fitted values.
         converged: Whether no step would make the measurements likelier.
         reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
 
-    elasticity: ElasticParameters
+    model: StaticModel
     at: StaticLinearisation
     converged: bool
     reason: str
@@ -195,67 +222,83 @@ class StaticFit:
 
     @classmethod
     def of(
-        cls, estimated: Estimate[StaticLinearisation], rigid: LinearProblem | None = None
+        cls,
+        model: StaticModel,
+        estimated: Estimate[StaticLinearisation],
+        rigid: LinearProblem | None = None,
     ) -> StaticFit:
         """Return the fit that an estimate is.
 
         Args:
+            model: The robot's equilibria.
             rigid: The problem in the rigid posture; None: that around the fitted values.
         """
         point, converged = estimated.linearisation, estimated.is_at_minimum
         reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
-        elasticity = point.experiment.elasticity
-        return cls(elasticity, point, converged, reason, rigid or point.problem)
+        return cls(model, point, converged, reason, rigid or point.problem)
+
+    @property
+    def elasticity(self) -> ElasticParameters:
+        """The parameters."""
+        return self.model.elasticity
+
+    @cached_property
+    def intervals(self) -> ConfidenceIntervals:
+        """95 % intervals of the parameters."""
+        is_noise_known = self.at.experiment.noise.is_known
+        return intervals(self.at.problem, self.at.weight, self.at.x, is_noise_known)
+
+    @cached_property
+    def separability(self) -> Separability:
+        """Separability of the parameters by postures and loads."""
+        return separability(self.rigid, self.elasticity.names)
+
+    @cached_property
+    def supports(self) -> dict[int, EvidenceResult]:
+        """Tests of tilts, backlash and hysteresis, by their number."""
+        elasticity = self.elasticity
+        tested = np.flatnonzero(~elasticity.is_torsion & ~elasticity.chosen("slip_angle")).tolist()
+        return {
+            j: support(self.at.problem, elasticity.together(j), self.at.weight, len(tested))
+            for j in tested
+        }
 
 
 def fit_static(
-    elasticity: ElasticParameters,
-    measured: Measurements,
-    torque_curve: str,
-    noise: MeasurementNoise,
-    loss: str = "squares",
+    elasticity: ElasticParameters, measured: Measurements, options: IdentifyOptions
 ) -> StaticFit:
-    """Fit a robot's parameters to deflections from rest.
-
-    Args:
-        elasticity: The parameters, with the start values.
-        torque_curve: A name of `TORQUE_CURVES`.
-        noise: Standard deviations.
-        loss: A name of `LOSSES`.
-    """
+    """Fit a robot's parameters, from their start on, to deflections from rest or along loops."""
+    model = StaticModel(elasticity, measured, options.torque_curve)
+    experiment = StaticExperiment(elasticity, measured, model.predict, options.noise, options.loss)
+    if measured.loop is not None:
+        return StaticFit.of(model, fit_from(experiment, elasticity.start))
 
     def predict_rigid(values: np.ndarray) -> Prediction:
         return rigid_prediction(elasticity, measured, values)
 
-    rigid = StaticExperiment(elasticity, measured, predict_rigid, noise, loss)
-    first = fit_from(rigid, elasticity.start)
+    first = fit_from(replace(experiment, predict=predict_rigid), elasticity.start)
     observable = first.linearisation.problem
-    model = StaticModel(elasticity, measured, torque_curve)
-    experiment = replace(rigid, predict=model.predict, observable=observable)
     try:
-        return StaticFit.of(fit_from(experiment, first.x), observable)
+        estimated = fit_from(replace(experiment, observable=observable), first.x)
     except IdentifyError as cause:
         reason = (
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
             " deflections in m, base axes?"
         )
-        return StaticFit(elasticity, first.linearisation, False, reason, observable)
+        return StaticFit(model, first.linearisation, False, reason, observable)
+    return StaticFit.of(model, estimated, observable)
 
 
-def fit_from(
-    experiment: StaticExperiment,
-    start: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray] | None = None,
-    settled: float = _SETTLED,
-) -> Estimate[StaticLinearisation]:
+def fit_from(experiment: StaticExperiment, start: np.ndarray) -> Estimate[StaticLinearisation]:
     """Return the values that fit an experiment best, from a start on, in p's units, (P,).
-
-    Args:
-        bounds: Lowest and highest values, in p's units, (P,) each; None: from 0 on.
-        settled: Predicted gain of log likelihood below which it ends.
 
     Raises:
         IdentifyError: If the robot finds no rest at the start.
     """
-    ends = bounds or (np.zeros_like(start), np.full_like(start, np.inf))
-    return estimate(experiment.linearise(start), ends, _MOST_STEPS, settled)
+    elasticity, has_loops = experiment.elasticity, experiment.measured.loop is not None
+    size, angles = elasticity.start, elasticity.chosen("slip_angle")
+    low = np.where(angles, _ANGLES[0] * size, elasticity.least if has_loops else 0.0)
+    high = np.where(angles, _ANGLES[1] * size, np.inf)
+    settled = _LOOPS_SETTLED if has_loops else _SETTLED
+    start = np.clip(start, low, high)
+    return estimate(experiment.linearise(start), (low, high), _MOST_STEPS, settled)

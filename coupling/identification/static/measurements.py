@@ -60,6 +60,14 @@ class Measurements:
         """Numbers measured in each row: 3, or 6 with rotations."""
         return self.deflection.shape[1]
 
+    @property
+    def sequences(self) -> list[np.ndarray]:
+        """Indices of rows whose loads were applied one after the other, (rows,) of each loop or row."""
+        if self.loop is None:
+            return list(np.arange(self.count)[:, None])
+        numbers, first = np.unique(self.loop, return_index=True)
+        return [np.flatnonzero(self.loop == n) for n in numbers[np.argsort(first)]]
+
     def at_rows(self, rows: np.ndarray) -> Measurements:
         """Return some of the rows, by their indices, (rows,)."""
         columns = {
@@ -265,6 +273,11 @@ def whitening(noise: MeasurementNoise, by_wrench: np.ndarray) -> np.ndarray:
     covariance = np.eye(scaled.shape[1]) + scaled @ scaled.swapaxes(1, 2)
     root = np.linalg.cholesky(covariance)
     return np.linalg.inv(root) / noise.deflection[:, None, :]
+
+
+def rms(errors: np.ndarray) -> float:
+    """Return the root mean square over all components of positions [m], of (k, r)."""
+    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
 
 
 def _or_nan(value: float | None) -> float:

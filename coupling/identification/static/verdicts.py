@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.evidence import Evidence
 from coupling.identification.intervals import ConfidenceIntervals
-from coupling.identification.separability import STRONG, Separability
+from coupling.identification.separability import STRONG
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.measurements import MeasurementNoise, Measurements
-from coupling.identification.static.suspicions import CommonLoss, MovedPoint
-from coupling.identification.verdict import ParameterVerdict
-from coupling.robot.parameters import RobotParameter
+from coupling.identification.static.measurements import Measurements, rms
+from coupling.identification.static.suspicions import MovedPoint, loss_suspicion
+from coupling.results.base import finite
+from coupling.results.identified_result import CommonLossResult, LoopResult
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
 from elastic_robot.description import Robot
 
 # A robot that is off by more than so many times what the start file is is not written.
@@ -28,64 +29,56 @@ _PREDICTED = 0.35
 _BY_NOISE = 1.5
 
 
-@dataclass(frozen=True)
-class IdentifiedParameter(ParameterVerdict[RobotParameter]):
-    """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
-
-    Attributes:
-        support: F test and leave-one-out of a tilt or backlash; None for torsions.
-    """
-
-    support: Evidence | None
-
-    @property
-    def is_backlash(self) -> bool:
-        """Whether its numbers are half widths of backlash [rad]."""
-        return self.parameter.kind == "backlash"
-
-
-def judge_parameters(
-    fit: StaticFit,
-    sure: ConfidenceIntervals,
-    supports: Mapping[int, Evidence],
-    separable: Separability,
-) -> tuple[IdentifiedParameter, ...]:
-    """Return the verdicts on all parameters.
+def judge_parameters(fit: StaticFit, added: Collection[str] = ()) -> tuple[ParameterResult, ...]:
+    """Return the verdicts on all parameters of a fit, with the fitted values to be written.
 
     Args:
-        supports: Tests of tilts and backlashes by their number.
-        separable: Separability of the parameters by postures and loads.
+        added: Names of those that the start file does not have.
     """
-    elasticity = fit.elasticity
+    elasticity, sure = fit.elasticity, fit.intervals
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
     numbers = np.array([elasticity.in_units(fit.at.x), *ends]).T.tolist()
     verdicts = []
     for j, parameter in enumerate(elasticity.parameters):
-        reason, tested = _reason(fit, sure, separable, j), supports.get(j)
-        if not reason and tested is not None and not tested.is_supported:
-            reason = tested.in_words()
-        value, low, high = numbers[j]
-        verdicts.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
+        reason, tested = _reason(fit, j), fit.supports.get(j)
+        if not reason and tested is not None and not tested.supported:
+            reason = tested.in_words
+        value, low, high = map(finite, numbers[j])
+        verdict = ParameterResult(
+            name=parameter.name,
+            unit=parameter.unit,
+            start=None if parameter.name in added else parameter.value,
+            value=value,
+            low=low,
+            high=high,
+            written=value,
+            identified=not reason,
+            reason=reason,
+            added=parameter.name in added,
+            support=tested,
+        )
+        verdicts.append(verdict)
     return tuple(verdicts)
 
 
-def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
+def _reason(fit: StaticFit, j: int) -> str:
+    sure, separable, kind = fit.intervals, fit.separability, fit.elasticity.parameters[j].kind
     name = fit.elasticity.names[j]
     if not fit.converged:
         return "the fit has not converged"
     if name in separable.without_effect:
-        if fit.elasticity.parameters[j].kind in ("hysteresis", "slip_angle"):
+        if kind in ("hysteresis", "slip_angle"):
             return "no loop reverses the load of this gear"
-        if fit.elasticity.is_backlash[j]:
+        if kind == "backlash":
             return "no effect on any measurement: no load brings this gear to its other flank"
         return (
             "no effect on any measurement: no load acts on it, or the measured point does not move"
         )
     if fit.rigid.unobservable[j]:
-        mixed = [d.in_words() for d in separable.unseen if name in d.names]
+        mixed = [d.in_words for d in separable.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
-    if sure.against[j] and fit.elasticity.parameters[j].kind == "hysteresis":
+    if sure.against[j] and kind == "hysteresis":
         return "its loops are narrower than without hysteresis"
     if sure.against[j]:
         return "deflections are opposite to its load: it would be negative"
@@ -110,24 +103,7 @@ class CandidateTest:
 
     candidate: Candidate
     value: float
-    support: Evidence
-
-
-@dataclass(frozen=True)
-class LoopErrors:
-    """Rms errors of a loading loop [m], as of `rms`.
-
-    Attributes:
-        number: Number of the loop in the table.
-        fit: Error that the fit leaves.
-        left_out: Error under a fit of all other loops.
-        without: Error under such a fit of a robot without hysteresis.
-    """
-
-    number: int
-    fit: float
-    left_out: float
-    without: float
+    support: EvidenceResult
 
 
 @dataclass(frozen=True)
@@ -135,39 +111,79 @@ class Identification:
     """What measurements identify of a robot.
 
     Attributes:
-        measured: The measurements.
         fit: The fit of all parameters.
-        added: Names of parameters that the start file does not have.
-        intervals: 95 % intervals of all of them.
-        parameters: Verdict on each.
-        written: Values of p in the robot as written, in its units: those of the start where not
-            identified, beside them identified ones that fit best within their intervals, (P,).
+        verdicts: Verdict on each parameter, before others are kept.
+        kept: Values of those that are not identified, in p's units, (P,).
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
-        rms_start, rms_written: Rms errors of the start and of the written robot [m]; nan where one
-            finds no rest.
-        separability: Separability of the parameters by postures and loads.
-        noise: Standard deviations that were given.
+        rms_start: Rms error of the start [m]; nan where it finds no rest.
         further: Parameters that were tested beside.
         loss: Deflection that every row lacks.
         points: Whether load and measured point seem to be elsewhere.
         loops: Errors of loading loops, where rows are such.
     """
 
-    measured: Measurements
     fit: StaticFit
-    added: tuple[str, ...]
-    intervals: ConfidenceIntervals
-    parameters: tuple[IdentifiedParameter, ...]
-    written: np.ndarray
+    verdicts: tuple[ParameterResult, ...]
+    kept: np.ndarray
     left_out: np.ndarray
     rms_start: float
-    rms_written: float
-    separability: Separability
-    noise: MeasurementNoise
     further: tuple[CandidateTest, ...] = ()
-    loss: CommonLoss | None = None
+    loss: CommonLossResult | None = None
     points: tuple[MovedPoint, ...] = ()
-    loops: tuple[LoopErrors, ...] = ()
+    loops: tuple[LoopResult, ...] = ()
+
+    @property
+    def measured(self) -> Measurements:
+        """The measurements."""
+        return self.fit.at.experiment.measured
+
+    @property
+    def intervals(self) -> ConfidenceIntervals:
+        """95 % intervals of all parameters."""
+        return self.fit.intervals
+
+    @property
+    def is_noise_known(self) -> bool:
+        """Whether standard deviations were given."""
+        return self.fit.at.experiment.noise.is_known
+
+    @cached_property
+    def written(self) -> np.ndarray:
+        """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
+
+        These are in their intervals.  Where nothing that is kept acts together with what is identified,
+        they are the fit's.
+        """
+        at, sure = self.fit.at, self.fit.intervals
+        identified = np.array([verdict.identified for verdict in self.verdicts])
+        written = np.where(identified, at.x, self.kept)
+        if identified.all() or not identified.any():
+            return written
+        problem = at.problem.weighted(at.weight)
+        residual = problem.residual(np.where(identified, 0.0, self.kept))
+        of_identified = replace(problem.only(identified), target=residual)
+        written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
+        return written
+
+    @cached_property
+    def parameters(self) -> tuple[ParameterResult, ...]:
+        """Verdict on each parameter, with its value as written."""
+        values = self.fit.elasticity.in_units(self.written).tolist()
+        return tuple(
+            verdict.model_copy(
+                update={
+                    "written": finite(value)
+                    if verdict.identified or verdict.added
+                    else verdict.start
+                }
+            )
+            for verdict, value in zip(self.verdicts, values, strict=True)
+        )
+
+    @cached_property
+    def rms_written(self) -> float:
+        """Rms error of the written robot [m]; nan where it finds no rest."""
+        return self.fit.model.rms_at(self.written)
 
     @property
     def residual(self) -> np.ndarray:
@@ -179,10 +195,10 @@ class Identification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.fit.converged:
             return f"the fit has not converged: {self.fit.reason}"
-        if not any(parameter.identifiable for parameter in self.parameters):
+        if not any(verdict.identified for verdict in self.verdicts):
             return "nothing is identified"
         error, size = _typical(self.left_out), _typical(self.measured.deflection)
-        is_noise = self.noise.is_known and self.intervals.scale < _BY_NOISE
+        is_noise = self.is_noise_known and self.intervals.scale < _BY_NOISE
         if error > _PREDICTED * size and not is_noise:
             return (
                 f"half of the rows are predicted by a fit of the others to no better than"
@@ -215,11 +231,6 @@ class Identification:
         return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
 
 
-def rms(errors: np.ndarray) -> float:
-    """Return the root mean square over all components of positions [m], of (k, r)."""
-    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
-
-
 def _typical(displacements: np.ndarray) -> float:
     """Return the median length of displacements [m], of (k, r)."""
     return float(np.median(np.linalg.norm(displacements[:, :3], axis=1)))
@@ -227,11 +238,7 @@ def _typical(displacements: np.ndarray) -> float:
 
 def warnings(result: Identification) -> list[str]:
     """Return what the user should look at."""
-    measured, fit, separable = (
-        result.measured,
-        result.fit,
-        result.separability,
-    )
+    measured, fit, separable = result.measured, result.fit, result.fit.separability
     said = list(measured.remarks)
     if not fit.converged:
         said.append(f"the fit has not converged: {fit.reason}")
@@ -256,23 +263,22 @@ def warnings(result: Identification) -> list[str]:
     if separable.condition > STRONG:
         said.append(
             f"parameters are strongly correlated, condition number {separable.condition:.0f}: hardly"
-            f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
+            f" distinguishable are {'; '.join(d.in_words for d in separable.weak)}"
         )
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
-        f" {p.low:.4g} to {p.high:.4g}"
-        for p, against in zip(result.parameters, result.intervals.against, strict=True)
-        if not (p.identifiable or against or p.name in result.added)
-        and not p.low <= p.start <= p.high
+        f" {_end(p.low)} to {_end(p.high)}"
+        for p, against in zip(result.verdicts, result.intervals.against, strict=True)
+        if not (p.identified or against or p.start is None or p.contains(p.start))
     ]
     rests: dict[int, list[str]] = {}
-    for parameter, row in zip(result.parameters, result.intervals.rests_on.tolist(), strict=True):
-        if row >= 0 and parameter.identifiable:
-            rests.setdefault(row, []).append(parameter.name)
+    for verdict, row in zip(result.verdicts, result.intervals.rests_on.tolist(), strict=True):
+        if row >= 0 and verdict.identified:
+            rests.setdefault(row, []).append(verdict.name)
     said += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if result.noise.is_known and result.intervals.freedom > 0:
+    if result.is_noise_known and result.intervals.freedom > 0:
         if result.intervals.scale > 1.5:
             said.append(
                 f"residuals are {result.intervals.scale:.2g} times as large as the standard"
@@ -284,7 +290,7 @@ def warnings(result: Identification) -> list[str]:
                 " which are too large"
             )
     suspicions = [point.suspicion() for point in result.points]
-    suspicions += [result.loss.suspicion()] if result.loss is not None else []
+    suspicions += [loss_suspicion(result.loss)] if result.loss is not None else []
     said += [suspicion for suspicion in suspicions if suspicion]
     if result.rms_written > 1.2 * rms(result.residual):
         said.append(
@@ -300,3 +306,8 @@ def _start(result: Identification) -> np.ndarray:
     """Return what the start values predict in the rigid posture, (k, r)."""
     rigid = result.fit.rigid
     return result.fit.at.in_units(rigid.columns @ rigid.start)
+
+
+def _end(value: float | None) -> str:
+    """Return the end of an interval that bounds a value."""
+    return "inf" if value is None else f"{value:.4g}"

@@ -49,6 +49,7 @@ class KrlController:
         variables: All variables.
         where: Place of the statement that is executed.
         step: Number of statements so far.
+        volatile: Names of variables that an interrupt or a trigger sets, nobody knows when.
         call: Function that runs a routine of the program and returns its result; None where the
             program has none of that name.
     """
@@ -57,6 +58,7 @@ class KrlController:
     variables: Variables = field(default_factory=Variables)
     where: str = ""
     step: int = 0
+    volatile: set[str] = field(default_factory=set)
     call: Callable[[str, Sequence[Expression]], tuple[Value | None] | None] = lambda *_: None
 
     def __post_init__(self) -> None:
@@ -80,7 +82,8 @@ class KrlController:
             self.notes.assume("the program runs in automatic mode, neither in T1 nor in T2")
             return AUTOMATIC if name == "$MODE_OP" else False
         key, components = self.place(reference)
-        if name.startswith("$") and name not in _SETTINGS and name not in _FIXED:
+        is_measured = name.startswith("$") and name not in _SETTINGS and name not in _FIXED
+        if is_measured or name in self.volatile:
             raise UnknownValueError(Unknown(format_variable(key, components)))
         try:
             return copy_value(self.variables.read(key, components))
@@ -160,6 +163,8 @@ class KrlController:
     def _keeps(self, reference: Reference) -> bool:
         """Return whether a variable changes by assignments alone."""
         if reference.name.startswith("$") and reference.name not in _SETTINGS:
+            return False
+        if reference.name in self.volatile:
             return False
         try:
             self.place(reference)

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.budget import Budget
-from coupling.programs.endless import ProgramEnd, end_after_pass
+from coupling.programs.endless import ProgramEnd
 from coupling.programs.krl.assignments import Assignments
+from coupling.programs.krl.blocks import Blocks, LoopExit
 from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.expressions import Call, Expression, Reference
-from coupling.programs.krl.harmless import harmless_word, is_harmless_call
-from coupling.programs.krl.interrupts import Interrupts, is_still
+from coupling.programs.krl.harmless import harmless_word, is_harmless_call, require_no_call
+from coupling.programs.krl.interrupts import Interrupts
 from coupling.programs.krl.memory import Names
 from coupling.programs.krl.motion_statements import MotionStatements
-from coupling.programs.krl.operators import apply_binary
 from coupling.programs.krl.parser import leading, parse_expression
-from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement
-from coupling.programs.krl.values import UnknownValueError, Value, describe_value, number
+from coupling.programs.krl.syntax import KrlLine, Routine, Statement
+from coupling.programs.krl.values import UnknownValueError, Value
 from coupling.programs.program import ProgramFile
 from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
@@ -30,12 +30,7 @@ _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
     "RESUME": "read the program without interrupts",
-    "IMPORT": "give the value in the program",
 }
-
-
-class _ExitError(Exception):
-    """EXIT leaves a loop."""
 
 
 class _ReturnError(Exception):
@@ -61,6 +56,7 @@ class Interpreter:
     motions: MotionStatements = field(init=False)
     _interrupts: Interrupts = field(init=False)
     _assignments: Assignments = field(init=False)
+    _blocks: Blocks = field(init=False)
     _module: str = ""
     _depth: int = 0
     _budget: Budget = field(default_factory=Budget)
@@ -77,6 +73,9 @@ class Interpreter:
         self.motions = MotionStatements(self.controller)
         self._assignments = Assignments(self.controller)
         self._interrupts = Interrupts(self.controller, self._routine)
+        self._blocks = Blocks(
+            self.controller, self.motions.motions, self._execute, self._count, self._routine
+        )
         self._executed: dict[str, Callable[[KrlLine], None]] = {
             **self.motions.executed,
             "INTERRUPT": self._interrupts.take,
@@ -108,7 +107,7 @@ class Interpreter:
             raise ProgramError(
                 f"{self.controller.where}: expected fewer blocks and calls in each other, got too many"
             ) from None
-        except _ExitError:
+        except LoopExit:
             raise ProgramError(
                 f"{self.controller.where}: expected EXIT in a loop, got it alone"
             ) from None
@@ -145,139 +144,15 @@ class Interpreter:
                 self._take(statement)
             else:
                 self._count(statement.line)
-                self._block(statement)
+                self._blocks.run(statement)
 
     def _count(self, line: KrlLine) -> None:
         self.controller.where = line.where
         self.controller.step += 1
         self._budget.spend(line.where)
 
-    def _block(self, block: KrlBlock) -> None:
-        try:
-            {
-                "IF": self._if,
-                "SWITCH": self._switch,
-                "FOR": self._for,
-                "WHILE": self._while,
-                "REPEAT": self._repeat,
-                "LOOP": self._loop,
-            }[block.line.word](block)
-        except UnknownValueError as cause:
-            line = block.line
-            if line.word in ("IF", "SWITCH", "WHILE", "REPEAT") and is_still(
-                [block], self._routine
-            ):
-                self.controller.notes.leave_out(line.word)
-                return
-            raise ProgramError(
-                f"{line.where}: expected a condition that the program decides, got"
-                f" {shorten(line.text)!r}, and {cause.value.name} is not known: write the statements"
-                " that are executed"
-            ) from cause
-
-    def _if(self, block: KrlBlock) -> None:
-        condition = re.sub(r"\s*\bTHEN\s*$", "", block.line.remaining, flags=re.IGNORECASE)
-        if self._holds(condition, block.line):
-            self._execute(block.parts[0][1])
-        elif len(block.parts) > 1:
-            self._execute(block.parts[1][1])
-
-    def _holds(self, text: str, line: KrlLine) -> bool:
-        value = parse_expression(text, line.where).evaluate(self.controller)
-        if not isinstance(value, bool):
-            raise ProgramError(f"{line.where}: expected TRUE or FALSE, got {describe_value(value)}")
-        return value
-
-    def _switch(self, block: KrlBlock) -> None:
-        selected = parse_expression(block.line.remaining, block.line.where)
-        for line, statements in block.parts[1:]:
-            if line.word == "DEFAULT":
-                self._execute(statements)
-                return
-            for text in line.remaining.split(","):
-                case = parse_expression(text, line.where)
-                if self._equal(selected, case, line):
-                    self._execute(statements)
-                    return
-
-    def _equal(self, selected: Expression, case: Expression, line: KrlLine) -> bool:
-        values = (selected.evaluate(self.controller), case.evaluate(self.controller))
-        return apply_binary("==", *values, line.where) is True
-
-    def _for(self, block: KrlBlock) -> None:
-        name, *texts = block.loop.groups()
-        where = block.line.where
-        begin, end, step = (
-            number(parse_expression(text or "1", where).evaluate(self.controller), where)
-            for text in texts
-        )
-        if step == 0:
-            raise ProgramError(f"{where}: expected a STEP other than 0, got 0")
-        counter = Reference(name.upper())
-        self.controller.store(counter, begin)
-        while True:
-            value = number(self.controller.value(counter), where)
-            if value > end if step > 0 else value < end:
-                return
-            self._count(block.line)
-            if not self._pass(block.parts[0][1]):
-                return
-            self.controller.where = where
-            self.controller.store(counter, number(self.controller.value(counter), where) + step)
-
-    def _while(self, block: KrlBlock) -> None:
-        if _bare(block.line.remaining) == "TRUE":
-            self._loop(block)
-            return
-        while self._holds(block.line.remaining, block.line):
-            self._require_change(block)
-            if not self._pass(block.parts[0][1]):
-                return
-            self._count(block.line)
-
-    def _repeat(self, block: KrlBlock) -> None:
-        if _bare(block.end.remaining) == "FALSE":
-            self._loop(block)
-            return
-        while self._pass(block.parts[0][1]):
-            self._count(block.end)
-            if self._holds(block.end.remaining, block.end):
-                return
-            self._require_change(block)
-
-    def _require_change(self, block: KrlBlock) -> None:
-        """Refuse another pass that cannot change whether there is a further one."""
-        if is_still(block.parts[0][1], self._routine):
-            raise ProgramError(
-                f"{block.line.where}: expected a loop that ends by itself, got"
-                f" {shorten(block.line.text)!r}, which waits for ever: take it out"
-            )
-
-    def _loop(self, block: KrlBlock) -> None:
-        """Execute a loop that EXIT or RETURN alone can end."""
-        statements, motions = block.parts[0][1], self.motions.motions
-        if not _can_leave(statements):
-            begin = len(motions.moves)
-            self._execute(statements)
-
-            def run_again() -> None:
-                motions.begin_again()
-                self._execute(statements)
-
-            end_after_pass(begin, motions.moves, run_again, self.controller.notes, block.line.where)
-        while self._pass(statements):
-            self._count(block.line)
-
-    def _pass(self, statements: Sequence[Statement]) -> bool:
-        """Execute one pass of a loop; return whether it goes on."""
-        try:
-            self._execute(statements)
-        except _ExitError:
-            return False
-        return True
-
     def _exit(self, line: KrlLine) -> None:
-        raise _ExitError
+        raise LoopExit
 
     def _return(self, line: KrlLine) -> None:
         value = (
@@ -299,6 +174,7 @@ class Interpreter:
                 f"{line.where}: expected statements one after the other, got {line.word}:"
                 f" {_REFUSED[line.word]}"
             )
+        require_no_call(line)
         word = harmless_word(line)
         if word is not None and self._routine(line.word) is None:
             self._leave(word, line)
@@ -361,18 +237,3 @@ class Interpreter:
             if not is_value and isinstance(part, Reference):
                 self.controller.store(part, local.values[parameter, ()])
         return (result,)
-
-
-def _bare(condition: str) -> str:
-    return condition.strip("() \t").upper()
-
-
-def _can_leave(statements: Sequence[Statement]) -> bool:
-    """Return whether statements may leave the loop that they stand in."""
-    for statement in statements:
-        if isinstance(statement, KrlLine):
-            if statement.word in ("EXIT", "RETURN", "GOTO"):
-                return True
-        elif any(_can_leave(inner) for _, inner in statement.parts):
-            return True
-    return False

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 
+from coupling.errors import ProgramError
 from coupling.programs.krl.functions import FUNCTIONS
 from coupling.programs.krl.syntax import KrlLine, called_names
+from coupling.programs.text import shorten
 
 _STATEMENTS = """
 WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM
@@ -101,6 +103,19 @@ def harmless_word(line: KrlLine) -> str | None:
     if re.match(r"\$VEL\.ORI[12]\s*=", line.text, re.IGNORECASE):
         return "$VEL.ORI"
     return None
+
+
+def require_no_call(line: KrlLine) -> None:
+    """Refuse a statement that would be left out if it did not call a routine, which may move.
+
+    Raises:
+        ProgramError: If it is one.
+    """
+    if line.word in _WORDS | HARMLESS_VARIABLES and not _calls_nothing(line):
+        raise ProgramError(
+            f"{line.where}: expected {line.word} without a call of a routine, got"
+            f" {shorten(line.text)!r}: call it in a line before, and use its result"
+        )
 
 
 def _calls_nothing(line: KrlLine) -> bool:

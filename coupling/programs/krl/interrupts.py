@@ -14,7 +14,6 @@ from coupling.programs.krl.harmless import harmless_word, is_harmless_call
 from coupling.programs.krl.parser import leading
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement, called_names
 from coupling.programs.text import shorten
-from coupling.programs.unknown import Unknown
 
 _DECLARATION = re.compile(
     r"(?:GLOBAL\s+)?INTERRUPT\s+(?:WITH\s+\S+\s+)?DECL\s+(\S+)\s+WHEN\s+(.+?)\s+DO\s+(.+)",
@@ -85,9 +84,6 @@ class Interrupts:
                 f"{line.where}: expected a TRIGGER that does not move the robot, got"
                 f" {shorten(line.text)!r}: take it out if it does not"
             )
-        target, remaining = leading(action[1], line.where)
-        if isinstance(target, Reference) and remaining.startswith("=") and target.name[0] != "$":
-            self.controller.store(target, Unknown(target.name, self.controller.step))
         self.controller.notes.leave_out("TRIGGER")
 
     def _is_still(self, action: str, line: KrlLine) -> bool:
@@ -102,8 +98,10 @@ class Interrupts:
         if isinstance(target, Call) and not remaining:
             routine = self.routine(target.name)
             return routine is not None and is_still(routine.statements, self.routine)
-        is_value = isinstance(target, Reference) and remaining.startswith("=")
-        return is_value and isinstance(target, Reference) and not target.name.startswith("$")
+        if not isinstance(target, Reference) or not remaining.startswith("="):
+            return False
+        self.controller.volatile.add(target.name)
+        return not target.name.startswith("$")
 
 
 def _asks_only(block: KrlBlock) -> bool:

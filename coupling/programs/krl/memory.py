@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import floor
 
 from coupling.errors import ProgramError
 from coupling.programs.krl.values import (
+    AXIS_KEYS,
     FRAME_KEYS,
     Aggregate,
     UnknownValueError,
@@ -97,19 +98,12 @@ class Variables:
             scope.values[key] = self._of_kind(kind, copy_value(value), where)
             return
         whole = scope.values.get(key)
-        if not isinstance(whole, dict):
-            # Declared and without a value it is empty; declared elsewhere it has one.
-            whole = (
-                {} if kind else {k: Unknown(f"{format_variable(key, ())}.{k}") for k in FRAME_KEYS}
-            )
-            scope.values[key] = whole
-        inner = whole
+        if whole is None and not kind:
+            whole = Unknown(format_variable(key, ()))  # declared elsewhere it has a value
+        inner = scope.values[key] = _make_structure(whole, kind)
         for component in components[:-1]:
-            kind = self.structures.get(kind, {}).get(component, "")
-            part = inner.get(component)
-            if not isinstance(part, dict):
-                part = {}
-                inner[component] = part
+            kind = self._component_kind(kind, component)
+            part = inner[component] = _make_structure(inner.get(component), kind)
             inner = part
         last = components[-1]
         kind = (
@@ -153,6 +147,18 @@ class Variables:
 
     def _structure(self, kinds: Mapping[str, str], value: Aggregate, where: str) -> Aggregate:
         return {key: self._of_kind(kinds.get(key, ""), part, where) for key, part in value.items()}
+
+
+def _make_structure(value: Value | None, kind: str) -> Aggregate:
+    """Return a value as a structure whose components are set: empty where it has none."""
+    if isinstance(value, dict):
+        return value
+    keys = AXIS_KEYS if "AXIS" in kind else FRAME_KEYS
+    return (
+        {k: replace(value, name=f"{k} of {value.name}") for k in keys}
+        if isinstance(value, Unknown)
+        else {}
+    )
 
 
 def format_variable(key: Key, components: Components) -> str:

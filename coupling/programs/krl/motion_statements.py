@@ -10,7 +10,7 @@ from coupling.errors import ProgramError
 from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.expressions import Call, Constant, Expression, Reference
 from coupling.programs.krl.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
-from coupling.programs.krl.motions import Motions
+from coupling.programs.krl.motions import Motions, MotionSettings
 from coupling.programs.krl.parser import leading, parse_expression
 from coupling.programs.krl.syntax import KrlLine
 from coupling.programs.krl.values import (
@@ -109,8 +109,8 @@ class MotionStatements:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
         if self.motions.spline and line.word in ("SPTP", "SPTP_REL"):
             motion = "spline"
+        settings = self._settings(motion, line)
         try:
-            settings = self.controller.settings(motion)
             if line.word in _RELATIVE:
                 in_tool = "#TOOL" in options
                 self.motions.add_relative(motion, fields, in_tool, settings, line.where)
@@ -118,6 +118,15 @@ class MotionStatements:
                 self.motions.add(motion, fields, settings, line.where)
         except UnknownValueError as cause:
             self._leave(line, name, cause)
+
+    def _settings(self, motion: Motion, line: KrlLine) -> MotionSettings:
+        try:
+            return self.controller.settings(motion)
+        except UnknownValueError as cause:
+            raise ProgramError(
+                f"{line.where}: expected a speed that the program tells, got {cause.value.name}: write"
+                " its number [m/s]"
+            ) from cause
 
     def _fields(self, target: Expression, text: str, line: KrlLine) -> Aggregate:
         value = target.evaluate(self.controller)
@@ -153,35 +162,35 @@ class MotionStatements:
         which = (
             "" if cause.value.name == target.upper() else f", and {cause.value.name} is not known"
         )
+        remedy = "write its numbers" if cause.value.name.startswith("$") else "give the .dat"
         raise ProgramError(
-            f"{line.where}: expected a point that has a value, got {shorten(target)!r}{which}: give"
-            " the .dat"
+            f"{line.where}: expected a point that has a value, got {shorten(target)!r}{which}: {remedy}"
         ) from cause
 
     # Clauses and spline blocks
 
     def _set(self, clauses: str, line: KrlLine) -> None:
-        """Set what stands behind WITH."""
-        remaining = clauses
-        while remaining:
+        """Set what stands behind WITH, before the word of a rounded corner."""
+        remaining = clauses.strip()
+        while True:
             target, behind = leading(remaining, line.where)
-            if not isinstance(target, Reference) or not behind.startswith("="):
+            is_setting = isinstance(target, Reference) and target.name.startswith("$")
+            if not isinstance(target, Reference) or not is_setting or not behind.startswith("="):
                 raise ProgramError(
-                    f"{line.where}: expected variables and values behind WITH, got"
+                    f"{line.where}: expected system variables and values behind WITH, got"
                     f" {shorten(remaining)!r}"
                 )
             value, remaining = leading(behind[1:], line.where)
-            if remaining and not remaining.startswith(","):
-                raise ProgramError(
-                    f"{line.where}: expected a comma between clauses, got {shorten(remaining)!r}"
-                )
-            remaining = remaining[1:].strip()
             if target.name in HARMLESS_VARIABLES or HARMLESS_SPEEDS.intersection(
                 step for step in target.steps if isinstance(step, str)
             ):
                 self.controller.notes.leave_out(target.name)
             else:
                 self.controller.store(target, self.controller.valued(value))
+            if not remaining.startswith(","):
+                self._require_rounding(remaining, line)
+                return
+            remaining = remaining[1:].strip()
 
     def _open_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(True, line.where)

@@ -7,6 +7,7 @@ from math import radians
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
+from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.krl.values import (
     AXIS_KEYS,
@@ -21,9 +22,6 @@ from coupling.programs.krl.values import (
 )
 from coupling.programs.program import Motion, ProgramMove
 from coupling.programs.unknown import Unknown
-
-# Motions of an external axis below this are none [mm or deg].
-_STANDSTILL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Motions:
     _last: Aggregate = field(default_factory=dict)
     _last_frames: tuple[ControllerFrame, ControllerFrame] | None = None
     _axes: Aggregate = field(default_factory=dict)
-    _external: dict[str, float] = field(default_factory=dict)
+    _others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
     _behind: str = ""
     _has_begun: bool = False
     _block: list[tuple[int, float]] | None = None
@@ -69,7 +67,12 @@ class Motions:
             ProgramError: If it is not known whole, or an external axis moves on the way.
             UnknownValueError: If a component is not known.
         """
-        self._require_still(motion, target, where)
+        for key in EXTERNAL_KEYS:
+            if key in target:
+                value = number(target[key], where)
+                self._others.take(
+                    key, value, where, has_begun=self._has_begun, may_move=motion == "joint"
+                )
         if any(key in target for key in AXIS_KEYS):
             self._add_axes(motion, target, where)
             return
@@ -156,20 +159,6 @@ class Motions:
         angles = tuple(radians(number(self._axes[key], where)) for key in AXIS_KEYS)
         self.moves.append(ProgramMove(motion, joints=angles, where=where))
         self._last = {}
-
-    def _require_still(self, motion: Motion, target: Aggregate, where: str) -> None:
-        """Refuse an external axis that moves on a line or a spline."""
-        for key in EXTERNAL_KEYS:
-            if key not in target:
-                continue
-            value = number(target[key], where)
-            before = self._external.setdefault(key, value)
-            if motion != "joint" and abs(value - before) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: expected external axes at rest, got {key} from {before:g} to {value:g}:"
-                    " only the robot's own axes are computed"
-                )
-            self._external[key] = value
 
     def _whole(
         self, target: Aggregate, frames: tuple[ControllerFrame, ControllerFrame], where: str
@@ -261,12 +250,12 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     try:
         return ControllerFrame(name, pose_of_abc([number(value[key], where) for key in FRAME_KEYS]))
     except UnknownValueError:
-        parts = [value[key] for key in FRAME_KEYS]
+        parts = ((key, value[key]) for key in FRAME_KEYS)
         words = (
-            _name_unknown(part) if isinstance(part, Unknown) else describe_value(part)
-            for part in parts
+            f"{key} {_name_unknown(part) if isinstance(part, Unknown) else describe_value(part)}"
+            for key, part in parts
         )
-        return ControllerFrame(f"{name} of {', '.join(words)}", None)
+        return ControllerFrame(f"{name}={{{', '.join(words)}}}", None)
 
 
 def _name_unknown(value: Unknown) -> str:

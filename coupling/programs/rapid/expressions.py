@@ -25,7 +25,8 @@ from coupling.programs.text import shorten
 # What stands between words, comments with it, and a word.
 _WORD = re.compile(
     r"""(?:\s|![^\n]*)*
-    (?:(?P<number>(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)
+    (?:(?P<number>0(?:[xX][0-9A-Fa-f]{1,13}|[bB][01]{1,52}|[oO][0-7]{1,17})
+        |(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)
     |(?P<name>[^\W\d]\w*)
     |(?P<text>"(?:[^"\n]|"")*")
     |(?P<sign>:=|<>|<=|>=|[-+*/=<>(),;:.\[\]{}\\?%|])
@@ -169,7 +170,9 @@ class Words:
     def _operand(self) -> Expression:
         if self.kind == "number":
             where = self.where
-            return Literal("num", number(float(self.advance()), where))
+            text = self.advance()
+            has_base = text[1:2] in tuple("xXbBoO")
+            return Literal("num", number(float(int(text, 0) if has_base else text), where))
         if self.kind == "text":
             return Literal("string", text_of(self.advance()[1:-1].replace('""', '"'), self.where))
         if self.word == "[":

@@ -25,19 +25,20 @@ _ORIGIN: Value = (0.0, 0.0, 0.0)
 # What these return depends on the robot, its signals, its operator, files, or the time.
 _CONTROLLER_WORDS = """
 AInput AOutput ArgName BitAnd BitCheck BitLSh BitNeg BitOr BitRSh BitXOr ByteToStr CalcJointT
-CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CSpeedOverride
-CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DotProd DOutput EventType
-ExecHandler ExecLevel FileSize FileTime FSSize GetMecUnitName GetModalPayLoadMode GetServiceInfo
-GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus GInput GInputDnum GOutput GOutputDnum
-HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile IsMechUnitActive IsPers IsStopMoveAct
-IsStopStateEvent IsSyncMoveOn IsSysId IsVar MaxRobReach MaxRobSpeed MirPos ModExist ModTime
-MotionPlannerNo NOrient NumToStr ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd
-PathRecValidFwd PFRestart PoseVect Pow PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor
-ReadNum ReadStr ReadStrBin ReadVar RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc
-StrDigCmp StrFind StrLen StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive
-TaskIsExecuting TaskRunMec TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse
-TextTabGet TriggDataValid Trunc Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView
-UIMessageBox UINumEntry UINumTune ValidIO ValToStr VectMagn
+CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CrossProd
+CSpeedOverride CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DnumToNum DnumToStr
+DotProd DOutput EventType ExecHandler ExecLevel FileSize FileTime FSSize GetMecUnitName
+GetModalPayLoadMode GetServiceInfo GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus
+GInput GInputDnum GOutput GOutputDnum HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile
+IsMechUnitActive IsPers IsStopMoveAct IsStopStateEvent IsSyncMoveOn IsSysId IsVar Max MaxRobReach
+MaxRobSpeed Min MirPos ModExist ModTime MotionPlannerNo NOrient NumToDnum NumToStr ORobT
+ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd PathRecValidFwd PFRestart PoseVect Pow
+PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor ReadNum ReadStr ReadStrBin ReadVar
+RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc StrDigCmp StrFind StrFormat StrLen
+StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive TaskIsExecuting TaskRunMec
+TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse TextTabGet TriggDataValid Trunc
+Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView UIMessageBox UINumEntry UINumTune
+ValidIO ValToStr VectMagn
 """
 # These change data that they are given.
 _WRITING_WORDS = "GetNextMechUnit GetNextSym ReadDir StrToVal TestAndSet"

@@ -13,7 +13,7 @@ function showScene(place, scene, colours) {
   const stage = place.querySelector(".stage"), controls = new THREE.OrbitControls(camera, canvas);
   controls.enableDamping = false;
   const state = {
-    time: 0, playing: false, speed: 1, exaggeration: 1, shown: new Set(), component: 0,
+    time: 0, playing: false, speed: 1, exaggeration: 1, shown: new Set(), component: 0, field: null,
     whole: true, gears: "off", mode: -1, apart: false,
   };
   place.classList.add("live");
@@ -154,7 +154,7 @@ function showScene(place, scene, colours) {
   }
 
   // ---------------------------------------------------------------- paths
-  const names = [...new Set([...scene.tracks, ...scene.surfaces].map((thing) => thing.name))];
+  const names = [...new Set([...scene.tracks, ...scene.surfaces].map((thing) => thing.name))].filter(Boolean);
   const size = Math.max(...[0, 1, 2].map((k) => {
     const values = scene.tracks.flatMap((track) => track.desired.map((point) => point[k]));
     return values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
@@ -186,25 +186,28 @@ function showScene(place, scene, colours) {
     return { ...track, ideal, line, dot };
   });
   let scale = 1;
+  const valued = (row) => state.component === 3 ? Math.hypot(...row) : row[state.component];
   function drawTracks() {
     scale = largest((track) => state.whole || state.shown.has(track.name), pick());
     for (const track of tracks) {
       const points = track.desired.map((point, k) => point.map((v, i) => v + state.exaggeration * track.deviation[k][i]));
-      const tints = track.signed.map((row) => diverging((state.component === 3 ? Math.hypot(...row) : row[state.component]) / scale)
+      const tints = track.signed.map((row) => (state.field ? ends[1].map((v) => 0.5 * v / 255) : diverging(valued(row) / scale))
         .map((v) => new THREE.Color().setRGB(v, v, v, "srgb").r));
       track.line.geometry.dispose();
       track.line.geometry = segments(points, tints);
     }
+    if (!state.field) labelled(state.component === 3 ? 0 : -scale, scale, length, state.component === 3 ? "onesided" : "");
+  }
+  // Writes the ends of the scale of colours, and marks the tolerance on that of deviations.
+  function labelled(low, high, words, kind) {
     const bar = place.querySelector(".bar");
-    if (bar) {
-      bar.querySelector(".low").textContent = state.component === 3 ? "0" : `-${length(scale)}`;
-      bar.querySelector(".high").textContent = length(scale);
-      bar.classList.toggle("onesided", state.component === 3);
-      const mark = bar.querySelector(".mark"), share = scene.tolerance ? scene.tolerance / scale : 2;
-      mark.hidden = share > 1;
-      const from = state.component === 3 ? 0 : 50, wide = state.component === 3 ? 100 : 50;
-      mark.style.left = `${from + wide * share}%`;
-    }
+    if (!bar) return;
+    bar.querySelector(".low").textContent = words(low);
+    bar.querySelector(".high").textContent = words(high);
+    bar.className = `bar ${kind}`;
+    const mark = bar.querySelector(".mark"), share = scene.tolerance ? (scene.tolerance - low) / (high - low) : 2;
+    mark.hidden = share > 1 || kind === "rising";
+    mark.style.left = `${100 * share}%`;
   }
   for (const line of scene.lines) {
     const shape = new THREE.LineSegments2(segments(line.points), new THREE.LineMaterial({ color: line.color, linewidth: 2 }));
@@ -212,38 +215,48 @@ function showScene(place, scene, colours) {
   }
 
   // ---------------------------------------------------------------- the part, and workpieces
-  const sheet = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-  const pieces = scene.surfaces.map((piece) => {
-    const mesh = surface(piece, sheet);
-    mesh.layers.set(1 + names.indexOf(piece.name));
-    world.add(mesh);
-    return { ...piece, mesh };
+  const sheet = new THREE.MeshLambertMaterial({
+    vertexColors: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2,
+    transparent: scene.tracks.length > 0, opacity: 0.85, depthWrite: !scene.tracks.length,
   });
+  // A workpiece without a name is that of each path.
+  const pieces = scene.surfaces.flatMap((piece) => (piece.name ? [piece.name] : names).map((name) => {
+    const mesh = surface(piece, sheet);
+    mesh.layers.set(1 + names.indexOf(name));
+    world.add(mesh);
+    return { ...piece, mesh, track: tracks.find((track) => track.name === name) };
+  }));
   // From dark to bright, which shades of grey tell as well (after Viridis).
   const ladder = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
   function rising(part) {
     const place = 4 * Math.max(0, Math.min(1, part)), low = Math.min(Math.floor(place), 3), share = place - low;
     return ladder[low].map((value, k) => (value + share * (ladder[low + 1][k] - value)) / 255);
   }
-  function drawField(label) {
-    const given = pieces.filter((piece) => piece.fields[label]);
-    const low = Math.min(...given.map((piece) => piece.fields[label].reduce((a, b) => Math.min(a, b))));
-    const high = Math.max(...given.map((piece) => piece.fields[label].reduce((a, b) => Math.max(a, b))));
-    for (const piece of given) {
-      const values = piece.fields[label], tints = [], tint = new THREE.Color();
-      const isOfPoints = values.length === piece.points.length;
-      piece.triangles.forEach((corners, k) => {
-        for (const corner of corners) {
-          tint.setRGB(...rising((values[isOfPoints ? corner : k] - low) / (high - low || 1)), "srgb");
-          tints.push(tint.r, tint.g, tint.b);
-        }
-      });
+  function drawPieces() {
+    const fields = pieces.map((piece) => piece.fields[state.field]), given = fields.filter(Boolean);
+    const finite = given.flat().filter((value) => value !== null);
+    const low = finite.reduce((a, b) => Math.min(a, b), Infinity), high = finite.reduce((a, b) => Math.max(a, b), -Infinity);
+    const grey = ends[1].map((value) => value / 255), tint = new THREE.Color();
+    pieces.forEach((piece, number) => {
+      let colours = piece.points.map(() => grey);
+      if (fields[number]) {
+        colours = fields[number].map((value) => value === null ? grey : rising((value - low) / (high - low || 1)));
+      } else if (!state.field && piece.time && piece.track) {
+        colours = piece.time.map((time) => time === null ? grey
+          : diverging(valued(mixed(piece.track.signed, at(piece.track.time, time))) / scale));
+      }
+      const tints = piece.triangles.flatMap((corners, k) => corners.flatMap((corner) => {
+        tint.setRGB(...colours[colours.length === piece.points.length ? corner : k], "srgb");
+        return [tint.r, tint.g, tint.b];
+      }));
       piece.mesh.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(tints), 3));
-    }
-    const bar = place.querySelector(".bar");
-    bar.classList.add("rising");
-    bar.querySelector(".low").textContent = Number(low.toPrecision(3));
-    bar.querySelector(".high").textContent = `${Number(high.toPrecision(3))} ${label.split("[")[1]?.replace("]", "") ?? ""}`;
+    });
+    const unit = state.field?.split("[")[1]?.replace("]", "") ?? "";
+    if (given.length) labelled(low, high, (value) => `${Number(value.toPrecision(3))} ${unit}`, "rising");
+  }
+  function recolour() {
+    drawTracks();
+    drawPieces();
     changed();
   }
   if (scene.tracks.length) {
@@ -342,7 +355,8 @@ function showScene(place, scene, colours) {
     });
     place.querySelector(".panes").replaceChildren(...(panes.length > 1 ? chosen : []).map((name) => {
       const label = document.createElement("span");
-      label.textContent = name;
+      label.append(document.createElement("b"));
+      label.firstChild.textContent = name;
       return label;
     }));
     place.dataset.shown = String(Number(place.dataset.shown ?? 0) + 1);
@@ -379,8 +393,7 @@ function showScene(place, scene, colours) {
       factor.value = String(100 * Math.log10(state.exaggeration));
       place.querySelector(".factor").textContent = `${Number(state.exaggeration.toPrecision(2)).toLocaleString("en")}x`;
     }
-    drawTracks();
-    changed();
+    recolour();
   }
   // The largest deviation seen is drawn as about a tenth of the part.
   function suited() {
@@ -406,9 +419,8 @@ function showScene(place, scene, colours) {
     for (const button of place.querySelectorAll("[data-track]")) {
       button.setAttribute("aria-pressed", String(state.shown.has(button.dataset.track)));
     }
-    drawTracks();
+    recolour();
     moved();
-    changed();
   }
   function look_at(name) {
     view = name;
@@ -428,9 +440,20 @@ function showScene(place, scene, colours) {
   on("play", "click", () => play(!state.playing));
   on("time", "input", (its) => seek(period[0] + its.value / 1000 * (period[1] - period[0])));
   on("exaggeration", "input", (its) => exaggerate(10 ** (its.value / 100)));
-  on("component", "change", (its) => { state.component = Number(its.value); drawTracks(); changed(); });
+  on("colour", "change", (its) => {
+    const component = Number(its.value);
+    if (Number.isInteger(component)) state.component = component;
+    state.field = Number.isInteger(component) ? null : its.value;
+    recolour();
+  });
+  // The desired path would hide the part that it shapes.
+  function showPieces(show) {
+    for (const piece of pieces) piece.mesh.visible = show;
+    for (const track of tracks) track.ideal.visible = !(show && pieces.length);
+    changed();
+  }
+  on("surface", "change", (its) => showPieces(its.checked));
   on("gears", "change", (its) => { state.gears = its.value; if (its.value !== "off") look_at(tracks.length ? "robot" : "all"); changed(); });
-  on("field", "change", (its) => drawField(its.value));
   on("mode", "change", (its) => { state.mode = Number(its.value); if (state.mode >= 0) look_at(tracks.length ? "robot" : "all"); changed(); });
   on("apart", "change", (its) => { state.apart = its.checked; look_at(view); });
   on("whole", "change", (its) => { state.whole = its.checked; suited(); });
@@ -459,10 +482,11 @@ function showScene(place, scene, colours) {
   for (const button of place.querySelectorAll("[data-track]")) {
     button.setAttribute("aria-pressed", String(state.shown.has(button.dataset.track)));
   }
+  showPieces(true);
   fitted();
   look_at(scene.tracks.length ? "part" : "all");
   if (tracks.length) suited();
-  if (pieces.length) drawField(control("field").value);
+  else if (pieces.length) { state.field = control("colour").value; recolour(); }
   moved();
   if (!tracks.length && control("mode") && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
     state.mode = 0;

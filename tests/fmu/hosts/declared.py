@@ -187,13 +187,17 @@ def exchange(d, strings):
     return d.check(d.outputs, knowns, i, lambda k, n: slopes(measure, k, n), 1e-6)
 
 
-def stepped(d, strings):
-    """Of the whole step by inputs and parameters; at its end by states and time."""
+def stepped(d, strings, jump=0.0):
+    """Of the whole step by inputs and parameters; at its end by states and time.
+
+    The command lies within what its rates explain, or jumps beyond it [rad].
+    """
     i = start_of(d, strings)
     quiet = {"qd_cmd[2]": 0.1, "qd_cmd[5]": -0.2}
     assert i.set(quiet) == OK
     assert i.step(0.05, H)[0] == OK
-    moved = {name: q + H * quiet.get(name.replace("q_", "qd_"), 0.0) for name, q in POSTURE.items()}
+    rates = {name: quiet.get(name.replace("q_", "qd_"), 0.0) for name in POSTURE}
+    moved = {name: q + H * rates[name] + jump for name, q in POSTURE.items()}
     assert i.set({**moved, "force.z": -400.0, "force_rate.x": 1e3}) == OK
     before = i.save()
 
@@ -243,3 +247,8 @@ if __name__ == "__main__":
                 print(curve, "exchange", exchange(d, strings), flush=True)
         if sys.argv[2] == "cs":
             print(curve, "step", stepped(d, commanded), flush=True)
+    if sys.argv[2] == "cs" and drive == "ideal":
+        resting = {"torque_curve": "backlash", "drive": drive, "mode": "quasistatic"}
+        print("at rest", initial(d, resting), stepped(d, resting), flush=True)
+        linear = {"torque_curve": "linear", "drive": drive}
+        print("a jump", stepped(d, linear, jump=1e-3), flush=True)

@@ -1,4 +1,4 @@
-"""The FMU in the masters of docs/import.md: the page's own snippets, each in a process of its own."""
+"""The FMU in the masters of docs/import.md, by examples/masters, each in a process of its own."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fresh_processes import Fresh
+from places import DOCS
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from docs.scripts.masters import (
-    GIVEN,
     MASTERS,
-    PAGE,
-    Given,
+    VERSIONS,
     Master,
     MasterError,
     Start,
@@ -26,13 +25,13 @@ from docs.scripts.masters import (
     prepare,
     run,
     run_reference,
-    snippets,
+    script_of,
     start_anew,
 )
 
-TOOLBOX = next(master for master in MASTERS if "Toolbox" in master.snippet)
+TOOLBOX = next(master for master in MASTERS if "Toolbox" in master.name)
 
-# Masters that take two seconds to import, and what their snippets import.
+# Masters that take two seconds to import, and what their scripts import.
 SLOW = {
     "CoFMUPy": ("json", "numpy", "pandas", "cofmupy"),
     "PathSim": ("numpy", "pathsim", "pathsim.blocks", "pathsim_fmi"),
@@ -44,14 +43,14 @@ def require(master: Master) -> None:
         pytest.skip(f"{master.distribution} is not installed: make masters")
 
 
-@pytest.fixture(scope="module", params=GIVEN, ids=lambda given: given.name)
-def given(request) -> Given:
+@pytest.fixture(scope="module", params=VERSIONS, ids=lambda version: f"FMI {version}")
+def version(request) -> str:
     return request.param
 
 
 @pytest.fixture(scope="module")
-def fmu(given, example, tmp_path_factory) -> Path:
-    options = BuildOptions(fmi=given.fmi)
+def fmu(version, example, tmp_path_factory) -> Path:
+    options = BuildOptions(fmi=version)
     return build_fmu(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu", options)
 
 
@@ -64,9 +63,9 @@ def start_of(fresh) -> Iterator[Callable[[Master], Start]]:
         def start(master: Master) -> Start:
             if master.distribution == "fmpy":
                 return fresh.run
-            if master.snippet not in SLOW:
+            if master.name not in SLOW:
                 return start_anew
-            slow = Fresh(*SLOW[master.snippet], environment=master.environment)
+            slow = Fresh(*SLOW[master.name], environment=master.environment)
             return stack.enter_context(slow).run
 
         yield start
@@ -90,17 +89,17 @@ def reference(example, fresh, tmp_path_factory) -> dict[bool, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def fmpys(folder, start_of) -> np.ndarray:
-    """What FMPy's snippet finds; it leaves a page with the plot of the TCP."""
+    """What FMPy's script finds; it leaves a page with the plot of the TCP."""
     return run(MASTERS[0], folder, start_of(MASTERS[0]))
 
 
-@pytest.mark.parametrize("master", MASTERS, ids=lambda master: master.snippet)
-def test_the_pages_snippet_gives_fmpys_pose_at_every_step(
-    master, given, folder, start_of, fmpys, reference
+@pytest.mark.parametrize("master", MASTERS, ids=lambda master: master.name)
+def test_the_masters_script_gives_fmpys_pose_at_every_step(
+    master, version, folder, start_of, fmpys, reference
 ):
     """Times are exact in binary, so nothing but the order of the calls could make a difference."""
     require(master)
-    if not master.takes(given):
+    if version not in master.versions:
         with pytest.raises(MasterError):  # where it takes it now: `versions` in masters.py
             run(master, folder, start_of(master))
         return
@@ -126,18 +125,18 @@ def test_a_master_of_other_times_is_refused(reference):
         differences(shifted, reference[False])
 
 
-def test_the_page_has_a_snippet_and_a_row_for_every_master():
-    assert set(snippets()) >= {master.snippet for master in MASTERS}
-    page = PAGE.read_text(encoding="utf-8")
+def test_the_page_has_a_script_and_a_row_for_every_master():
+    assert all(map(script_of, (master.name for master in MASTERS)))
+    page = (DOCS / "import.md").read_text(encoding="utf-8")
     for master in MASTERS:
-        name = master.snippet.replace("-", " ")
+        name = master.name.replace("-", " ")
         assert f"| {name} |" in page
         if master.version is not None:
             row = f"| {name} | {master.version} | {master.interface} | {master.driven_by} |"
             assert row in page, "make masters-table"
             (line,) = (line for line in page.splitlines() if line.startswith(row))
-            cells = [cell.strip() for cell in line.split("|")[5 : 5 + len(GIVEN)]]
-            assert [cell not in ("-", "no") for cell in cells] == [master.takes(g) for g in GIVEN]
+            cells = [cell.strip() for cell in line.split("|")[5 : 5 + len(VERSIONS)]]
+            assert [cell != "no" for cell in cells] == [v in master.versions for v in VERSIONS]
 
 
 def test_fmpy_draws_the_run(folder, fmpys):
@@ -164,13 +163,13 @@ def test_fmpys_command_line_simulates_with_an_input_file(folder, reference):
         np.testing.assert_allclose(result[name], reference[False][:65, column], rtol=0, atol=1e-12)
 
 
-def test_the_toolboxs_checker_has_no_complaint(fmu, given):
+def test_the_toolboxs_checker_has_no_complaint(fmu, version):
     """It says that it reads, that it checks, and that nothing is wrong: information only."""
     require(TOOLBOX)
     code = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
     done = _command("-c", code, "-input", str(fmu), "-check")
     said = (done.stdout + done.stderr).splitlines()
-    assert any(f"compliant with FMI-{given.fmi}.0" in line for line in said)
+    assert any(f"compliant with FMI-{version}.0" in line for line in said)
     assert any("No semantic error" in line for line in said)
     assert [line for line in said if not line.startswith("INFO")] == []
 

@@ -20,13 +20,12 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
-from places import HOSTS, LINE_CASE
+from places import DOCS, LINE_CASE
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
-from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.ssp import INTERFACES, SspSystem
 from coupling.native.compiler import host_platform
@@ -36,8 +35,7 @@ from coupling.process import ProcessResponse
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import coupled_path, run_coupling
-from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
-from elastic_robot.errors import ParameterError
+from docs.scripts.masters import MASTERS, distance_at_samples, run_system
 
 LINE = LINE_CASE
 HERE = host_platform().name
@@ -97,7 +95,7 @@ def poses(system) -> np.ndarray:
     """The system in libcosim, at steps as long as the path's samples."""
     require("libcosimpy")
     time = system.case.desired.time
-    return run_system("SSP-libcosimpy", system.folder, float(time[1]), time[-1])
+    return run_system("libcosimpy", system.folder, float(time[1]), time[-1])
 
 
 @pytest.mark.parametrize("answer", INTERFACES)
@@ -155,7 +153,7 @@ def test_co_simulation_nears_the_weak_coupling_in_first_order(system, poses):
     step = float(coupled.time[1])
     runs = [poses]
     for parts in (2, 4):
-        finer = run_system("SSP-libcosimpy", system.folder, step / parts, coupled.time[-1])
+        finer = run_system("libcosimpy", system.folder, step / parts, coupled.time[-1])
         runs.append(finer)
     errors = [np.sqrt(np.mean(distance_at_samples(run, coupled) ** 2)) for run in runs]
     orders = -np.diff(np.log2(errors))
@@ -167,7 +165,7 @@ def test_with_the_spring_the_same_steps_are_nearer_to_the_weak_coupling(system, 
     """What remains is late contact; of the sheet's force law also its ramp, which is no spring."""
     coupled = run_coupling(system.case).correction.achieved
     time = coupled.time
-    sprung = run_system("SSP-libcosimpy", system.sprung, float(time[1]), time[-1])
+    sprung = run_system("libcosimpy", system.sprung, float(time[1]), time[-1])
     errors = [np.sqrt(np.mean(distance_at_samples(run, coupled) ** 2)) for run in (poses, sprung)]
     wall = system.case.process_table.model == "elastic-wall"
     assert errors[1] < (0.75 if wall else 1.05) * errors[0]
@@ -178,8 +176,8 @@ def test_ecos_and_libcosim_agree_on_the_spring(system):
     require("libcosimpy")
     time = system.case.desired.time
     runs = [
-        run_system(snippet, system.sprung, float(time[1]), time[-1])
-        for snippet in ("SSP-ecospy", "SSP-libcosimpy")
+        run_system(master, system.sprung, float(time[1]), time[-1])
+        for master in ("ecospy", "libcosimpy")
     ]
     assert np.abs(runs[0][:, 8:11]).max() > 100.0
     np.testing.assert_allclose(runs[0][:, :8], runs[1][:, :8], rtol=0, atol=1e-12)
@@ -188,7 +186,7 @@ def test_ecos_and_libcosim_agree_on_the_spring(system):
 def test_ecos_and_libcosim_agree(system, poses):
     require("ecospy")
     time = system.case.desired.time
-    ecos = run_system("SSP-ecospy", system.folder, float(time[1]), time[-1])
+    ecos = run_system("ecospy", system.folder, float(time[1]), time[-1])
     np.testing.assert_allclose(ecos[:, :8], poses[:, :8], rtol=0, atol=1e-12)
     np.testing.assert_allclose(ecos[:, 8:], poses[:, 8:], rtol=0, atol=1e-9)
 
@@ -212,52 +210,12 @@ def test_what_a_step_is_said_to_cost_is_what_libcosim_has(system, answer):
     coupled = coupled_path(case)
     folder = system.sprung if answer == "spring" else system.folder
     (cost,) = SspSystem.of(case, answer).errors(coupled, [float(time[1])])
-    poses = run_system("SSP-libcosimpy", folder, float(time[1]), time[-1])
+    poses = run_system("libcosimpy", folder, float(time[1]), time[-1])
     distance = distance_at_samples(poses, coupled)
     assert cost.largest == pytest.approx(distance.max(), abs=1e-10)
     mean = np.sum(distance**2) / len(coupled.time)  # the first sample is the start
     assert cost.rms == pytest.approx(np.sqrt(mean), abs=1e-11)
     assert distance.max() > 1e-6
-
-
-@pytest.mark.parametrize("kind", ["native", "python"])
-def test_start_values_are_said_and_taken_in_both_kinds_of_fmu(kind, example, tmp_path, forked):
-    """What the description says is what an instance has, before and after a reset of its values."""
-    strings = {"mode": "quasistatic", "trajectory": "motion.npz", "torque_curve": "linear"}
-    fmu = build_fmu(example, tmp_path / "R.fmu", BuildOptions(kind, strings=strings))
-    variables = fmpy.read_model_description(str(fmu)).modelVariables
-    assert {v.name: v.start for v in variables if v.name in strings} == strings
-    script = tmp_path / "asked.py"
-    script.write_text(f"""
-import sys
-sys.path.append({str(HOSTS)!r})
-from fmu import Fmu
-fmu = Fmu(sys.argv[1])
-slave = fmu.instance().slave
-names = {list(strings)!r}
-for _ in range(2):
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    print([v.decode() for v in slave.getString([fmu.references[name] for name in names])])
-    slave.reset()
-""")
-    done = forked(script, fmu)
-    assert done.stdout.splitlines() == [str(list(strings.values()))] * 2, done.stderr
-
-
-@pytest.mark.parametrize("value", ["", "two words", "a" * 64, "line\nbreak"])
-def test_a_start_value_that_is_no_word_is_refused(value):
-    with pytest.raises(BuildError, match="start value of trajectory: expected 1 to 63 bytes"):
-        BuildOptions(strings={"trajectory": value})
-
-
-def test_a_start_value_of_no_string_or_out_of_its_choices_is_refused(example, tmp_path):
-    for strings, sentence in (
-        ({"speed": "fast"}, "expected a string variable, got 'speed'"),
-        ({"mode": "fast"}, "mode: expected one of dynamic, quasistatic, got 'fast'"),
-    ):
-        with pytest.raises(ParameterError, match=sentence):
-            build_fmu(example, tmp_path / "R.fmu", BuildOptions(strings=strings))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the page's line is for Linux")
@@ -273,9 +231,12 @@ def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, pos
         "LD_LIBRARY_PATH": str(Path(sys.prefix, "lib")),  # of libtbb
     }
     time = system.case.desired.time
+    (line,) = re.findall(
+        r"^export ELASTIC_ROBOT_PYTHON=.*$", (DOCS / "import.md").read_text(), re.M
+    )
     simulate = f"simulate --path system.ssp --stepSize {time[1]}"
     done = subprocess.run(
-        ["bash", "-c", f"{snippets()['program']}\n./ecos {simulate} --stopTime {time[-1]}"],
+        ["bash", "-c", f"{line}\n./ecos {simulate} --stopTime {time[-1]}"],
         cwd=system.folder,
         env=environment,
         text=True,

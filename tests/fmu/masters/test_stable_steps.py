@@ -106,7 +106,7 @@ def test_light_robot_on_a_wall_ends_where_the_iteration_ends(light, coupled, tmp
     system = SspSystem.of(light)
     system.write(tmp_path / "system.ssp")
     time = coupled.achieved.time
-    rows = run_system("SSP-libcosimpy", tmp_path, step or system.step, float(time[-1]))
+    rows = run_system("libcosimpy", tmp_path, step or system.step, float(time[-1]))
     expected = light.process.evaluate(coupled.achieved).wrench.force[0, :, 2]
     assert rows[:, 10].max() == pytest.approx(expected.max(), rel=0.05)
     np.testing.assert_allclose(rows[-1, 1:4], coupled.achieved.position[0, -1], rtol=0, atol=1e-5)
@@ -122,11 +122,11 @@ def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
     assert system.limit.growth(STEP) > 1.05
     system.write(tmp_path / "system.ssp")
     try:
-        exploded = run_system("SSP-libcosimpy", tmp_path, STEP, stop)[-1, 1:4]
+        exploded = run_system("libcosimpy", tmp_path, STEP, stop)[-1, 1:4]
     except MasterError:
         exploded = np.full(3, np.inf)
     assert np.linalg.norm(exploded - end) > 1e-2
-    stable = run_system("SSP-libcosimpy", tmp_path, system.step, stop)
+    stable = run_system("libcosimpy", tmp_path, system.step, stop)
     np.testing.assert_allclose(stable[-1, 1:4], end, rtol=0, atol=2e-5)
 
 

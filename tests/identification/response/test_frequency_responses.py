@@ -12,12 +12,9 @@ from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
-from coupling.identification.response.identification import (
-    MeasuredPosture,
-    identify_from_responses,
-    read_posture,
-)
+from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.mismatch import LARGEST_ERROR
+from coupling.identification.response.posture import MeasuredPosture, read_posture
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.report.identify_answers import response_answer
@@ -73,13 +70,13 @@ def test_exact_responses_give_the_springs_and_dampers_that_made_them(seed):
     values = drawn_values(robot, rng)
     taps = [tap(robot, values, q) for q in _postures(rng, 2)]
     identified = identify_from_responses(robot, "linear", taps)
-    for verdict in identified.verdicts:
-        if verdict.identifiable:
+    for verdict in identified.result.parameters:
+        if verdict.identified:
             assert verdict.value == pytest.approx(values[verdict.name], rel=0.03), verdict.name
             assert value_of(identified.robot, verdict.name) == pytest.approx(
                 verdict.value, rel=0.01
             )
-    assert sum(verdict.identifiable for verdict in identified.verdicts) >= 9
+    assert sum(verdict.identified for verdict in identified.result.parameters) >= 9
     assert identified.result.error.written < 0.01 < identified.result.error.start
 
 
@@ -93,8 +90,8 @@ def test_noise_factor_and_delay_of_instruments_are_not_taken_for_the_robot():
     identified = identify_from_responses(robot, "linear", taps)
     inside = [
         verdict.low <= values[verdict.name] <= verdict.high
-        for verdict in identified.verdicts
-        if verdict.identifiable
+        for verdict in identified.result.parameters
+        if verdict.identified
     ]
     assert sum(inside) >= len(inside) - 2
     assert len(inside) >= 12
@@ -108,7 +105,7 @@ def test_what_the_tool_does_not_feel_is_kept():
     identified = identify_from_responses(
         robot, "linear", [tap(robot, drawn_values(robot, rng), q[0], 0.05, rng=rng)]
     )
-    kept = [verdict for verdict in identified.verdicts if not verdict.identifiable]
+    kept = [verdict for verdict in identified.result.parameters if not verdict.identified]
     assert "joint[6].stiffness" in [verdict.name for verdict in kept]
     for verdict in kept:
         assert value_of(identified.robot, verdict.name) == value_of(robot, verdict.name)
@@ -204,7 +201,7 @@ def test_intervals_are_wider_where_more_is_left_than_noise():
         taps = [tap(true, {}, each, 0.03, rng=np.random.default_rng(7)) for each in q]
         identified = identify_from_responses(robot, "linear", taps)
         noise[true] = identified.result.noise
-        widths[true] = np.array([np.log(v.high / v.low) for v in identified.verdicts])
+        widths[true] = np.array([np.log(v.high / v.low) for v in identified.result.parameters])
     assert noise[robot] == pytest.approx(0.03, rel=0.3)
     assert noise[bending] == pytest.approx(0.03, rel=0.5)
     assert np.median(widths[bending] / widths[robot]) > 3.0

@@ -11,8 +11,9 @@ from noisy_arm import arm, noisy
 from coupling.errors import IdentifyError
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
+from coupling.identification.static.fit import IdentifyOptions, fit_static
 from coupling.identification.static.measurements import noise_of
+from coupling.identification.static.model import StaticModel
 from coupling.identification.static.plan import (
     PlanRequest,
     _candidates,
@@ -20,7 +21,6 @@ from coupling.identification.static.plan import (
     _noise,
     planned,
 )
-from coupling.identification.static.prediction import StaticModel
 
 WISH = PlanRequest(count=8, force=400.0, poses=64, position=1e-5)
 
@@ -61,7 +61,7 @@ def test_the_interval_promised_is_the_one_that_measurements_give():
     halves = []
     for _ in range(8):
         rows = noisy(right, rng, 1e-5, 5.0)
-        fit = fit_static(elasticity, rows, "backlash", noise_of(rows))
+        fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows)))
         found = intervals(fit.at.problem, fit.at.weight, fit.at.x, is_noise_known=False)
         halves.append((found.high - found.low) / 2.0 / elasticity.start)
     promised = np.array([entry.after for entry in plan.expected])

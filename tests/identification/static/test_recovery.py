@@ -9,7 +9,7 @@ pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the 
 from random_robots import make_robot
 
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fit_static
+from coupling.identification.static.fit import IdentifyOptions, fit_static
 from coupling.identification.static.measurements import noise_of
 from examples.mujoco_robot.measuring import measured
 
@@ -32,7 +32,9 @@ def test_stiffnesses_and_tilts_are_found_to_rounding(joints, rotations):
     right = ElasticParameters.of(true, "backlash")
     assert len(right.names) > 0
     start = right.described(right.start * rng.uniform(0.6, 1.6, len(right.start)))
-    found = fit_static(ElasticParameters.of(start, "backlash"), rows, "backlash", noise_of(rows))
+    found = fit_static(
+        ElasticParameters.of(start, "backlash"), rows, IdentifyOptions(noise_of(rows))
+    )
     assert found.converged
     np.testing.assert_allclose(found.at.x, right.start, rtol=1e-8)
 
@@ -45,11 +47,11 @@ def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     start = ElasticParameters.of(
         right.described(right.start * rng.uniform(0.6, 1.6, len(right.start))), "backlash"
     )
-    silent = fit_static(start, rows, "backlash", noise_of(rows)).rigid.unobservable
-    assert not silent[~right.is_backlash].any()
+    silent = fit_static(start, rows, IdentifyOptions(noise_of(rows))).rigid.unobservable
+    assert not silent[~right.chosen("backlash")].any()
     assert not silent.all()
     begun = start.described(np.where(silent, right.start, start.start))
     start = ElasticParameters.of(begun, "backlash")
-    found = fit_static(start, rows, "backlash", noise_of(rows))
+    found = fit_static(start, rows, IdentifyOptions(noise_of(rows)))
     assert found.converged
     np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)

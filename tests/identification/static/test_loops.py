@@ -10,16 +10,15 @@ import numpy as np
 import pytest
 from fixture_store import stored
 from loading_loops import RISING, TURNS, loops, written
-from noisy_arm import arm
+from noisy_arm import arm, exact
 from places import EXAMPLES
 from random_robots import make_robot
 from slipping_robot import ANGLES, with_hysteresis
 
 from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, robot_numbers
-from coupling.identification.loops.identification import identify_loops
-from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.identification import IdentifyOptions
+from coupling.identification.static.fit import IdentifyOptions
+from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of
 from elastic_robot.description import Robot
 
@@ -40,7 +39,7 @@ def stiffer(robot: Robot, factor: float) -> Robot:
 
 
 def found_in(start: Robot, rows, **options):
-    return stored(identify_loops, start, rows, IdentifyOptions(noise_of(rows, **options)))
+    return stored(identify, start, rows, IdentifyOptions(noise_of(rows, **options)))
 
 
 def truth(robot: Robot) -> dict[str, float]:
@@ -76,11 +75,11 @@ def test_true_values_lie_in_their_intervals(bare, start, parts):
     assert found.fit.converged
     assert not found.refusal
     known, outside = truth(true), 0
-    names = [own.name for own in found.parameters if own.identifiable]
+    names = [own.name for own in found.parameters if own.identified]
     assert {f"joint[{i}].hysteresis" for i in (1, 2, 3)} <= set(names)
     for own in found.parameters:
         outside += not own.low <= known[own.name] <= own.high
-        if own.identifiable:
+        if own.identified:
             assert abs(own.value - known[own.name]) < own.high - own.low, own.name
     assert outside <= 1
     # What hysteresis is worth, in loops that the fit has not seen; and nothing is overfitted.
@@ -105,7 +104,7 @@ def test_loops_that_do_not_turn_back_tell_no_hysteresis():
         assert sum(stop.slip_torque for stop in joint.hysteresis) == pytest.approx(
             torque, rel=1e-12
         )
-    assert all(by_name[f"joint[{i}].stiffness"].identifiable for i in (1, 2, 3))
+    assert all(by_name[f"joint[{i}].stiffness"].identified for i in (1, 2, 3))
 
 
 def test_a_loop_that_is_left_out_takes_no_part_in_its_prediction():
@@ -143,10 +142,10 @@ def test_hysteresis_that_does_not_predict_other_loops_is_not_written():
         },
     )
     found = found_in(one, rows)
-    told = [own for own in found.parameters if own.parameter.kind == "hysteresis"]
-    assert any(own.support.is_supported for own in told)
+    told = [own for own in found.parameters if own.kind == "hysteresis"]
+    assert any(own.support.supported for own in told)
     assert all("not predicted better with hysteresis" in own.reason for own in told)
-    assert not any(own.identifiable for own in found.parameters if own.name in found.added)
+    assert not any(own.identified for own in found.parameters if own.added)
 
 
 def test_a_robot_without_hysteresis_gets_none():
@@ -156,16 +155,19 @@ def test_a_robot_without_hysteresis_gets_none():
     assert {own.candidate.name for own in found.further} == {
         f"joint[{i}].hysteresis" for i in (1, 2, 3)
     }
-    assert not any(own.support.is_supported for own in found.further)
+    assert not any(own.support.supported for own in found.further)
     values = [own.value for own in found.parameters]
     np.testing.assert_allclose(values, [1e6, 2e6, 3e5], rtol=0.02)
 
 
 def test_single_loads_of_a_robot_with_hysteresis_are_refused_by_what_is_needed():
+    rows = exact(arm(), 3, 1)
     with pytest.raises(
-        HysteresisError, match=r"joint 1 has hysteresis.*a table with a column loop"
+        HysteresisError,
+        match=r"joint 1 has hysteresis, which identify does not know .*a table with a column loop, or"
+        r" take the \[joint\.gear\]",
     ):
-        ElasticParameters.of(with_hysteresis(arm(), (90.0, 0.0, 0.0)), "backlash")
+        identify(with_hysteresis(arm(), (90.0, 0.0, 0.0)), rows, IdentifyOptions(noise_of(rows)))
 
 
 def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):

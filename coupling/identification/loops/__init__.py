@@ -1,1 +1,0 @@
-"""Elasticity and hysteresis of gears from loading loops: docs/identify.md."""
