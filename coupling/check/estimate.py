@@ -14,14 +14,16 @@ from coupling.robot.inverter import Inverter
 from coupling.store import EvaluatedProcess
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
-# 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
-# 11 s for 1.8 s and 18 021 samples without draws, two_robots.toml 32 s for both robots on 48.6 s and
-# 2 431 samples; with servos a slot 18 s for 2.6 s and 13 000, a pocket 44 s for 14.7 s and 73 600.
-_START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 2.5e-4
+# 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, two_robots.toml 32 s
+# for both robots on 48.6 s and 2 431 samples; milling_20000.toml 11 s for 1.8 s and 18 021 samples,
+# milling_40000.toml as long at twice the steps, pockets of other robots 42 s for 24.4 s and 121 948
+# samples, 43 s for 61.5 s and 123 002, a short slot 11 s for 2.3 s and 2 348; with servos a slot 18 s
+# for 2.6 s and 13 000, a pocket 44 s for 14.7 s and 73 600.
+_START, _PER_SECOND, _PER_SAMPLE = 3.0, 0.1, 1.5e-4
 # The same of each robot that is drawn, and how much longer servos take.
-_DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 1e-3, 7e-6, 1.6
+_PER_DRAW, _DRAW_PER_SECOND, _DRAW_PER_SAMPLE, _SERVOS = 0.06, 1e-3, 7e-6, 1.6
 # A process that is marched, by step of its time, and how often it is: before and behind the inverse.
-_PER_MARCHED_STEP, _MARCHES = 3.5e-4, 2.0
+_PER_MARCHED_STEP, _MARCHES = 1e-4, 2.0
 # Most memory that they held, in all, and by row of the path of one tool [GB]: 0.36 GB with 40 s of path
 # (10 000 rows 4 ms apart), 0.50 GB with 160 s, 0.91 GB with 480 s.
 _MEMORY, _MEMORY_PER_ROW = 0.3, 5e-6
@@ -57,9 +59,9 @@ def estimate_run(
         marched_steps: Steps of a process that is coupled marching in time; 0: of none.
     """
     duration = float(desired.time[-1] - desired.time[0])
-    rows = len(desired.time)
+    rows = max(len(desired.time), marched_steps)  # which samples are refined to
     work = _PER_SECOND * duration + _PER_SAMPLE * rows
-    work += draws * (_DRAW_PER_SECOND * duration + _DRAW_PER_SAMPLE * rows)
+    work += draws * (_PER_DRAW + _DRAW_PER_SECOND * duration + _DRAW_PER_SAMPLE * rows)
     work *= len(desired.pose) * (_SERVOS if has_servos else 1.0)
     work += _MARCHES * _PER_MARCHED_STEP * marched_steps
     low, high, improved = _START + work / _TIME_FACTOR, _START + work * _TIME_FACTOR, ""

@@ -15,6 +15,9 @@ from coupling.events import Progress
 if TYPE_CHECKING:
     from coupling.case.case import Case
 
+_NONE = (
+    "Estimated time of a compensation: none, as it ends where the cut chatters (--despite-chatter)"
+)
 _UNTOUCHED = (
     " A command that is corrected keeps that depth; without a correction a robot that sags and was not"
     " touched off cuts deeper, as couple judges it."
@@ -94,9 +97,11 @@ def check(
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
-    others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
+    chatters = stability is not None and not stability.stable
+    duration = _NONE if chatters else _time(loaded, each)
+    others = [*alike, *loaded.task.remarks, *touches, duration]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
-    chatter = () if stability is None or stability.stable else (f"{stability.sentence}.",)
+    chatter = (f"{stability.sentence}.",) if stability is not None and chatters else ()
     if stability is not None and stability.stable:
         as_deep = "" if any(touches) else _UNTOUCHED
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}.{as_deep}"])

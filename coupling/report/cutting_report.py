@@ -40,6 +40,9 @@ def cutting_summary(result: CuttingIdentified) -> list[Section]:
                 f"Across the feed is {across}, along it {along}, axial {axial} of the table.",
                 f"The dynamometer shows of amplitudes, over those of a rigid one: {shown}"
                 " (once a revolution across, along, axial; teeth across, along).",
+                "The edge force of the tooth that reaches furthest is"
+                f" {100.0 * abs(result.edge_difference):.0f} %"
+                f" {'above' if result.edge_difference >= 0.0 else 'below'} the mean of all teeth.",
             ],
         ),
         Section("Parameters", [parameter_table(result.parameters)]),

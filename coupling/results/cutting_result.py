@@ -28,4 +28,5 @@ class CuttingIdentified(ResultFile):
     axes: tuple[str, str, str]
     parameters: tuple[ParameterResult, ...]
     shown: tuple[float, ...]
+    edge_difference: float = 0.0
     predictions: tuple[SlotPrediction, ...]

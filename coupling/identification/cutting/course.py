@@ -14,7 +14,11 @@ _ROUNDNESS = 8e-6
 
 
 def slot_forces(
-    coefficients: CuttingCoefficients, run_out: float, cutter: SlotCutter, feed: np.ndarray
+    coefficients: CuttingCoefficients,
+    run_out: float,
+    cutter: SlotCutter,
+    feed: np.ndarray,
+    edge_difference: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return means, and amplitudes at the frequencies of spindle and teeth, across, along, axial.
 
@@ -27,6 +31,8 @@ def slot_forces(
         run_out: Distance of the cutter's axis from the spindle's, towards a tooth [m].
         cutter: Cutter and cut.
         feed: Feeds [m/s], (n,).
+        edge_difference: Part by which the edge force of the tooth that reaches furthest exceeds the mean
+            of all teeth [1], worn more than they; of others by the cosine of the angle between them.
 
     Returns:
         Means and both amplitudes [N], (n, 3) each.
@@ -38,7 +44,8 @@ def slot_forces(
     height = (np.arange(_SLICES) + 0.5) * cutter.depth / _SLICES
     lag = np.tan(cutter.helix) / (0.5 * cutter.diameter) * height
     teeth = np.arange(cutter.teeth)
-    radius = run_out * np.cos(2.0 * np.pi * teeth / cutter.teeth)
+    around = np.cos(2.0 * np.pi * teeth / cutter.teeth)
+    radius, wear = run_out * around, 1.0 + edge_difference * around
     force = np.zeros((len(feed), _ANGLES, 3))
     for tooth in teeth:
         phi = (angle + 2.0 * np.pi * tooth / cutter.teeth - lag) % (2.0 * np.pi)
@@ -51,7 +58,9 @@ def slot_forces(
         )
         acts = is_in_slot / (1.0 + np.exp(-np.clip(reach / _ROUNDNESS, -50.0, 50.0)))
         thick = np.where(is_in_slot, np.maximum(reach, 0.0), 0.0)
-        tangential, radial, axial = (by_chip * thick + edge * acts for by_chip, edge in edges)
+        tangential, radial, axial = (
+            by_chip * thick + wear[tooth] * edge * acts for by_chip, edge in edges
+        )
         across, along = tangential * sin - radial * cos, -tangential * cos - radial * sin
         force += np.stack([across, along, axial], axis=-1).sum(axis=2) * cutter.depth / _SLICES
     spectrum = 2.0 * np.abs(np.fft.rfft(force, axis=1)) / _ANGLES

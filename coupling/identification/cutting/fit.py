@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,8 @@ COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N
 # Errors: of means by the largest one, of amplitudes by themselves at the spindle's and the teeth's
 # frequency; what a dynamometer shows of them is about all [1].
 _MEAN, _ONCE, _PASSING, _RATIO = 0.025, 0.08, 0.05, 0.15
+# Difference of the teeth's edges that is usual, and at most [1].
+_WORN, _MOST_WORN = 0.2, 0.9
 # A smaller amplitude is none [N].
 _LEAST = 1.0
 # Steps of a fit, and predicted gain of log likelihood below which it ends.
@@ -43,6 +45,7 @@ class CuttingFit:
         run_out_half: Half its 95 % interval [m].
         shown: Ratios of shown to real amplitudes: at the spindle's frequency across, along, axial, and
             at that of the teeth across and along [1], (5,).
+        edge_difference: Difference of the teeth's edge forces, as of `slot_forces` [1].
     """
 
     values: np.ndarray
@@ -50,6 +53,7 @@ class CuttingFit:
     run_out: float
     run_out_half: float
     shown: np.ndarray
+    edge_difference: float = 0.0
 
     @property
     def coefficients(self) -> CuttingCoefficients:
@@ -58,7 +62,9 @@ class CuttingFit:
 
     def predicted(self, cutter: SlotCutter, feed: np.ndarray) -> MeasuredSlots:
         """Return what the dynamometer would show at feeds [m/s], (n,)."""
-        mean, once, passing = slot_forces(self.coefficients, self.run_out, cutter, feed)
+        mean, once, passing = slot_forces(
+            self.coefficients, self.run_out, cutter, feed, self.edge_difference
+        )
         passing[:, :2] *= self.shown[3:]
         return MeasuredSlots(feed, mean, once * self.shown[:3], passing, ("", "", ""))
 
@@ -78,7 +84,8 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
 
     def fit_of(unknown: np.ndarray) -> CuttingFit:
         values = unknown[:6] * size
-        return CuttingFit(values, 0.0 * values, _RUN_OUT * float(unknown[6]), 0.0, unknown[7:])
+        run_out, worn = _RUN_OUT * float(unknown[6]), float(unknown[-1])
+        return CuttingFit(values, 0.0 * values, run_out, 0.0, unknown[7:-1], worn)
 
     def residual(unknown: np.ndarray) -> np.ndarray:
         expected = fit_of(unknown).predicted(cutter, slots.feed)
@@ -87,12 +94,17 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
                 ((expected.mean - slots.mean) / mean_error).ravel(),
                 ((expected.once / measured_once - 1.0) / _ONCE).ravel(),
                 ((expected.passing[:, :2] / measured_passing - 1.0) / _PASSING).ravel(),
-                (unknown[7:] - 1.0) / _RATIO,
+                (unknown[7:-1] - 1.0) / _RATIO,
+                unknown[-1:] / _WORN,
             ]
         )
 
-    starts = [np.concatenate([first, [start / _RUN_OUT], np.ones(5)]) for start in _FIRST]
-    bounds = np.zeros(len(starts[0])), np.full(len(starts[0]), np.inf)
+    starts = [np.concatenate([first, [start / _RUN_OUT], np.ones(5), [0.0]]) for start in _FIRST]
+    count = len(starts[0])
+    bounds = (
+        np.append(np.zeros(count - 1), -_MOST_WORN),
+        np.append(np.full(count - 1, np.inf), _MOST_WORN),
+    )
     best = min(
         (
             estimate(
@@ -108,7 +120,7 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
     # Forces of one feed err together: feeds are counted, not forces.
     half = quantile(len(slots.feed) - 2) * np.sqrt(np.diag(covariance))
     fit = fit_of(best.x)
-    return CuttingFit(fit.values, half[:6] * size, fit.run_out, _RUN_OUT * half[6], fit.shown)
+    return replace(fit, half=half[:6] * size, run_out_half=_RUN_OUT * float(half[6]))
 
 
 def _without_run_out(cutter: SlotCutter, slots: MeasuredSlots) -> np.ndarray:

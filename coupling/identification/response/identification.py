@@ -29,6 +29,9 @@ from elastic_robot.parameters import Parameters
 
 # A standard deviation above this part of the one before says that the measurement tells little.
 _TOLD = 0.5
+# Standard deviation of the log of a gear's stiffness that is fitted with what else gives way, over that
+# of what the model does not describe: of 2, 3 and 4, 3 holds 89 % of 73 true values where links bend.
+_BIAS = 3.0
 # Half a 95 % interval of a normal distribution [standard deviations].
 _QUANTILE = 1.96
 # Log of the factor of a damping that the start file takes for zero.
@@ -124,7 +127,8 @@ def _parameters(
         is_identified: Mask of those that the responses identify, (2 m,).
     """
     every = [f"{name}.{kind}" for kind in ("stiffness", "damping") for name in names]
-    spreads = np.exp(_QUANTILE * fit.deviation[: len(every)])
+    bias = np.repeat([_BIAS * fit.discrepancy, 0.0], len(every) // 2)
+    spreads = np.exp(_QUANTILE * np.hypot(fit.deviation[: len(every)], bias))
     rows = zip(every, values.T.tolist(), spreads.tolist(), is_identified.tolist(), strict=True)
     return tuple(
         ParameterResult(
