@@ -82,9 +82,19 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
     full = [link for link, joints in chains.items() if len(joints) == longest]
     last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
     chosen = _the_one(last, chains)
-    return _ends(
-        tree, root, chosen, base is None, f"the end of the longest chain, {longest} joints"
-    )
+    about = f"the end of the longest chain, {longest} joints{_behind(tree, chosen)}"
+    return _ends(tree, root, chosen, base is None, about)
+
+
+def _behind(tree: UrdfTree, tip: str) -> str:
+    """Return what moves behind a tip and is no driven rotation, in words; empty for nothing."""
+    moving = {joint.name for joint in tree.joints.values() if joint.kind != "fixed"}
+    for link, _ in tree.rigid_links(tip, moving):
+        for joint in tree.child_joints[link]:
+            if joint.name in moving and not joint.is_rotation:
+                kind = "a mimic joint" if joint.mimics else joint.kind
+                return f", as {joint.name!r} behind it is {kind}: it is carried at zero"
+    return ""
 
 
 def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> ChainEnds:

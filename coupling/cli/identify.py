@@ -143,7 +143,7 @@ def identify(
     from coupling.identification.cutting.slots import is_cutting
     from coupling.identification.least_squares import LOSSES
     from coupling.identification.motion.recording import is_recording
-    from coupling.identification.response.identification import is_response
+    from coupling.identification.response.posture import is_response
     from coupling.identification.static.fit import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
     from coupling.identification.static.measurements import noise_of, read_measurements

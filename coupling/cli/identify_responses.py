@@ -14,9 +14,9 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.response.identification import (
     identify_from_responses,
-    read_posture,
     responses_text,
 )
+from coupling.identification.response.posture import read_posture
 from coupling.report.identify_answers import response_answer
 from coupling.report.response_report import response_page, response_summary, response_warnings
 

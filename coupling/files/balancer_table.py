@@ -8,7 +8,6 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.spatial.transform import Rotation
 
 from coupling.files.toml_file import Positive, Schema, Vector3
 from elastic_robot.balancers import BalancerCurve
@@ -85,6 +84,8 @@ class BalancerGeometry:
 
     def length(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return L [m] and dL/dphi [m/rad] of the spring at joint angles (k,) [rad], (k,) each."""
+        from scipy.spatial.transform import Rotation
+
         arm = Rotation.from_rotvec(angle[:, None] * self.axis).apply(self.link_point)
         way = self.origin + arm - self.base_point
         length = np.linalg.norm(way, axis=1)

@@ -15,8 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg import eigh
-from scipy.optimize import lsq_linear
 
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -87,6 +85,9 @@ def _fit_dampers(mass: np.ndarray, stiffness: np.ndarray, ratio: float) -> np.nd
         stiffness: Stiffness of the coordinates [N m/rad], (m,).
         ratio: Damping ratio that the modes are to have [1].
     """
+    from scipy.linalg import eigh
+    from scipy.optimize import lsq_linear
+
     inertia = np.mean(np.diagonal(mass, axis1=1, axis2=2), axis=0)
     alone = 2.0 * ratio * np.sqrt(stiffness * inertia)
     rows, targets = [], []

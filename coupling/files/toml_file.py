@@ -30,7 +30,9 @@ from elastic_robot.errors import ElasticRobotError
 class Schema(BaseModel):
     """Base of file schemas: no unknown keys, no silent conversion of types, no NaN."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True
+    )
 
 
 # A finite number above zero.

@@ -10,6 +10,8 @@ import pinocchio as pin
 
 # A description of links and joints has no such depth.
 _MAX_DEPTH = 200
+# No one writes more than a turn and a half to turn a frame [rad]; degrees are more.
+_MAX_TURN = 10.0
 
 
 def plain_name(name: str) -> str:
@@ -88,8 +90,13 @@ def placement_of(element: Element) -> pin.SE3:
     origin = element.find("origin")
     if origin is None:
         return pin.SE3.Identity()
-    rotation = pin.rpy.rpyToMatrix(vector_of(origin, "rpy", (0.0, 0.0, 0.0)))
-    return pin.SE3(rotation, vector_of(origin, "xyz", (0.0, 0.0, 0.0)))
+    rpy = vector_of(origin, "rpy", (0.0, 0.0, 0.0))
+    if np.abs(rpy).max() > _MAX_TURN:
+        raise ValueError(
+            f"origin: rpy: expected radians, {_MAX_TURN:g} at most, got"
+            f" {float(rpy[np.argmax(np.abs(rpy))]):g}: convert degrees"
+        )
+    return pin.SE3(pin.rpy.rpyToMatrix(rpy), vector_of(origin, "xyz", (0.0, 0.0, 0.0)))
 
 
 def vector_of(element: Element, key: str, default: tuple[float, float, float]) -> np.ndarray:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from coupling.identification.least_squares import LinearProblem
-from coupling.identification.verdict import quantile
 
 # A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
 # this or less, is known from that row alone: no prediction of it, no jackknife.
@@ -139,3 +139,12 @@ def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
     for i in np.flatnonzero(np.any(others < lowest[:, None], axis=0)):
         others[:, i] = weighted.without(int(i)).solve()
     return problem.target - np.einsum("krp,pk->kr", problem.columns, others)
+
+
+def quantile(freedom: float) -> float:
+    """Return half a 95 % interval by the standard deviation, of Student's distribution.
+
+    Args:
+        freedom: Degrees of freedom, > 0; infinite for a normal one.
+    """
+    return float(stdtrit(freedom, 0.975))

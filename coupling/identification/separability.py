@@ -9,6 +9,8 @@ import numpy as np
 from scipy.linalg import qr
 
 from coupling.identification.least_squares import LinearProblem
+from coupling.results.base import finite
+from coupling.results.identified_result import AlikeResult, DirectionResult
 
 # Condition indices above this are strong dependencies (Belsley, Kuh and Welsch 1980).
 STRONG = 30.0
@@ -17,31 +19,6 @@ ALIKE = 0.98
 # Smallest part of a direction that is named, over the largest, by what it does: of one that is not
 # observable at all, and of one that is hardly.
 _NAMED_UNOBSERVABLE, _NAMED = 1e-3, 0.05
-
-
-@dataclass(frozen=True)
-class WeakDirection:
-    """A change of parameters that moves hardly any measured number.
-
-    Attributes:
-        names: Parameters that take part.
-        parts: Changes of the parameters over that of the first, the largest, (len(names),).
-        index: Condition index: largest singular value over that of this direction; infinite for one
-            that the data do not see.
-    """
-
-    names: tuple[str, ...]
-    parts: tuple[float, ...]
-    index: float
-
-    def in_words(self) -> str:
-        """Return for instance `joint[2] - 0.98 joint[3]`."""
-        words = ""
-        for part, name in zip(self.parts, self.names, strict=True):
-            sign = " - " if part < 0.0 else " + "
-            size = "" if abs(abs(part) - 1.0) < 5e-3 else f"{abs(part):.2g} "
-            words += f"{sign}{size}{name.removesuffix('.stiffness')}"
-        return words.removeprefix(" + ")
 
 
 @dataclass(frozen=True)
@@ -59,9 +36,9 @@ class Separability:
 
     condition: float
     without_effect: tuple[str, ...]
-    unseen: tuple[WeakDirection, ...]
-    weak: tuple[WeakDirection, ...]
-    pairs: tuple[tuple[str, str, float], ...]
+    unseen: tuple[DirectionResult, ...]
+    weak: tuple[DirectionResult, ...]
+    pairs: tuple[AlikeResult, ...]
 
 
 def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
@@ -98,7 +75,7 @@ def _reduced(directions: np.ndarray) -> np.ndarray:
 
 def _name_direction(
     problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
-) -> WeakDirection:
+) -> DirectionResult:
     least = _NAMED if np.isfinite(index) else _NAMED_UNOBSERVABLE
     chosen = np.flatnonzero(np.abs(direction) > least * np.abs(direction).max())
     chosen = chosen[np.argsort(-np.abs(direction[chosen]), kind="stable")]
@@ -110,13 +87,23 @@ def _name_direction(
         )
     )
     relative = parts[chosen] / parts[chosen[0]]
-    return WeakDirection(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
+    of_names, words = tuple(names[int(j)] for j in chosen), ""
+    for part, name in zip(relative.tolist(), of_names, strict=True):
+        sign = " - " if part < 0.0 else " + "
+        size = "" if abs(abs(part) - 1.0) < 5e-3 else f"{abs(part):.2g} "
+        words += f"{sign}{size}{name.removesuffix('.stiffness')}"
+    return DirectionResult(
+        names=of_names,
+        parts=tuple(relative.tolist()),
+        index=finite(index),
+        in_words=words.removeprefix(" + "),
+    )
 
 
-def _pairs(problem: LinearProblem, names: Sequence[str]) -> list[tuple[str, str, float]]:
+def _pairs(problem: LinearProblem, names: Sequence[str]) -> list[AlikeResult]:
     cosines = problem.scaled.T @ problem.scaled
     first, second = np.nonzero(np.triu(np.abs(cosines) > ALIKE, k=1))
     return [
-        (names[int(i)], names[int(j)], float(cosines[i, j]))
+        AlikeResult(names=(names[int(i)], names[int(j)]), cosine=float(cosines[i, j]))
         for i, j in zip(first, second, strict=True)
     ]

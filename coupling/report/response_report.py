@@ -17,11 +17,12 @@ _ERRORS = Note(
     " are taken for locked, gears for on the flank that gravity presses them to."
 )
 _INTERVALS = Note(
-    "95 % intervals are those of noise, and wider by what the model does not describe. Stiffness is"
+    "95 % intervals are those of noise, and wider by what the model does not describe, as far as it"
+    " shows: where more is left than noise, they hold the gear's stiffness in two of three. Stiffness is"
     " known to a factor of 2.2 before, damping to a factor of 7 around a ratio of 0.04."
 )
 # A residual so many times as large as noise is of what the model does not describe.
-_UNEXPLAINED = 2.0
+_UNEXPLAINED = 1.05
 
 
 def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
@@ -90,6 +91,7 @@ def response_warnings(result: ResponseFitResult) -> list[str]:
         warnings.append(
             f"The fit leaves {100.0 * result.residual:.2g} %, noise alone would be"
             f" {100.0 * result.noise:.2g} %: something gives way that the robot file has not (links,"
-            " base, tool), is taken for gears and tilts, and may be off by more than the intervals say."
+            " base, tool) and is taken for gears and tilts. Stiffness is that of a gear with what gives"
+            " way beside it, most often less than the gear's alone, which the intervals do not hold."
         )
     return warnings

@@ -212,7 +212,7 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     if left_out:
         name, deviation = max(left_out.items(), key=lambda item: item[1])
         text = (
-            f"Most of this is by usual values of what the robot file does not state: {name} alone"
+            f"Most of this comes from usual values of what the robot file does not state: {name} alone"
             f" {in_words(deviation)}."
         )
     else:

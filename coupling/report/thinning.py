@@ -24,11 +24,13 @@ def extremes(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> np.nda
     if count <= 2 * parts:
         return np.arange(count)
     edges = np.searchsorted(time, np.linspace(time[0], time[-1], parts + 1)[1:-1])
-    rows = {0, count - 1}
-    for part in np.split(np.arange(count), edges):
-        if len(part):
-            rows |= {int(part[values[part].argmin()]), int(part[values[part].argmax()])}
-    return np.array(sorted(rows))
+    starts = np.unique(np.append(0, edges[edges < count]))
+    part = np.repeat(np.arange(len(starts)), np.diff(starts, append=count))
+    rows = [np.array([0, count - 1])]
+    for signed in (values, -values):
+        at_most = np.flatnonzero(~(signed < np.maximum.reduceat(signed, starts)[part]))
+        rows.append(at_most[np.flatnonzero(np.diff(part[at_most], prepend=-1))])
+    return np.unique(np.concatenate(rows))
 
 
 def rows_within(

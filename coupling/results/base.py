@@ -40,7 +40,7 @@ class ResultPart(BaseModel):
     in `sparse` are left out without a value.
     """
 
-    model_config = ConfigDict(frozen=True, populate_by_name=True)
+    model_config = ConfigDict(frozen=True, populate_by_name=True, defer_build=True)
     sparse: ClassVar[tuple[str, ...]] = ()
 
     @model_serializer(mode="wrap")

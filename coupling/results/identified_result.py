@@ -30,7 +30,15 @@ class FurtherResult(EvidenceResult):
 
 
 class DirectionResult(ResultPart):
-    """A change of parameters that hardly moves what was measured."""
+    """A change of parameters that hardly moves what was measured.
+
+    Attributes:
+        names: Parameters that take part.
+        parts: Changes of the parameters over that of the first, the largest, (len(names),).
+        index: Condition index: largest singular value over that of this direction; None, infinite, for
+            one that the data do not see.
+        in_words: The change, such as `joint[2] - 0.98 joint[3]`.
+    """
 
     names: tuple[str, ...]
     parts: tuple[float, ...]
@@ -46,7 +54,13 @@ class AlikeResult(ResultPart):
 
 
 class CommonLossResult(ResultPart):
-    """A deflection that is missing in every row."""
+    """A deflection that is missing in every row, whatever its load: what friction takes.
+
+    Attributes:
+        value_m: The loss; negative where rows deflect by more, as with backlash.
+        half_m: Half width of its 95 % interval.
+        probability: Probability of so large a value by chance.
+    """
 
     value_m: float
     half_m: float
@@ -54,7 +68,14 @@ class CommonLossResult(ResultPart):
 
 
 class LoopResult(ResultPart):
-    """Rms errors of a loading loop [m]; None where a robot finds no rest."""
+    """Rms errors of a loading loop [m], over all components of positions.
+
+    Attributes:
+        number: Number of the loop in the table.
+        fit_m: Error that the fit leaves.
+        left_out_m: Error under a fit of all other loops.
+        without_hysteresis_m: Error under such a fit of a robot without hysteresis.
+    """
 
     number: int
     fit_m: float | None

@@ -16,8 +16,20 @@ class LeftResult(ResultPart):
 
 
 class LearnedParameterResult(ParameterResult):
-    """A parameter of the robot file, and its factor against that."""
+    """A parameter of the robot file, whose numbers are all known, and its factor against that.
 
+    Attributes:
+        factor, factor_low, factor_high: Fitted value and ends of its interval over that of the file.
+        significant: Whether it moves the tool by more than is looked for.
+        effect_m: Effect of its prior standard deviation on the tool along the runs measured, less a
+            constant: rms of the slow part.
+    """
+
+    start: float
+    value: float
+    low: float
+    high: float
+    written: float
     factor: float
     factor_low: float
     factor_high: float

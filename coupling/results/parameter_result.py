@@ -1,12 +1,27 @@
-"""What is stored of every estimated parameter."""
+"""An estimated parameter, and what tests say of one that a robot may be without."""
 
 from __future__ import annotations
 
+import math
+
 from coupling.results.base import ResultPart
+
+# What a robot file says beside a value that is not identified.
+KEPT = "NOT IDENTIFIED, start value kept"
 
 
 class EvidenceResult(ResultPart):
-    """What the tests of a tilt or backlash say."""
+    """A parameter, or some together, beside a model without: F test and leave-one-out.
+
+    Attributes:
+        F: Fall of the squares for each parameter, over the variance.
+        probability: Probability of an F as large by chance.
+        left_out_change: Change of the leave-one-out root mean square with the parameter [1].
+        left_out_change_without_worst: The same where the three rows that are predicted worst without it
+            are left out of everything; None for too few rows, and for what is not supported.
+        supported: Whether both tests support it.
+        in_words: The verdict, or the reason for which it could not be tested.
+    """
 
     F: float | None
     probability: float | None
@@ -17,7 +32,18 @@ class EvidenceResult(ResultPart):
 
 
 class ParameterResult(ResultPart):
-    """An estimated parameter; None is infinite, not fitted, or not in the start or the new file."""
+    """An estimated parameter; None is infinite, not fitted, or not in the start or the new file.
+
+    Attributes:
+        name, unit: Name in the FMU, and unit of all its values.
+        start, value, written: Value in the start file, fitted value, value in the new file.
+        low, high: Ends of the 95 % interval.
+        identified: Whether the measurements identify it.
+        reason: Reason why they do not; "" where they do.
+        added: Whether the start file does not have it.
+        term: Term of the equations of motion; None where that does not matter.
+        support: Tests of what a robot may be without; None for others.
+    """
 
     sparse = ("term", "support")
 
@@ -33,3 +59,35 @@ class ParameterResult(ResultPart):
     added: bool = False
     term: str | None = None
     support: EvidenceResult | None = None
+
+    @property
+    def kind(self) -> str:
+        """Kind of the parameter, the key of its row."""
+        return self.name.rpartition(".")[2]
+
+    @property
+    def is_written(self) -> bool:
+        """Whether the new file has another value than the start's, or the same confirmed."""
+        return self.written is not None and (self.identified or self.written != self.start)
+
+    @property
+    def remark(self) -> str:
+        """Comment beside it in a robot file: its interval, or why its start value is kept."""
+        ends = ("no limit" if end is None else f"{end:.4g}" for end in (self.low, self.high))
+        interval = f"95 %: {' to '.join(ends)}"
+        if self.identified:
+            return interval
+        if self.is_written and not self.added:
+            return f"best fit with the others, but {self.reason}; {interval}"
+        return f"{KEPT}: {self.reason}"
+
+    @property
+    def bounds(self) -> tuple[float, float] | None:
+        """Its interval where both ends bound it and are positive."""
+        if self.low is None or self.high is None or not 0.0 < self.low <= self.high < math.inf:
+            return None
+        return self.low, self.high
+
+    def contains(self, value: float) -> bool:
+        """Return whether a value is in its interval."""
+        return (self.low is None or self.low <= value) and (self.high is None or value <= self.high)

@@ -16,7 +16,7 @@ class ClearChatterError(CouplingError):
     """A cut chatters clearly, and no command is computed.
 
     Attributes:
-        stability: Stability of its cuts, with limits over speed, feed and place.
+        stability: Verdict and limits over speed, feed and place.
     """
 
     def __init__(self, stability: StabilityResult) -> None:

@@ -15,9 +15,8 @@ from coupling.files.formats import other_format
 from coupling.path.frame import Frame
 from coupling.toolpaths.apt_statements import Statement, read_content, statements_of
 from coupling.toolpaths.apt_words import (
-    IDLE,
-    IDLE_WHEN_OFF,
     NUMBER,
+    idle_word,
     numbers,
     refusal,
     require_within,
@@ -153,10 +152,8 @@ class _Reader:
         word, arguments = statement.word, statement.arguments
         if word == "GOTO":
             self._go(*self._places(arguments))
-        elif word in IDLE:
-            self.left_out[word] += 1
-        elif word in IDLE_WHEN_OFF and arguments in (("OFF",), ("NOMORE",)):
-            self.left_out[f"{word}/{arguments[0]}"] += 1
+        elif idle := idle_word(statement):
+            self.left_out[idle] += 1
         elif word in self._EXECUTED:
             self._EXECUTED[word](self, statement)
         elif word != "FINI":

@@ -6,6 +6,7 @@ import math
 import re
 
 from coupling.toolpaths.apt_statements import Statement
+from coupling.toolpaths.gcode_codes import require_functions
 
 NUMBER = re.compile(r"[+-]?(?:\d{1,15}(?:\.\d{0,25})?|\.\d{1,25})(?:E[+-]?\d{1,2})?")
 # A vector may be so much longer or shorter than 1.
@@ -25,10 +26,12 @@ _TEXTS = (
 _TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
 _MACHINE = ("MACHIN", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
 _SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
-IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
+_IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
 # Words that end what is refused here, and then change nothing.
-IDLE_WHEN_OFF = ("CYCLE", "CUTCOM", "TRACUT", "ARCSLP")
+_IDLE_WHEN_OFF = ("CYCLE", "CUTCOM", "TRACUT", "ARCSLP")
+_REPETITION = "a repetition, a jump or a call: output its statements one after the other"
 _REFUSED = {
+    **dict.fromkeys(("COPY", "INDEX", "MACRO", "CALL", "LOOPST", "JUMPTO"), _REPETITION),
     "CYCLE": "a cycle: output its moves as GOTO",
     "CUTCOM": "cutter radius compensation: output the tool's centre",
     "INSERT": "a block for the controller, which is not known here: take it out",
@@ -58,6 +61,22 @@ _GEOMETRY = (
     "TLRGT",
     "GO",
 )
+
+
+def idle_word(statement: Statement) -> str | None:
+    """Return the word under which a statement is left out; None where it is executed or refused.
+
+    Raises:
+        ValueError: If it is an auxiliary function that is more than one of the machine, as M98.
+    """
+    word, arguments = statement.word, statement.arguments
+    if word == "AUXFUN":
+        require_functions([float(text) for text in arguments if NUMBER.fullmatch(text)])
+    if word in _IDLE:
+        return word
+    if word in _IDLE_WHEN_OFF and arguments in (("OFF",), ("NOMORE",)):
+        return f"{word}/{arguments[0]}"
+    return None
 
 
 def refusal(statement: Statement) -> str:

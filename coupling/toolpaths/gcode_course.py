@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.toolpaths.gcode_moves import UNTILTED, Dwell, GcodeMove, GcodeProgram, Held
+from coupling.toolpaths.gcode_directions import MoveDirections
+from coupling.toolpaths.gcode_moves import UNTILTED, Dwell, GcodeMove, GcodeProgram
 from coupling.toolpaths.rotary import Kinematics
 from coupling.toolpaths.segments import Chain
 
@@ -17,8 +18,6 @@ _DIFFERENCE_STEP, _SMALL_TURN = 1e-4, 0.5
 _SMALL_TURN_PARTS, _LARGE_TURN_PARTS = np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 33)
 # Moves whose turns are looked at together.
 _BATCH_SIZE = 20_000
-# Directions closer to opposite than this have no plane that one turns in to the other.
-_OPPOSITE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -61,6 +60,7 @@ class Course:
             elif isinstance(step, Dwell) and self._moves:
                 last = len(self._moves) - 1
                 waits[last] = waits.get(last, 0.0) + step.duration
+        self._directions = MoveDirections(self._moves, kinematics)
         self._chain = Chain([move.segment for move in self._moves])
         self.lengths = self._chain.lengths
         self._ends = np.cumsum(self.lengths)
@@ -70,7 +70,7 @@ class Course:
         self._waited[list(waits)] = True
         self.turns = any(move.turn is not None for move in self._moves)
         if self.turns:
-            self._require_planes()
+            self._directions.require_planes()
 
     def points(self, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return tips [m] and vectors from tip to holder [1], axes of X, Y, Z, (k, 3) each.
@@ -84,7 +84,7 @@ class Course:
         which = np.searchsorted(self._ends, way, side="left").clip(max=len(self._ends) - 1)
         begin = self._ends[which] - self.lengths[which]
         part = np.clip((way - begin) / self.lengths[which], 0.0, 1.0)
-        return self._tips(which, part, places), self._axes(which, part)
+        return self._tips(which, part, places), self._directions.axes(which, part)
 
     def feeds(self, law: CourseLaw) -> np.ndarray:
         """Return the speeds of the moves, none of which turns the tool too fast, (n,) [m/s or rad/s]."""
@@ -141,8 +141,8 @@ class Course:
         which, last_parts = np.arange(len(self._moves)), np.ones(len(self._moves))
         begins, ends = (
             (
-                self._axes(which, part + _DIFFERENCE_STEP)
-                - self._axes(which, part - _DIFFERENCE_STEP)
+                self._directions.axes(which, part + _DIFFERENCE_STEP)
+                - self._directions.axes(which, part - _DIFFERENCE_STEP)
             )
             / (2.0 * _DIFFERENCE_STEP * self.lengths[:, None])
             for part in (0.0 * last_parts, last_parts)
@@ -224,7 +224,7 @@ class Course:
         """Return whether the tool turns about another axis behind a turn in place than in it."""
         which = np.array([number, number + 1])
         parts = np.array([1.0, 0.0])
-        rate = self._axes(which, parts + _DIFFERENCE_STEP) - self._axes(
+        rate = self._directions.axes(which, parts + _DIFFERENCE_STEP) - self._directions.axes(
             which, parts - _DIFFERENCE_STEP
         )
         rate /= 2.0 * _DIFFERENCE_STEP * self.lengths[which, None]
@@ -235,8 +235,11 @@ class Course:
         """Return numbers of moves that turn the tool, a few thousand at a time, and parts to look at."""
         if not self.turns:
             return []
-        small = self._angle_sums < _SMALL_TURN
-        kinds = [(small & (self._angle_sums > 0.0), _SMALL_TURN_PARTS), (~small, _LARGE_TURN_PARTS)]
+        small = self._directions.angle_sums < _SMALL_TURN
+        kinds = [
+            (small & (self._directions.angle_sums > 0.0), _SMALL_TURN_PARTS),
+            (~small, _LARGE_TURN_PARTS),
+        ]
         return [
             (rows[k : k + _BATCH_SIZE], parts)
             for rows, parts in ((np.flatnonzero(kind), parts) for kind, parts in kinds)
@@ -246,8 +249,8 @@ class Course:
     def _rates(self, rows: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest derivatives of rotation [rad] and tip [m] by the part of moves, (r,)."""
         which, part = np.repeat(rows, len(parts)), np.tile(parts, len(rows))
-        axis = self._axes(which, part)
-        rate = self._axes(which, part + _DIFFERENCE_STEP) - self._axes(
+        axis = self._directions.axes(which, part)
+        rate = self._directions.axes(which, part + _DIFFERENCE_STEP) - self._directions.axes(
             which, part - _DIFFERENCE_STEP
         )
         # The tool turns about its own axis as well, so that it is turned the shortest way from upright.
@@ -270,96 +273,8 @@ class Course:
         width = 2.0 * _DIFFERENCE_STEP
         return turning.reshape(shape).max(axis=1) / width, moving.reshape(shape).max(axis=1) / width
 
-    @cached_property
-    def _angle_sums(self) -> np.ndarray:
-        """Sums of the angles of rotary axes, or angles between tool axes, of the moves [rad], (n,)."""
-        before, after = self._angles
-        sums: np.ndarray = np.abs(after - before).sum(axis=1)
-        sums[self._great] = self._between[self._great]
-        return sums
-
-    @cached_property
-    def _states(self) -> tuple[list[Held], list[Held]]:
-        turns = [move.turn for move in self._moves]
-        return (
-            [UNTILTED if turn is None else turn.before for turn in turns],
-            [UNTILTED if turn is None else turn.after for turn in turns],
-        )
-
-    @cached_property
-    def _great(self) -> np.ndarray:
-        """Whether the tool's axis turns along a great circle, (n,); a constant one does as well."""
-        return np.array(
-            [
-                turn is None or turn.is_great_circle or not turn.after.angles
-                for turn in (move.turn for move in self._moves)
-            ]
-        )
-
-    @cached_property
-    def _angles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Angles of the rotary axes at both ends of the moves [rad], (n, a) each; zeros for vectors."""
-        count = len(self._kinematics.letters) if self._kinematics else 0
-        zeros = (0.0,) * count
-        before, after = (
-            np.array([state.angles or zeros for state in side]) for side in self._states
-        )
-        shape = (len(self._moves), count)
-        return before.reshape(shape), after.reshape(shape)
-
-    @cached_property
-    def _directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit vectors from tip to holder at both ends of the moves, (n, 3) each."""
-        sides = []
-        for states, angles in zip(self._states, self._angles, strict=True):
-            stated_axes = np.array([state.axis or UNTILTED.axis for state in states])
-            is_angle = np.array([bool(state.angles) for state in states])
-            if self._kinematics and is_angle.any():
-                stated_axes[is_angle] = self._kinematics.axis(angles[is_angle])
-            sides.append(stated_axes)
-        return sides[0], sides[1]
-
-    @cached_property
-    def _between(self) -> np.ndarray:
-        """Angles between the tool's axes at both ends of the moves [rad], (n,)."""
-        before, after = self._directions
-        across = np.linalg.norm(np.cross(before, after), axis=1)
-        angles: np.ndarray = np.arctan2(across, np.einsum("ij,ij->i", before, after))
-        return angles
-
-    def _require_planes(self) -> None:
-        opposite = self._great & (self._between > np.pi - _OPPOSITE_TOLERANCE)
-        if opposite.any():
-            raise ValueError(
-                f"expected tool axes less than 180 deg apart, got opposite ones in move"
-                f" {int(np.argmax(opposite)) + 1}: give one between"
-            )
-
-    def _axes(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
-        """Return unit vectors from tip to holder, (k, 3), of moves (k,) at parts of them (k,)."""
-        axes = np.empty((len(which), 3))
-        great = self._great[which]
-        if great.any():
-            rows, u = which[great], part[great, None]
-            before, after = (side[rows] for side in self._directions)
-            angle = self._between[rows, None]
-            sine = np.sin(angle)
-            is_turn = sine > 1e-9
-            safe = np.where(is_turn, sine, 1.0)
-            first = np.where(is_turn, np.sin((1.0 - u) * angle) / safe, 1.0 - u)
-            last = np.where(is_turn, np.sin(u * angle) / safe, u)
-            axes[great] = first * before + last * after
-        if self._kinematics and not great.all():
-            axes[~great] = self._kinematics.axis(self._angles_at(which[~great], part[~great]))
-        return axes
-
     def _tips(self, which: np.ndarray, part: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return the tips [m], (k, 3), of moves (k,) at parts of them (k,) and X, Y, Z, (k, 3)."""
         if self._kinematics and self._is_machine:
-            return self._kinematics.tip(places, self._angles_at(which, part))
+            return self._kinematics.tip(places, self._directions.angles_at(which, part))
         return places
-
-    def _angles_at(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
-        before, after = self._angles
-        angles: np.ndarray = before[which] + part[:, None] * (after[which] - before[which])
-        return angles

@@ -57,10 +57,10 @@ class CoveredParameter:
     def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[CoveredParameter]:
         """Yield what a run tells of a robot that is known."""
         for own in found.parameters:
-            if own.identifiable:
+            if own.identified:
                 half = float(np.log(own.high / own.value))
                 off = abs(np.log(own.factor / truth.factors.get(own.name, 1.0)))
-                yield cls(times, own.parameter.kind, float(off) / half, half)
+                yield cls(times, own.kind, float(off) / half, half)
 
 
 def cone_of(home: Sequence[float], file: str, at: Sequence[float], **path: Any) -> dict[str, Any]:

@@ -60,9 +60,9 @@ def fanuc() -> str:
         ("and the tilt of joint 3 about z of its body", *_sizes(tilted)),
         ("published stiffness, no tilt", f"{1e3 * axial.rms_start:.3f}", "", "", "", ""),
     ]
-    (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
+    (tilt,) = [p for p in tilted.parameters if p.added]
     assert tilt.support is not None
-    return f"{table(head, rows)}\n\nThe tilt: {tilt.support.in_words()}."
+    return f"{table(head, rows)}\n\nThe tilt: {tilt.support.in_words}."
 
 
 @PAGE.part
@@ -115,14 +115,14 @@ def _percent(shares: np.ndarray, digits: int) -> str:
 
 def _sizes(found: Identification) -> tuple[str, ...]:
     torsions = [p.value for p in found.parameters if ".tilt[" not in p.name]
-    tilts = [p.value for p in found.parameters if p.name in found.added]
+    tilts = [p.value for p in found.parameters if p.added]
     worst = np.linalg.norm(found.left_out[found.worst(1)[0]])
     return (
         f"{1e3 * rms(found.residual):.3f}",
         f"{1e3 * rms(found.left_out):.3f} mm",
         f"{1e3 * worst:.2f} mm",
-        ", ".join(_kilo(value) for value in torsions)
-        + "".join(f"; tilt {_kilo(value)}" for value in tilts),
+        ", ".join(_kilo(value) for value in torsions if value)
+        + "".join(f"; tilt {_kilo(value)}" for value in tilts if value),
         f"{found.fit.separability.condition:.1f}",
     )
 

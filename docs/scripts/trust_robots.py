@@ -40,9 +40,9 @@ class Fanuc:
         """Fit the model to the measurements."""
         axial, tilted = identified(), identified("supported")
         widths = [
-            50.0 * (parameter.high - parameter.low) / parameter.value
+            50.0 * (parameter.bounds[1] - parameter.bounds[0]) / parameter.value
             for parameter in tilted.parameters
-            if parameter.identifiable
+            if parameter.identified and parameter.bounds and parameter.value
         ]
         return cls(
             _left_out("deflection of a real robot, joints", axial),

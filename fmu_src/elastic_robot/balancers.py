@@ -8,11 +8,14 @@ with the slope -dtau_b/dphi.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from elastic_robot.description import Robot, Table
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,8 @@ class BalancerCurve:
     @classmethod
     def through(cls, table: Table) -> BalancerCurve:
         """Return the curve through points [rad, N m]."""
+        from scipy.interpolate import CubicSpline
+
         spline = CubicSpline(*np.array(table, dtype=float).T, bc_type="natural")
         first, last = spline.x[[0, -1]]
         for end, outside in ((last, last + 1.0), (first, first - 1.0)):

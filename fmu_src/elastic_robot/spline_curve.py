@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, PPoly
 
 from elastic_robot.parameters import Parameters
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # A jump of the curvature counts from this part of the largest curvature on.
 _SMALLEST_JUMP = 1e-9
@@ -44,6 +46,8 @@ def akima(angle: np.ndarray, torque: np.ndarray) -> PPoly:
     Raises:
         ValueError: If the curve falls between two of them; with the angles.
     """
+    from scipy.interpolate import Akima1DInterpolator
+
     curve = Akima1DInterpolator(angle, torque)
     slope = curve.derivative()
     # A quadratic is lowest at its ends or at its vertex.

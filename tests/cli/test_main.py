@@ -40,14 +40,25 @@ def run(*arguments: str, **environment: str) -> str:
     return done.stdout
 
 
+def loaded_modules(*arguments: str) -> set[str]:
+    program = [sys.executable, "-X", "importtime", "-c", PROGRAM, *arguments]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    return {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+
+
 @pytest.mark.parametrize(("command", "of_typer"), [([], set()), (["study"], {"pydantic"})])
 def test_help_loads_neither_the_model_nor_what_computes(command, of_typer):
     """Typer itself checks ranges of options with pydantic."""
-    program = [sys.executable, "-X", "importtime", "-c", PROGRAM, *command, "--help"]
-    done = subprocess.run(program, capture_output=True, text=True, check=True)
-    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    loaded = loaded_modules(*command, "--help")
     assert "coupling.cli.study" in loaded
     assert {name.partition(".")[0] for name in loaded} & HEAVY <= of_typer
+
+
+def test_the_list_of_robots_loads_no_scipy():
+    """It takes longer to load than all else together."""
+    loaded = loaded_modules("robots")
+    assert "coupling.files.robot_file" in loaded
+    assert "scipy" not in loaded
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+from exported_runs import ROBOTS, ran
 from wall_case import WALL_CASE
 
 from coupling.case.file import load_case
@@ -26,44 +25,8 @@ from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
 from coupling.robot.inverter import Inverter
-from coupling.run.execute import run_compensation, run_coupling
-from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
-
-# Robot, home, part.
-ROBOTS = {
-    "icme2008": ([0.0, 10.0, 20.0, 0.0, 60.0, 0.0], [1.6, 0.1, 0.8]),
-    "abb_irb7600": ([0.0, 10.0, 20.0, 0.0, 60.0, 0.0], [1.6, 0.1, 0.9]),
-    "fanuc_r2000ic": ([0.0, 10.0, -10.0, 0.0, -70.0, 0.0], [1.6, 0.1, 0.8]),
-}
-
-
-def ran(folder: Path, text: str, kind: str = "compensate") -> Path:
-    """Return the run folder of a case."""
-    work = {"compensate": run_compensation, "couple": run_coupling}[kind]
-    (folder / "case.toml").write_text(text)
-    (folder / "pair").mkdir()
-    case = load_case(folder / "case.toml")
-    run = work(case)
-    assert run.correction.converged
-    write_run(folder / "pair", case, run)
-    return folder / "pair"
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory) -> dict[str, Path]:
-    return {
-        name: ran(tmp_path_factory.mktemp(name), WALL_CASE.format(robot=name, home=home, part=part))
-        for name, (home, part) in ROBOTS.items()
-    }
-
-
-@pytest.fixture
-def run(runs, tmp_path) -> Path:
-    """A copy of the example robot's run."""
-    shutil.copytree(runs["icme2008"], tmp_path / "stroke")
-    return tmp_path / "stroke"
 
 
 def simulated(run: Path, files: Path, name: str) -> tuple[float, float]:
@@ -309,59 +272,6 @@ def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
     assert max(robot["loss_m"] for robot in robots) <= 5e-6
 
 
-# What is typed, and what must be said.
-REFUSED = {
-    "language": (
-        ["--to", "krk"],
-        "--to: expected one of krl, rapid, fanuc, csv, got 'krk': did you",
-    ),
-    "targets": (["--to", "csv", "--targets", "cartesian"], "csv: expected joints, got 'cartesian'"),
-    "tolerance": (["--to", "krl", "--tolerance", "-1"], "expected a number > 0 [um], got -1"),
-    "not a number": (["--to", "krl", "--tolerance", "nan"], "expected a number > 0 [um], got nan"),
-    "cycle": (["--to", "fanuc", "--cycle-ms", "2.5"], "whole multiples of 1 ms, got 2.5 ms"),
-    "letters": (["--to", "krl", "--name", "2nd cut"], "expected a letter, then letters, digits"),
-    "spacing": (["--to", "csv", "--shortest-ms", "8"], "--shortest-ms: csv: expected none"),
-    "long": (["--to", "krl", "--name", "A" * 25], "at most 24 for KRL"),
-    "word": (["--to", "krl", "--name", "Spline"], "expected none of KRL's own words, got 'Spline'"),
-    "way out": (["--to", "rapid", "--name", "../../x"], "expected a letter, then letters, digits"),
-    "task": (["--to", "rapid", "--name", "main"], "expected none of RAPID's own words"),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_a_mistake_is_refused_in_one_sentence_and_nothing_is_written(run, command, name):
-    options, message = REFUSED[name]
-    before = sorted(run.rglob("*"))
-    done = command("export", run, *options)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert sorted(run.rglob("*")) == before
-
-
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("limits    = [-0.2, 0.2]", "joint 2: expected angles of -11.46 to 11.46 deg, got"),
-        ("max_rate  = 0.001", "joint 2: expected at most 0.001 rad/s, got"),
-        ("max_acceleration = 0.01", "joint 2: expected at most 0.01 rad/s^2, got"),
-    ],
-)
-def test_what_the_drives_cannot_do_is_not_written(run, command, tmp_path, key, message):
-    """The robot's file has got limits since the run."""
-    robot = tmp_path / "robot.toml"
-    text = find_robot("icme2008").read_text()
-    second = "[[joint]]                  # 2\n"
-    robot.write_text(text.replace(second, f"{second}{key}\n"))
-    case = run / "case.toml"
-    case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert "nothing was written" in done.stderr
-    assert not (run / "krl").exists()
-
-
 def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_counts(
     run, command, tmp_path
 ):
@@ -384,72 +294,6 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
     assert f",S {status},T {turn}}}" in text.splitlines()[2]
     assert turn & 2  # joint 2 leans forward by less than 90 deg
     assert start[0] * read_run(run).first.joints.q[0][0, 0] < 0.0
-
-
-def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, command, tmp_path):
-    place = tmp_path / "p"
-    assert command("export", run, "--to", "krl", "-o", place).returncode == 0
-    first = (place / "stroke.src").read_bytes()
-    again = command("export", run, "--to", "krl", "-o", place)
-    assert again.returncode == 2
-    assert "holds an export already: add --overwrite" in again.stderr
-    done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
-    assert done.returncode == 0
-    assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json", LIST}
-    done = command("export", run, "--to", "krl", "-o", place, "--overwrite")
-    assert done.returncode == 0
-    assert (place / "stroke.src").read_bytes() == first  # byte for byte
-    other = tmp_path / "mine"
-    other.mkdir()
-    (other / "photo.jpg").write_text("x")
-    done = command("export", run, "--to", "krl", "-o", other, "--overwrite")
-    assert "holds files that are not an export" in done.stderr
-    assert [file.name for file in other.iterdir()] == ["photo.jpg"]
-    file = tmp_path / "file"
-    file.write_text("x")
-    done = command("export", run, "--to", "krl", "-o", file)
-    assert "expected the name of a folder, got a file" in done.stderr
-    done = command("export", run, "--to", "krl", "-o", file / "deeper" / "p")
-    assert "file is no folder to write into" in done.stderr
-    assert not [name for name in os.listdir(tmp_path) if name.startswith(".")]
-
-
-def test_a_robot_file_that_has_changed_since_the_run_is_refused(run, command, tmp_path):
-    robot = tmp_path / "robot.toml"
-    text = find_robot("icme2008").read_text()
-    robot.write_text(text.replace("position = [0.30, 0.0, 0.0]", "position = [0.31, 0.0, 0.0]"))
-    case = run / "case.toml"
-    case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl")
-    assert done.returncode == 2
-    assert "up to 10000 um: the file has changed since the run" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("kind", "couple", "coupled, not compensated: its command is not corrected"),
-        ("converged", False, "the run has not converged"),
-    ],
-)
-def test_a_command_that_is_not_corrected_is_named(run, command, key, value, message):
-    figures = json.loads((run / "result.json").read_text())
-    (run / "result.json").write_text(json.dumps({**figures, key: value}))
-    done = command("export", run, "--to", "csv")
-    assert done.returncode == 0
-    assert "Warning: the run" in done.stdout
-    assert message in done.stdout
-
-
-def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
-    done = command("export", tmp_path, "--to", "krl")
-    assert done.returncode == 2
-    assert "name a run folder" in done.stderr
-    file = tmp_path / "case.toml"
-    file.touch()
-    done = command("export", file, "--to", "krl")
-    assert done.returncode == 2
-    assert "case.toml: expected a run folder, or the CSV of a command with --robot" in done.stderr
 
 
 def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):

@@ -129,6 +129,10 @@ REFUSED = {
         "joint 'j1': type: expected one of",
     ),
     "two numbers": (arm().replace("0.1 0.2 0.5", "0.1 0.2"), "joint 'j1': origin: xyz: expected 3"),
+    "degrees": (
+        arm().replace("0.3 -0.2 0.1", "0 0 90"),
+        "joint 'j1': origin: rpy: expected radians, 10 at most, got 90",
+    ),
     "not a number": (
         arm().replace("0.1 0.2 0.5", "nan 0 0"),
         "expected a finite number, got 'nan'",
@@ -146,7 +150,7 @@ REFUSED = {
     ),
     "no robot": ("<mujoco/>", "expected <robot>, got <mujoco>"),
     "nothing": ("", "is not a URDF: no element found"),
-    "a xacro file": ("<robot name='a'><xacro:arm/></robot>", "must be converted to a URDF first"),
+    "a xacro file": ("<robot name='a'><xacro:arm/></robot>", "convert a xacro file first"),
     "an encoding that is unknown": (
         "<?xml version='1.0' encoding='klingon'?><robot/>",
         "is not a URDF",

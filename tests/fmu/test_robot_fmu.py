@@ -22,6 +22,8 @@ from elastic_robot.drive import Drive
 from elastic_robot.fmi.interface import MODES
 from elastic_robot.gear_parts import KinematicError, StopElement
 
+pytestmark = pytest.mark.usefixtures("started_workers")
+
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:

@@ -21,3 +21,7 @@ def steady_wrench(
     way = Way(ends, np.outer(ends / cutter.tooth_period, cut.chip[0]))
     feed = np.tile([1.0, 0.0], (len(time), 1))
     return tooth_wrench(cutter, coefficients, cut, way, feed, time)
+
+
+ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
+RADIUS, SPEED = 8e-3, 2000.0

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import psutil
 from killing import Started, start
+from line_case import moving_line
 
 TABLES = ("points.csv", "samples.csv", "bands.csv", "study.json", "study.toml")
 
@@ -40,3 +41,14 @@ def tables(folder: Path) -> dict[str, bytes]:
     found = {name: (folder / name).read_bytes() for name in TABLES}
     lines = (folder / "rows.jsonl").read_bytes().splitlines(keepends=True)
     return {**found, "rows": b"".join(sorted(lines, key=lambda line: line.split(b" ", 1)[1]))}
+
+
+def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
+    """The small case, slow, on the moving robot with backlash by method inverse."""
+    text = moving_line(("feed_m_s = 0.1", f"feed_m_s = {feed}"))
+    file = folder / "stroke.toml"
+    file.write_text(f"{text}\n{more}")
+    return file
+
+
+SAMPLES = 32

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.identification.response.identification import MeasuredPosture
+from coupling.identification.response.posture import MeasuredPosture
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.robot.parameters import apply_values

@@ -28,9 +28,11 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     rest = fit.at.problem.residual(fit.at.problem.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
     t = fit.at.x[number] / np.sqrt(variance[number, number])
-    assert found.statistic == pytest.approx(t**2, rel=1e-6)
-    assert found.within == pytest.approx(np.sum(left_out(fit.at.problem, fit.at.weight) ** 2))
-    assert found.is_supported
+    np.testing.assert_allclose(found.F, t**2, rtol=1e-6)
+    problems = fit.at.problem.only(np.arange(4) != number), fit.at.problem
+    without, within = (np.sum(left_out(problem, fit.at.weight) ** 2) for problem in problems)
+    assert found.left_out_change == pytest.approx(np.sqrt(within / without) - 1.0)
+    assert found.supported
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -39,10 +41,10 @@ def test_a_tilt_that_is_there_is_added_and_one_that_is_not_is_not(seed):
     for true, added in ((arm(tilt=True), ("joint[3].tilt[1].stiffness",)), (axial, ())):
         rows = noisy(exact(true, 16, seed=seed + 10), rng, 1e-5)
         found = identify(axial, rows, IdentifyOptions(noise_of(rows), add=("supported",)))
-        assert found.added == added
+        assert tuple(p.name for p in found.parameters if p.added) == added
         if added:
             (own,) = [p for p in found.parameters if p.name in added]
-            assert own.identifiable
+            assert own.identified
             assert own.low < 8e5 < own.high
 
 
@@ -51,7 +53,7 @@ def test_a_tilt_of_the_start_file_without_support_keeps_its_value():
     start = arm(tilt=True)
     found = identify(start, rows, IdentifyOptions(noise_of(rows)))
     (own,) = [p for p in found.parameters if "tilt" in p.name]
-    assert not own.identifiable
+    assert not own.identified
     assert found.robot.joints[2].tilt[0].stiffness == pytest.approx(
         start.joints[2].tilt[0].stiffness, rel=1e-12
     )
@@ -63,8 +65,8 @@ def test_backlash_that_loads_reverse_is_found_by_name():
     true = replace(arm(), joints=(loose, *arm().joints[1:]))
     rows = noisy(exact(true, 16, seed=5), np.random.default_rng(1), 1e-5)
     found = identify(arm(), rows, IdentifyOptions(noise_of(rows), add=("joint[1].backlash",)))
-    (own,) = [p for p in found.parameters if p.is_backlash]
-    assert own.identifiable
+    (own,) = [p for p in found.parameters if p.kind == "backlash"]
+    assert own.identified
     assert own.low < 2e-4 < own.high < 3e-4
     with pytest.raises(IdentifyError, match=r"did you mean 'joint\[1\]\.backlash'"):
         identify(arm(), rows, IdentifyOptions(noise_of(rows), add=("joint[1].backlsh",)))
@@ -96,7 +98,7 @@ def test_a_point_that_was_elsewhere_is_suspected_where_it_was(which):
     spoiled = noisy(replace(rows, deflection=off.deflection), rng, 1e-7)
     found = identify(arm(), spoiled, IdentifyOptions(noise_of(spoiled), "linear"))
     (own,) = [point for point in found.points if point.name == which]
-    assert own.support.is_supported
+    assert own.support.supported
     np.testing.assert_allclose(own.shift, shift, atol=5e-4)
     assert which in own.suspicion()
     right = noisy(rows, rng, 5e-6)

@@ -55,13 +55,13 @@ def test_the_direction_named_changes_nothing_measured():
     rows = predicted(robot, exact(robot, 15, seed=2))
     found = telling(robot, rows)
     (direction,) = found.unseen
-    assert direction.in_words() in ("joint[2] - joint[3]", "joint[3] - joint[2]")
+    assert direction.in_words in ("joint[2] - joint[3]", "joint[3] - joint[2]")
     assert [pair[:2] for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
     result = identify(robot, rows, IdentifyOptions(noise_of(rows)))
     verdict = {parameter.name: parameter for parameter in result.parameters}
-    assert verdict["joint[1].stiffness"].identifiable
+    assert verdict["joint[1].stiffness"].identified
     for name in direction.names:
-        assert not verdict[name].identifiable
+        assert not verdict[name].identified
         assert "not distinguishable" in verdict[name].reason
 
 
@@ -132,7 +132,7 @@ def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path)
     many = noisy(many, np.random.default_rng(0), 1e-5)
     for rows in (one, many):
         found = identify(robot, rows, IdentifyOptions(noise_of(rows)))
-        assert not any(parameter.identifiable for parameter in found.parameters)
+        assert not any(parameter.identified for parameter in found.parameters)
         with pytest.raises(IdentifyError, match="not written: nothing is identified"):
             identified_text(found, tmp_path / "a.toml", tmp_path / "b.toml", "a test")
 

@@ -26,6 +26,8 @@ SOURCES = TESTS / "process" / "process_fmus"
 # Within which what was ended must be gone [s].
 SOON = 20.0
 
+pytestmark = pytest.mark.usefixtures("started_workers")
+
 
 def hanging_table(file: Path, **keys: object) -> ProcessFmuTable:
     """Return the table of the wall, which hangs half way after it has started a process."""

@@ -72,7 +72,7 @@ REFUSED = {
         "TRIGGER WHEN DISTANCE=0 DELAY=0 DO AWAY() PRIO=-1",
         ["line 4", "TRIGGER"],
     ),
-    "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 from 0 to 3"]),
+    "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 to stand", "from 0 to 3"]),
     "external axis that a later pose gives": (
         "LIN {X 1}\nLIN {X 2,E1 3}",
         ["line 5", "E1", "3 here first"],

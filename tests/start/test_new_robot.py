@@ -224,6 +224,12 @@ def test_a_last_link_that_resists_no_turn_of_its_joint_gets_an_estimate(tmp_path
     assert any("resist no turn" in remark for remark in made.remarks)
 
 
+def test_a_chain_that_ends_before_a_slide_says_so(tmp_path):
+    text = arm().replace('name="a5" type="revolute"', 'name="a5" type="prismatic"')
+    made = new_robot(write(tmp_path, text), RobotChoice(), tmp_path)
+    assert "4 joints, as 'a5' behind it is prismatic: it is carried at zero" in made.remarks[0]
+
+
 def test_an_mjcf_that_is_none_is_refused(tmp_path):
     pytest.importorskip("mujoco")
     file = write(tmp_path, "<mujoco><worldbody><body/><nonsense/></worldbody></mujoco>", "bad.xml")

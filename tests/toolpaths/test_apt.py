@@ -230,6 +230,8 @@ HEAD = "UNITS/MM\nFEDRAT/600\nGOTO/0,0,0\n"
     [
         (f"{HEAD}CYCLE/DRILL,5,MMPM,100,2\nGOTO/9,0,0", "line 4: expected no CYCLE, got a cycle"),
         (f"{HEAD}CUTCOM/LEFT,1\nGOTO/9,0,0", "line 4: expected no CUTCOM"),
+        (f"{HEAD}AUXFUN/98\nGOTO/9,0,0", "line 4: expected no M98"),
+        (f"{HEAD}COPY/1,TRANSL,9,0,0,3\nGOTO/9,0,0", "line 4: expected no COPY, got a repetition"),
         (f"{HEAD}INSERT G54\nGOTO/9,0,0", "line 4: expected no INSERT"),
         (f"{HEAD}TRACUT/1,0,0,0\nGOTO/9,0,0", "line 4: expected no TRACUT"),
         (f"{HEAD}TRACYL/5\nGOTO/9,0,0", "line 4: expected no TRACYL"),

@@ -4,74 +4,30 @@ from __future__ import annotations
 
 import re
 from functools import reduce
-from pathlib import Path
 
 import numpy as np
 import pytest
+from five_axes import (
+    MACHINES,
+    PART,
+    START,
+    about,
+    course,
+    part_from_tip,
+    path,
+    table,
+    tool,
+    words,
+)
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
-from coupling.errors import CaseError
-from coupling.files.toml_file import validate
-from coupling.path.frame import Frame
-from coupling.path.histories import ToolPath
-from coupling.toolpaths.gcode import GcodePath
 from coupling.toolpaths.gcode_course import Course
 from coupling.toolpaths.gcode_program import read_program
-from coupling.toolpaths.rotary import RotaryTable
 
-PART = Frame(np.zeros(3), Rotation.identity())
-MACHINES = [
-    ["table C", "table A"],
-    ["table C", "table B"],
-    ["table -C", "table -A"],
-    ["head C", "head A"],
-    ["head C", "head -B"],
-    ["head A", "head B"],
-    ["table C", "head B"],
-    ["table A", "head B"],
-    ["table B", "head A"],
-    ["table C", "table B", "head A"],
-    ["table A"],
-]
 FIVE = [axes for axes in MACHINES if len(axes) == 2]
-POINTS = {"A": [0.02, -0.3, -0.11], "B": [-0.04, 0.05, 0.26], "C": [0.013, -0.007, 0.4]}
-START = ("G21 G90 G17",)
 angles_deg = st.floats(-400.0, 400.0).map(lambda value: round(value, 6))
 places_mm = st.floats(-300.0, 300.0).map(lambda value: round(value, 6))
-
-
-def table(axes: list[str], **keys: object) -> RotaryTable:
-    points = {axis[-1]: POINTS[axis[-1]] for axis in axes}
-    return RotaryTable.model_validate({"axes": axes, "points_m": points} | keys)
-
-
-def about(letter: str, angle: float, point: list[float]) -> np.ndarray:
-    """Homogeneous matrix of a right-handed rotation about an axis through a point."""
-    c, s = np.cos(angle), np.sin(angle)
-    i, j = {"A": (1, 2), "B": (2, 0), "C": (0, 1)}[letter]
-    turn, there, back = np.eye(4), np.eye(4), np.eye(4)
-    turn[i, i] = turn[j, j] = c
-    turn[j, i], turn[i, j] = s, -s
-    there[:3, 3], back[:3, 3] = point, -np.array(point)
-    return there @ turn @ back
-
-
-def part_from_tip(axes: list[str], place: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Machine as it is built: the bed carries table upon table, and the slide head upon head.
-
-    By ISO 841 a table that turns by +q turns the part by -q, a head the tool by +q.
-    """
-    bed_from_part, slide_from_tip, bed_from_slide = np.eye(4), np.eye(4), np.eye(4)
-    bed_from_slide[:3, 3] = place
-    for axis, value in zip(axes, np.deg2rad(degrees), strict=True):
-        q, letter = (-value if "-" in axis else value), axis[-1]
-        if axis.startswith("table"):
-            bed_from_part = about(letter, -q, POINTS[letter]) @ bed_from_part
-        else:
-            slide_from_tip = slide_from_tip @ about(letter, q, POINTS[letter])
-    return np.linalg.inv(bed_from_part) @ bed_from_slide @ slide_from_tip
 
 
 def degrees_of(axes: list[str], v: np.ndarray) -> list[float]:
@@ -87,28 +43,6 @@ def degrees_of(axes: list[str], v: np.ndarray) -> list[float]:
         angles = [np.arctan2(x, z), np.arcsin(-y)]
     signs = [-1.0 if "-" in axis else 1.0 for axis in axes]
     return np.rad2deg(np.multiply(signs, angles)).tolist()
-
-
-def words(letters: str, values: list[float]) -> str:
-    return " ".join(f"{k}{v:.12f}" for k, v in zip(letters, values, strict=True))
-
-
-def course(folder: Path, lines: list[str], rotary: RotaryTable | None) -> Course:
-    file = folder / "program.ngc"
-    file.write_text("\n".join([*START, *lines]))
-    return Course(read_program(file, rotary), rotary.kinematics if rotary else None)
-
-
-def path(folder: Path, lines: list[str], **keys: object) -> GcodePath:
-    file = folder / "program.ngc"
-    file.write_text("\n".join([*START, *lines]))
-    raw = {"kind": "gcode", "file": str(file)} | keys
-    return validate(raw, GcodePath, CaseError, "tool_path")
-
-
-def tool(built: ToolPath) -> tuple[np.ndarray, np.ndarray]:
-    """Tips and vectors from tip to holder."""
-    return built.position[0], -built.rotations[0].apply([1.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("axes", MACHINES, ids=" ".join)
@@ -276,23 +210,6 @@ def test_inverse_time_is_the_time_of_each_move(tmp_path):
     assert path(tmp_path, lines).path(PART).time[-1] == pytest.approx(16.2, abs=0.21)
 
 
-@pytest.mark.parametrize(
-    ("lines", "said"),
-    [
-        (["G93 G1 X10"], "line 3: expected a feed F in its line, as G93 has it"),
-        (["F600", "G93 G1 X10"], "line 4: expected a feed F in its line"),
-        (["G93 G1 X10 F5", "X20"], "line 4: expected a feed F in its line"),
-        (["F600", "G93 G1 X10 F5", "G94", "X20"], "line 6: expected a feed F before"),
-        (["G93 G1 X10 F0"], "expected a move of 0.0001 to 360000 s under G93, got F0 1/min"),
-        (["G93 G1 X10 F-3"], "got F-3"),
-        (["G95 G1 X10 F1"], "feed per revolution"),
-    ],
-)
-def test_a_feed_that_is_missing_is_not_guessed(tmp_path, lines, said):
-    with pytest.raises(CaseError, match=said):
-        course(tmp_path, ["G0 X0 Y0 Z0", *lines], None)
-
-
 def test_degrees_per_minute_where_only_rotary_axes_turn(tmp_path):
     """F600 turns B by 20 deg in 2 s, in inches as in millimetres; a path that stays at its tip waits."""
     rotary = {"axes": ["head C", "head B"], "coordinates": "tool-tip"}
@@ -399,75 +316,6 @@ def test_a_tilted_plane_is_a_frame_of_the_part(tmp_path, order):
     np.testing.assert_allclose((tips - origin) @ turn[:, 2], 0.005, atol=1e-12)
 
 
-AC: dict[str, object] = {"axes": ["table C", "table A"]}
-MACHINE = AC | {"coordinates": "machine", "points_m": {"A": [0.0, 0.0, 0.1], "C": [0.0, 0.0, 0.0]}}
-
-
-@pytest.mark.parametrize(
-    ("rotary", "lines", "said"),
-    [
-        (None, ["G1 X10 A5 F600"], "axis A to stand still at 0, got A5: name the machine's axes"),
-        (AC, ["G1 X10 B5 F600"], "axis B to stand still at 0, got B5"),
-        (AC, ["G1 X10 A5 F600"], 'got none of G43.4, .* write coordinates = "tool-tip" or "machine"'),
-        (MACHINE, ["G43.4 H1"], "expected machine coordinates, as .* says, got G43.4"),
-        (MACHINE, ["TRAORI"], "expected machine coordinates, as .* says, got TRAORI"),
-        (None, ["G1 X5 F600 A3=0 B3=0 C3=1"], "expected TRAORI or G43.5 before a tool vector"),
-        (None, ["TRAORI", "G1 X5 F600 A3=0 B3=0 C3=0"], "a tool vector, got length 0"),
-        (None, ["TRAORI", "G1 X5 F600 A3=1 A3=0"], "expected one of each A3, B3, C3, got two"),
-        (None, ["TRAORI", "G1 X5 F600 A3=1EX2"], "a direction of the tool in another form 'A3=1EX2'"),
-        (None, ["TRAORI ORIMKS", "G1 X5 F600 C3=1"], "expected ORIWKS and ORIVECT .* got ORIMKS"),
-        (None, ["TRAORI ORIAXES", "G1 X5 F600 C3=1"], "expected ORIWKS and ORIVECT .* got ORIAXES"),
-        (None, ["TRAORI", "G1 X5 F600 A3=1 C3=1", "A3=-1 C3=-1 X9"], "less than 180 deg apart"),
-        (AC, ["TRAORI", "G1 X5 F600 C3=1 A3=1", "X9 A5"], "turn from known angles, got a tool vector"),
-        (None, ["G43.5", "G2 X5 I2 J1 F600"], "expected lines under G43.5, got an arc"),
-        (AC, ["TRAORI", "G1 X5 A20 F600", "TRAFOOF", "X0 Y0 Z0", "X1"], "TRAFOOF, the end of TRAORI"),
-        (AC, ["G43.4", "G1 X5 A20 F600", "G49", "G0 X0 Y0 Z0", "X1"], "behind G49, the end of G43.4"),
-        (AC, ["G43.4 A1e9"], "numbers without exponents"),
-        (AC, ["G43.4 A99999999"], "A: expected at most 1e[+]06 deg"),
-        (AC, ["TRAORI A2=30"], "a direction of the tool in another form 'A2=30'"),
-        (AC, ["TRAORI LEAD=5"], "a direction of the tool in another form 'LEAD=5'"),
-        (AC, ["ORICONCW"], "a way of the tool's direction 'ORICONCW'"),
-        (AC, ["TRAORI", "G1 C=DC(90)"], "a rotary position in another form"),
-        (AC, ["TRAORI(1,0,0,1)"], "TRAORI without a base orientation"),
-        (None, ["TRAORI(3)", "TRACYL(20)"], "a transformation of axes 'TRACYL"),
-        (None, ["G1 X5 F600", "G68.2 X0 Y0 Z0 I0 J30 K0"], "one plane for all moves, got G68.2"),
-        (None, ["G68.2 P1 X0 Y0 Z0 I0 J30 K0"], "another form of it: write Euler angles"),
-        (None, ["G68.2 J30", "G0 X0 Y0 Z0", "G1 X5 F600"], "expected G53.1 behind G68.2"),
-        (None, ["G53.1"], "expected G68.2 before G53.1"),
-        (AC, ["G68.2 J30", "G53.1", "G0 X0 Y0 Z0 A30"], "along the z axis of its tilted plane"),
-        (None, ["CYCLE800(1,\"T\",0,39,0,0,0,0,30,0,0,0,0,1)"], "with mode 57, .* got 39"),
-        (None, ["CYCLE800(1,\"T\",1,57,0,0,0,0,30,0,0,0,0,1)"], "got status 1, an additive one"),
-        (None, ["CYCLE800(1,\"T\",0,57,0,0,0,0,R1,0,0,0,0,1)"], "expected numbers in CYCLE800"),
-        (None, ["CYCLE800(1,\"T\",0,57,0,0,0,0,nan,0,0,0,0,1)"], "angles .deg. within 720, got nan"),
-        (None, ["G43.4", "G0 A30", "G1 X5 F600"], r"axes in \[tool_path.rotary\], got A30 under G43.4"),
-    ],
-)  # fmt: skip
-def test_what_is_not_known_of_the_tool_is_refused_by_its_name(tmp_path, rotary, lines, said):
-    keys = {} if rotary is None else {"rotary": rotary}
-    first = "G0 A30" if lines[-2:-1] == ["G0 A30"] else ""
-    lines = [first, "G0 X0 Y0 Z0", *[line for line in lines if line != first or not first]]
-    with pytest.raises(CaseError, match=said):
-        path(tmp_path, lines, **keys).path(PART)
-
-
-@pytest.mark.parametrize(
-    ("rotary", "said"),
-    [
-        ({"axes": []}, "axes"),
-        ({"axes": ["table X"]}, "axes: .*a letter A, B or C, as .table -A., got 'table X'"),
-        ({"axes": ["C table"]}, "got 'C table'"),
-        ({"axes": ["table C", "head C"]}, "expected each letter once"),
-        ({"axes": ["head B", "table C"]}, "those of the table first"),
-        ({"axes": ["table C"], "shortest": ["A"]}, "expected letters of axes, C, got A"),
-        ({"axes": ["table C"], "coordinates": "machine"}, "points_m of all axes .* got none of C"),
-        ({"axes": ["table C"], "pivot": 3}, "pivot"),
-    ],
-)
-def test_a_table_of_axes_that_is_no_machine_is_refused(tmp_path, rotary, said):
-    with pytest.raises(CaseError, match=said):
-        path(tmp_path, ["G0 X0 Y0 Z0", "G1 X1 F60"], rotary=rotary)
-
-
 def test_axes_that_turn_before_tip_control_are_where_the_tool_stands(tmp_path):
     """As posts write it: home, turn, tip control with the first point, home at the end."""
     lines = [
@@ -509,26 +357,3 @@ def test_an_axis_that_is_not_sent_home_stays(tmp_path):
         np.testing.assert_allclose(built.points(np.zeros(1))[1][0], there[:3, 2], atol=1e-12)
         said = read_program(tmp_path / "program.ngc", rotary).assumptions
         assert ("C is at 0 until it is given" in said) == (c == 0.0)
-
-
-WORDS = (
-    "G0 G1 G2 G43.4 G43.5 G49 G93 G94 TRAORI TRAFOOF ORIVECT ORIAXES G68.2 G53.1 G69 G53 G28 G91 M128"
-    " M129 CYCLE800() X1 X-5 Y2 Z3 A10 B-20 C400 C1 A3=1 B3=-2 C3=1 I1 J2 K-1 F5 F900 R9"
-)
-
-
-@settings(
-    max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
-)
-@given(
-    st.lists(st.sampled_from([*WORDS.split(), "\n"]), max_size=60),
-    st.sampled_from([None, AC, MACHINE, {"axes": ["table C", "head B"], "shortest": ["C"]}]),
-)
-def test_any_words_are_a_path_or_a_sentence(tmp_path, drawn, rotary):
-    keys = {} if rotary is None else {"rotary": rotary}
-    try:
-        built = path(tmp_path, ["G0 X0 Y0 Z0", " ".join(drawn)], **keys).path(PART)
-    except CaseError:
-        return
-    assert np.isfinite(built.pose).all()
-    assert (np.diff(built.time) > 0.0).all()

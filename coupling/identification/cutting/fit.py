@@ -11,7 +11,7 @@ from coupling.identification.cutting.course import slot_forces
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.identification.differenced import DifferencedResidual
 from coupling.identification.estimate import estimate
-from coupling.identification.verdict import quantile
+from coupling.identification.intervals import quantile
 from coupling.process.cutting_force import CuttingCoefficients
 
 COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")

@@ -24,7 +24,6 @@ from coupling.identification.motion.problem import MotionProblem, SmoothedRecord
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.residuals import (
     RecordingResiduals,
-    TermLeftOut,
     remarks_on,
     residuals_of,
     terms_left_out,
@@ -36,7 +35,9 @@ from coupling.identification.motion.sensors import (
     torque_parameters,
 )
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
-from coupling.identification.verdict import ParameterVerdict
+from coupling.results.base import finite
+from coupling.results.motion_result import TermResult
+from coupling.results.parameter_result import ParameterResult
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -62,16 +63,16 @@ class MotionIdentification:
 
     robot: Robot
     bandwidth: float
-    parameters: tuple[ParameterVerdict[MotionParameter], ...]
+    parameters: tuple[ParameterResult, ...]
     fit: MotionFit
     residuals: tuple[RecordingResiduals, ...]
-    terms: tuple[TermLeftOut, ...]
+    terms: tuple[TermResult, ...]
     remarks: tuple[str, ...]
 
     @property
     def identified(self) -> set[str]:
         """Names of the parameters that are identified."""
-        return {verdict.name for verdict in self.parameters if verdict.identifiable}
+        return {verdict.name for verdict in self.parameters if verdict.identified}
 
     @property
     def refusal(self) -> str:
@@ -184,9 +185,7 @@ def identify_motion(
     )
 
 
-def _judge(
-    parameters: Sequence[MotionParameter], fit: MotionFit
-) -> tuple[ParameterVerdict[MotionParameter], ...]:
+def _judge(parameters: Sequence[MotionParameter], fit: MotionFit) -> tuple[ParameterResult, ...]:
     """Return the verdicts on all parameters, but for those of slow errors, with the last fit."""
     is_narrow, is_drowned = narrow(fit), _is_unexplained(fit)
     is_tried = is_narrow & ~is_drowned & [p.of_gear for p in fit.problem.parameters]
@@ -211,7 +210,21 @@ def _judge(
             continue
         reason = "the recordings hardly depend on it"
         value, (low, high), reason = fitted.get(p.name, (np.nan, [np.nan, np.nan], reason))
-        verdicts.append(ParameterVerdict(p, value, low, high, reason))
+        verdict = ParameterResult(
+            name=p.name,
+            unit=p.unit,
+            start=finite(p.value),
+            value=finite(value),
+            low=finite(low),
+            high=finite(high),
+            written=None
+            if isinstance(p, SensorParameter)
+            else finite(p.value if reason else value),
+            identified=not reason,
+            reason=reason,
+            term=p.term,
+        )
+        verdicts.append(verdict)
     return tuple(verdicts)
 
 

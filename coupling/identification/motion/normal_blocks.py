@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import correlate
 
-from coupling.identification.verdict import quantile
+from coupling.identification.intervals import quantile
 
 # Length of a block over the correlation time, and how many there are at least and at most.
 _TIMES, _FEWEST, _MOST = 12.0, 12, 60

@@ -9,6 +9,8 @@ import numpy as np
 from coupling.identification.motion.fit import MotionFit, minus_log_likelihood, rms
 from coupling.identification.motion.problem import MotionProblem, Predicted, SmoothedRecording
 from coupling.identification.motion.recording import smooth
+from coupling.results.base import finite
+from coupling.results.motion_result import TermResult
 
 # Part of a motor's torque from which on what is left is remarked upon [1].
 _HALF = 0.5
@@ -53,26 +55,6 @@ class RecordingResiduals:
         speed = np.abs(self.smoothed.motion.qd)
         moves = np.mean(speed > _MOVES * speed.max(axis=0), axis=0)
         return np.asarray((moves > _MOVING) & (self.slow_torque > _HALF))
-
-
-@dataclass(frozen=True)
-class TermLeftOut:
-    """What a recording that was held out says of a term: rms without it, beside that with it.
-
-    Attributes:
-        term: The term.
-        joint: Index of the joint whose figures are given.
-        wind_up: Rms of wind-up with and without it [rad]; nan without encoder.
-        torque: Rms of torque with and without it, over the torques' rms [1].
-        likelier: Logarithm of how much likelier the fitted recordings are with it, priors counted, to
-            first order; nan if not known.  Below 2 they do not support it.
-    """
-
-    term: str
-    joint: int
-    wind_up: tuple[float, float]
-    torque: tuple[float, float]
-    likelier: float = np.nan
 
 
 def residuals_of(
@@ -146,7 +128,7 @@ def _urad(angle: float) -> str:
     return f"{1e6 * angle:.3g} urad"
 
 
-def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut, ...]:
+def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermResult, ...]:
     """Return what each term of a fit is worth, by the others' answer to first order."""
     problem, terms = fit.problem, []
     least = minus_log_likelihood(problem, fit.x)
@@ -160,17 +142,22 @@ def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut,
         without = residuals_of(problem, of.smoothed, x, 1.0, True)
         joint = next(p.joint for p in problem.parameters if p.term == term)
         terms.append(
-            TermLeftOut(
-                term,
-                joint,
-                (float(of.wind_up[joint]), float(without.wind_up[joint])),
-                (float(of.torque[joint]), float(without.torque[joint])),
-                minus_log_likelihood(problem, x) - least,
+            TermResult(
+                term=term,
+                joint=joint + 1,
+                wind_up_rad=(finite(of.wind_up[joint]), finite(without.wind_up[joint])),
+                torque_relative=(float(of.torque[joint]), float(without.torque[joint])),
+                likelier=finite(minus_log_likelihood(problem, x) - least),
             )
         )
-    for i, lines in enumerate(of.smoothed.lines):
-        if lines:
-            pair = (float(of.wind_up[i]), float(of.without_lines[i]))
-            same = (float(of.torque[i]),) * 2
-            terms.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
+    terms += [
+        TermResult(
+            term=f"lines of the encoder {i + 1}",
+            joint=i + 1,
+            wind_up_rad=(finite(of.wind_up[i]), finite(of.without_lines[i])),
+            torque_relative=(float(of.torque[i]),) * 2,
+        )
+        for i, lines in enumerate(of.smoothed.lines)
+        if lines
+    ]
     return tuple(terms)

@@ -8,17 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from coupling.identification.motion.identification import MotionIdentification
-from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.residuals import RecordingResiduals
-from coupling.identification.motion.sensors import SensorParameter
-from coupling.identification.robot_file import entries_of, fitted_text, require_written
-from coupling.identification.verdict import ParameterVerdict
+from coupling.identification.robot_file import fitted_text, require_written
 from coupling.results.base import finite
 from coupling.results.motion_result import (
     LinesResult,
     MotionResult,
     RecordingResult,
-    TermResult,
     WindUpShareResult,
 )
 
@@ -35,10 +31,7 @@ def motion_figures(identification: MotionIdentification) -> MotionResult:
         blocks=len(identification.fit.blocks.matrices),
         remarks=identification.remarks,
         joints=tuple(i + 1 for i in first.smoothed.recording.with_link),
-        parameters=tuple(
-            verdict.result(_written(verdict), term=verdict.parameter.term)
-            for verdict in identification.parameters
-        ),
+        parameters=identification.parameters,
         recordings=tuple(_recording(residuals) for residuals in identification.residuals),
         lines=tuple(
             LinesResult(joint=i + 1, periods=periods)
@@ -46,24 +39,8 @@ def motion_figures(identification: MotionIdentification) -> MotionResult:
             if periods
         ),
         slow_error_rad=_all(identification.slow_error),
-        terms=tuple(
-            TermResult(
-                term=term.term,
-                joint=term.joint + 1,
-                wind_up_rad=(finite(term.wind_up[0]), finite(term.wind_up[1])),
-                torque_relative=term.torque,
-                likelier=finite(term.likelier),
-            )
-            for term in identification.terms
-        ),
+        terms=identification.terms,
     )
-
-
-def _written(verdict: ParameterVerdict[MotionParameter]) -> float | None:
-    """Return the value in the robot file; None for a sensor's number."""
-    if isinstance(verdict.parameter, SensorParameter):
-        return None
-    return verdict.value if verdict.identifiable else verdict.start
 
 
 def _recording(residuals: RecordingResiduals) -> RecordingResult:
@@ -127,14 +104,10 @@ def motion_text(
         RobotFileError: If the start file cannot be read.
     """
     require_written(identification.refusal, target)
-    entries = entries_of(
-        verdict
-        for verdict in identification.parameters
-        if not isinstance(verdict.parameter, SensorParameter)
-    )
+    parameters = [p for p in identification.parameters if p.written is not None]
     words = _residual_words(figures)
     return fitted_text(
-        start, identification.identified_robot, entries, "identify", source, words, target
+        start, identification.identified_robot, parameters, "identify", source, words, target
     )
 
 

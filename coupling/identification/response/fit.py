@@ -104,7 +104,10 @@ def _deviations(
     the model does not describe.  Noise is independent from value to value; the rest is alike in all
     responses and postures, so that its K values tell no more than as many as there are P parameters:
 
-        variance = N^-1 (n^2 + d^2 K / P) / s^2
+        variance = N^-1 (n^2 + d^2 K / P) / s^2 + d^2
+
+    The last term stays however much is measured: what else gives way is taken for a spring that moves
+    the tool alike, and the log of a response is off by about as much as that of the spring.
 
     Args:
         point: The fit.
@@ -118,7 +121,8 @@ def _deviations(
     variance = max(noise, _LEAST) ** 2 + (size**2 - noise**2) * max(values_each, 1.0)
     widened = variance / point.experiment.deviation**2
     deviation = np.zeros(len(is_free))
-    deviation[is_free] = np.sqrt(widened * np.diag(np.linalg.pinv(matrix.T @ matrix)))
+    squares = widened * np.diag(np.linalg.pinv(matrix.T @ matrix)) + size**2 - noise**2
+    deviation[is_free] = np.sqrt(squares)
     return deviation
 
 

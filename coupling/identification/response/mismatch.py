@@ -54,6 +54,24 @@ def describe_mismatch(
         others: Names and postures of other files.
         experiment: Stiffness and damping of the start.
     """
+    most = LARGEST_ERROR if error <= LARGEST_IN_A_POSTURE else LARGEST_IN_A_POSTURE
+    return (
+        f"{name}: half of its values stay off by a factor of {np.exp(error):.2g} or more, and no robot"
+        f" like the start file has them in the posture told (log(model / measurement) {error:.2g},"
+        f" expected {most:g} at most){likely_reading(posture, others, experiment)}: {CHECKS}"
+    )
+
+
+def likely_reading(
+    posture: PostureResponse,
+    others: Sequence[tuple[str, PostureResponse]],
+    experiment: ResponseExperiment,
+) -> str:
+    """Return behind a semicolon what else the start file has responses for; empty without.
+
+    Args:
+        posture, others, experiment: As of `describe_mismatch`.
+    """
 
     def start_error(changed: PostureResponse) -> float:
         residual, _ = changed.log_residual(experiment.stiffness, experiment.damping)
@@ -71,16 +89,11 @@ def describe_mismatch(
         for words, responses in _readings(posture.measured)
     ]
     errors = [start_error(changed) for _, changed in readings]
-    best, error_as_told, hint = int(np.argmin(errors)), start_error(posture), ""
-    if errors[best] < _BETTER * error_as_told:
-        words, _ = readings[best]
-        hint = f"; the start file comes to {errors[best]:.2g} for {error_as_told:.2g} if {words}"
-    most = LARGEST_ERROR if error <= LARGEST_IN_A_POSTURE else LARGEST_IN_A_POSTURE
-    return (
-        f"{name}: half of its values stay off by a factor of {np.exp(error):.2g} or more, and no robot"
-        f" like the start file has them in the posture told (log(model / measurement) {error:.2g},"
-        f" expected {most:g} at most){hint}: {CHECKS}"
-    )
+    best, error_as_told = int(np.argmin(errors)), start_error(posture)
+    if errors[best] >= _BETTER * error_as_told:
+        return ""
+    words, _ = readings[best]
+    return f"; the start file comes to {errors[best]:.2g} for {error_as_told:.2g} if {words}"
 
 
 def _readings(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.verdict import ParameterVerdict
 from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
+from coupling.results.learned_result import LearnedParameterResult
 from coupling.robot.parameters import RobotParameter
 
 # A parameter is identifiable where its error is below this part of what was known before.
@@ -25,38 +24,6 @@ _MOSTLY = 0.5
 _SMALLER = float(np.sqrt(2.0))
 
 
-@dataclass(frozen=True)
-class LearnedParameter(ParameterVerdict[RobotParameter]):
-    """Verdict on one parameter.
-
-    Attributes:
-        effect: Effect of its prior standard deviation on the tool along the runs measured, less a
-            constant: rms of the slow part [m].
-    """
-
-    effect: float
-
-    @property
-    def factor(self) -> float:
-        """Fitted value by that of the robot file."""
-        return self.value / self.start
-
-    @property
-    def significant(self) -> bool:
-        """Whether it moves the tool by more than is looked for."""
-        return self.effect >= _SIGNIFICANT
-
-    @property
-    def written(self) -> float:
-        """Value in the robot as written: the file's where the path does not depend on it.
-
-        What is not significant by itself is written as it fits best beside the others: these make up for
-        it, and a dozen such left out are missed.
-        """
-        moves = self.effect >= _MOVES or self.parameter.vibrates
-        return self.value if self.identifiable or moves else self.start
-
-
 def judge_parameters(
     parameters: Sequence[RobotParameter],
     x: np.ndarray,
@@ -65,8 +32,11 @@ def judge_parameters(
     prior: np.ndarray,
     effect: np.ndarray,
     gears: Sequence[GearDiagnosis],
-) -> tuple[LearnedParameter, ...]:
+) -> tuple[LearnedParameterResult, ...]:
     """Return the verdicts.
+
+    What is not significant by itself is written as it fits best beside the others: these make up for
+    it, and a dozen such left out are missed.  Where the path does not depend on it, the file's is.
 
     Args:
         parameters: Parameters that were learned.
@@ -84,8 +54,24 @@ def judge_parameters(
             width = min(width, 1.96 * prior[k])
         ends = np.exp(x[k] + width * np.array([0.0, -1.0, 1.0]))
         value, low, high = (parameter.value * ends).tolist()
-        reason = "" if identifiable else _reason(parameter, float(effect[k]), gears)
-        verdicts.append(LearnedParameter(parameter, value, low, high, reason, float(effect[k])))
+        moves = effect[k] >= _MOVES or parameter.vibrates
+        verdict = LearnedParameterResult(
+            name=parameter.name,
+            unit=parameter.unit,
+            start=parameter.value,
+            value=value,
+            low=low,
+            high=high,
+            written=value if identifiable or moves else parameter.value,
+            identified=bool(identifiable),
+            reason="" if identifiable else _reason(parameter, float(effect[k]), gears),
+            factor=value / parameter.value,
+            factor_low=low / parameter.value,
+            factor_high=high / parameter.value,
+            significant=bool(effect[k] >= _SIGNIFICANT),
+            effect_m=float(effect[k]),
+        )
+        verdicts.append(verdict)
     return tuple(verdicts)
 
 

@@ -13,7 +13,6 @@ from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter, ParameterFit
 from coupling.identification.runs.judge import (
-    LearnedParameter,
     discrepancy,
     judge_parameters,
     measurement_lacks,
@@ -32,6 +31,7 @@ from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
+from coupling.results.learned_result import LearnedParameterResult
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
@@ -65,7 +65,7 @@ class Learned:
     runs: tuple[MeasuredPath, ...]
     fit: ParameterFit
     before: FitPoint
-    parameters: tuple[LearnedParameter, ...]
+    parameters: tuple[LearnedParameterResult, ...]
     spread: Uncertainty
     gears: tuple[GearDiagnosis, ...]
     whole: tuple[GearDiagnosis, ...] = field(default=())
@@ -110,7 +110,7 @@ class Learned:
         before, after = self.residual_rms
         last = float(np.ptp(self.runs[-1].desired_motion.path.time))
         seconds = sum(float(np.ptp(run.measured.time)) for run in self.runs)
-        if not any(parameter.identifiable for parameter in self.parameters):
+        if not any(parameter.identified for parameter in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
             lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
             return f"nothing is identifiable: {lacks}"
@@ -199,7 +199,7 @@ def learn(
     verdicts = judge_parameters(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
-    identifiable = any(parameter.identifiable for parameter in verdicts)
+    identifiable = any(parameter.identified for parameter in verdicts)
     whole = gears if identifiable else diagnose(moving, last.desired_motion)
     before = Fitter(problem).at(np.zeros(len(parameters)), fit.spectrum)
     return Learned(tuple(sources), problem.runs, fit, before, verdicts, spread, gears, whole)

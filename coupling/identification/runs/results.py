@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import LearnError
-from coupling.identification.robot_file import FileEntry, fitted_text
-from coupling.identification.runs.judge import LearnedParameter
+from coupling.identification.robot_file import fitted_text
 from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
-from coupling.identification.verdict import interval_words
 from coupling.path.length_text import format_um
 from coupling.results.learned_result import (
-    LearnedParameterResult,
     LearnedResult,
     LearnedRunResult,
     LeftResult,
@@ -37,20 +34,9 @@ def figures(learned: Learned) -> LearnedResult:
         widened=learned.widened,
         warnings=learned.warnings,
         slow_below_Hz=CUT_OFF,
-        parameters=tuple(map(_parameter, learned.parameters)),
+        parameters=learned.parameters,
         gears=learned.gears,
         runs=tuple(_run(learned, number) for number in range(len(learned.runs))),
-    )
-
-
-def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
-    return LearnedParameterResult(
-        **dict(parameter.result(parameter.written)),
-        factor=parameter.factor,
-        factor_low=parameter.low / parameter.start,
-        factor_high=parameter.high / parameter.start,
-        significant=parameter.significant,
-        effect_m=parameter.effect,
     )
 
 
@@ -103,26 +89,9 @@ def learned_text(learned: Learned, target: Path) -> str:
         raise LearnError(f"{target}: not written: {learned.refusal}")
     start = learned.sources[0].file
     measured = " and ".join(source.measured.name for source in learned.sources)
-    entries = [
-        FileEntry(
-            parameter.name,
-            None if parameter.written == parameter.start else parameter.written,
-            remark(parameter),
-            interval=(parameter.low, parameter.high),
-        )
-        for parameter in learned.parameters
-    ]
     before, after = learned.residual_rms
     words = (
         f"Slow part of the residual, frame and clock fitted: {format_um(before)} um rms with"
         f" {start.name}, {format_um(after)} um with this file."
     )
-    return fitted_text(start, learned.robot, entries, "learn", measured, words, target)
-
-
-def remark(parameter: LearnedParameter) -> str:
-    """Return how sure a value is, in words."""
-    if parameter.identifiable or parameter.written == parameter.start:
-        return parameter.remark
-    interval = interval_words(parameter.low, parameter.high)
-    return f"best fit with the others, but {parameter.reason}; {interval}"
+    return fitted_text(start, learned.robot, learned.parameters, "learn", measured, words, target)

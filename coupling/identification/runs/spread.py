@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.identification.intervals import quantile
 from coupling.identification.runs.fit import ParameterFit
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import noise_of
-from coupling.identification.verdict import quantile
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.estimate import Estimate, Trial, estimate
-from coupling.identification.evidence import Evidence, support
+from coupling.identification.evidence import support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.least_squares import LinearProblem, robust_weights
 from coupling.identification.separability import Separability, separability
@@ -18,6 +18,7 @@ from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.model import StaticModel
 from coupling.identification.static.prediction import Prediction, rigid_prediction
+from coupling.results.parameter_result import EvidenceResult
 
 _MOST_STEPS = 100
 # Predicted gain of log likelihood below which a fit ends: a millionth of a deviation; and, of loops, a
@@ -253,7 +254,7 @@ class StaticFit:
         return separability(self.rigid, self.elasticity.names)
 
     @cached_property
-    def supports(self) -> dict[int, Evidence]:
+    def supports(self) -> dict[int, EvidenceResult]:
         """Tests of tilts, backlash and hysteresis, by their number."""
         elasticity = self.elasticity
         tested = np.flatnonzero(~elasticity.is_torsion & ~elasticity.chosen("slip_angle")).tolist()

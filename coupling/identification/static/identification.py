@@ -84,10 +84,10 @@ def _identify_single(
             added.append(added_name)
     identification = _once(robot, measured, options, tuple(added), rms_start)
     while SUPPORTED in options.add:
-        best = [further for further in identification.further if further.support.is_supported]
+        best = [further for further in identification.further if further.support.supported]
         if not best:
             break
-        chosen = min(best, key=lambda further: further.support.within)
+        chosen = min(best, key=lambda further: further.support.left_out_change or 0.0)
         robot, added_name = chosen.candidate.added_to(robot, chosen.value)
         added.append(added_name)
         identification = _once(robot, measured, options, tuple(added), rms_start)
@@ -117,8 +117,7 @@ def _once(
     fit = fit_static(elasticity, measured, options)
     return Identification(
         fit,
-        added,
-        judge_parameters(fit),
+        judge_parameters(fit, added),
         # What is added and not identified vanishes.
         np.where(np.isin(elasticity.names, added), elasticity.least, elasticity.start),
         fit.at.in_units(left_out(fit.at.problem, fit.at.weight)),

@@ -26,10 +26,10 @@ from coupling.identification.static.model import StaticModel
 from coupling.identification.static.verdicts import (
     CandidateTest,
     Identification,
-    IdentifiedParameter,
-    LoopErrors,
     judge_parameters,
 )
+from coupling.results.identified_result import LoopResult
+from coupling.results.parameter_result import ParameterResult
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -62,7 +62,7 @@ def identify_loops(
             for j, parameter in enumerate(elasticity.parameters)
             if parameter.kind == "hysteresis"
             and joint_of(parameter) in shaped
-            and not fit.supports[j].is_supported
+            and not fit.supports[j].supported
         ]
         if not weak:
             break
@@ -93,38 +93,39 @@ def _conclude(
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = ElasticParameters.of(bare_robot, options.torque_curve)
     without = _left_out(fit_static(bare, measured, options), options)
-    parameters = judge_parameters(fit)
-    if not _squares(fit, left_out) < _squares(fit, without):
-        reason = "loops that are left out are not predicted better with hysteresis than without"
-        acting = set(elasticity.names).difference(fit.separability.without_effect)
-        parameters = _refused(parameters, "hysteresis", acting, reason)
-    # A slip angle is nothing without its gear's slip torque.
-    unknown = {
-        item.name.replace("hysteresis", "slip_angle")
-        for item in parameters
-        if item.parameter.kind == "hysteresis" and not item.identifiable
-    }
-    reason = "its gear's hysteresis is not identified"
-    parameters = _refused(parameters, "slip_angle", unknown, reason)
     added = tuple(
         item.name
         for item in elasticity.parameters
         if item.kind in ("hysteresis", "slip_angle") and joint_of(item) in shaped
     )
+    verdicts = judge_parameters(fit, added)
+    if not _squares(fit, left_out) < _squares(fit, without):
+        reason = "loops that are left out are not predicted better with hysteresis than without"
+        acting = set(elasticity.names).difference(fit.separability.without_effect)
+        verdicts = _refused(verdicts, "hysteresis", acting, reason)
+    # A slip angle is nothing without its gear's slip torque.
+    unknown = {
+        item.name.replace("hysteresis", "slip_angle")
+        for item in verdicts
+        if item.kind == "hysteresis" and not item.identified
+    }
+    verdicts = _refused(verdicts, "slip_angle", unknown, "its gear's hysteresis is not identified")
     vanishing = np.isin(elasticity.names, added) & elasticity.chosen("hysteresis")
     kept = np.where(vanishing, elasticity.least, elasticity.start)
     residual = measured.deflection - fit.at.prediction.deflection
     assert measured.loop is not None
     loops = tuple(
-        LoopErrors(
-            int(measured.loop[rows[0]]), *(rms(e[rows]) for e in (residual, left_out, without))
+        LoopResult(
+            number=int(measured.loop[rows[0]]),
+            fit_m=rms(residual[rows]),
+            left_out_m=rms(left_out[rows]),
+            without_hysteresis_m=rms(without[rows]),
         )
         for rows in measured.sequences
     )
     return Identification(
         fit,
-        added,
-        parameters,
+        verdicts,
         np.where(elasticity.chosen("slip_angle"), _assumed(fit), kept),
         left_out,
         rms_start,
@@ -199,12 +200,13 @@ def _squares(fit: StaticFit, errors: np.ndarray) -> float:
 
 
 def _refused(
-    parameters: tuple[IdentifiedParameter, ...], kind: str, names: Collection[str], reason: str
-) -> tuple[IdentifiedParameter, ...]:
-    """Return the verdicts, those of a kind and of some names not identifiable for a reason."""
+    verdicts: tuple[ParameterResult, ...], kind: str, names: Collection[str], reason: str
+) -> tuple[ParameterResult, ...]:
+    """Return the verdicts, those of a kind and of some names not identified for a reason."""
+    refusal = {"identified": False, "reason": reason}
     return tuple(
-        replace(verdict, reason=reason)
-        if verdict.parameter.kind == kind and verdict.name in names
+        verdict.model_copy(update=refusal)
+        if verdict.kind == kind and verdict.name in names
         else verdict
-        for verdict in parameters
+        for verdict in verdicts
     )

@@ -62,7 +62,7 @@ class Measurements:
 
     @property
     def sequences(self) -> list[np.ndarray]:
-        """Indices of rows whose loads were applied one after the other: of each loop, or of one row."""
+        """Indices of rows whose loads were applied one after the other, (rows,) of each loop or row."""
         if self.loop is None:
             return list(np.arange(self.count)[:, None])
         numbers, first = np.unique(self.loop, return_index=True)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.identification.intervals import quantile
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.identification import require_no_hysteresis
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import rigid_prediction
-from coupling.identification.verdict import quantile
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool

@@ -6,29 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.identification.evidence import Evidence
-from coupling.identification.robot_file import FileEntry, fitted_text, require_written
-from coupling.identification.separability import WeakDirection
+from coupling.identification.robot_file import fitted_text, require_written
 from coupling.identification.static.measurements import rms
 from coupling.identification.static.prediction import RigidPostures
 from coupling.identification.static.verdicts import (
     CandidateTest,
     Identification,
-    IdentifiedParameter,
     warnings,
 )
 from coupling.results.base import finite
 from coupling.results.identified_result import (
-    AlikeResult,
-    CommonLossResult,
-    DirectionResult,
     FurtherResult,
     IdentifiedResult,
-    LoopResult,
     MeasuredRowResult,
     RmsResult,
 )
-from coupling.results.parameter_result import EvidenceResult
+from coupling.results.parameter_result import ParameterResult
 from coupling.results.run_result import three
 from coupling.robot.parameters import unit_of
 
@@ -55,34 +48,14 @@ def figures(identification: Identification) -> IdentifiedResult:
             written=finite(identification.rms_written),
         ),
         residual_over_deviation=finite(identification.intervals.scale),
-        parameters=tuple(
-            parameter.result(
-                value,
-                is_added=parameter.name in identification.added,
-                support=None if parameter.support is None else _evidence(parameter.support),
-            )
-            for parameter, value in zip(
-                identification.parameters,
-                fit.elasticity.in_units(identification.written).tolist(),
-                strict=True,
-            )
-        ),
+        parameters=identification.parameters,
         further=tuple(map(_further, identification.further)),
         condition=finite(separable.condition),
         without_effect=separable.without_effect,
-        unseen=tuple(map(_direction, separable.unseen)),
-        weak=tuple(map(_direction, separable.weak)),
-        alike=tuple(
-            AlikeResult(names=(first, second), cosine=cosine)
-            for first, second, cosine in separable.pairs
-        ),
-        common_loss=None
-        if identification.loss is None
-        else CommonLossResult(
-            value_m=identification.loss.value,
-            half_m=identification.loss.half,
-            probability=identification.loss.probability,
-        ),
+        unseen=separable.unseen,
+        weak=separable.weak,
+        alike=separable.pairs,
+        common_loss=identification.loss,
         warnings=tuple(warnings(identification)),
         measurements=tuple(
             MeasuredRowResult(
@@ -97,35 +70,7 @@ def figures(identification: Identification) -> IdentifiedResult:
             for k, name in enumerate(measured.names)
         ),
         worst=tuple(measured.names[k] for k in identification.worst()),
-        loops=tuple(
-            LoopResult(
-                number=loop.number,
-                fit_m=finite(loop.fit),
-                left_out_m=finite(loop.left_out),
-                without_hysteresis_m=finite(loop.without),
-            )
-            for loop in identification.loops
-        ),
-    )
-
-
-def _evidence(evidence: Evidence) -> EvidenceResult:
-    return EvidenceResult(
-        F=finite(evidence.statistic),
-        probability=finite(evidence.probability),
-        left_out_change=finite(evidence.change),
-        left_out_change_without_worst=finite(evidence.trimmed),
-        supported=evidence.is_supported,
-        in_words=evidence.in_words(),
-    )
-
-
-def _direction(direction: WeakDirection) -> DirectionResult:
-    return DirectionResult(
-        names=direction.names,
-        parts=direction.parts,
-        index=finite(direction.index),
-        in_words=direction.in_words(),
+        loops=identification.loops,
     )
 
 
@@ -136,7 +81,7 @@ def _further(test: CandidateTest) -> FurtherResult:
         unit = unit_of(name)
     else:
         value = 1.0 / value if value > 0.0 else np.inf
-    return FurtherResult(**dict(_evidence(test.support)), name=name, unit=unit, value=finite(value))
+    return FurtherResult(**dict(test.support), name=name, unit=unit, value=finite(value))
 
 
 def identified_text(fitted: Identification, start: Path, target: Path, source: str) -> str:
@@ -152,38 +97,32 @@ def identified_text(fitted: Identification, start: Path, target: Path, source: s
         RobotFileError: If the start file cannot be read.
     """
     require_written(fitted.refusal, target)
-    written = fitted.fit.elasticity.in_units(fitted.written).tolist()
-    entries = [
-        FileEntry(
-            parameter.name,
-            value if parameter.identifiable else None,
-            _remark(parameter) + _shape(fitted, parameter),
-            parameter.name in fitted.added,
-            (parameter.low, parameter.high),
-        )
-        for parameter, value in zip(fitted.parameters, written, strict=True)
-        if parameter.parameter.kind != "slip_angle"
-        and (parameter.identifiable or parameter.name not in fitted.added)
+    parameters = [
+        parameter
+        for parameter in fitted.parameters
+        if parameter.kind != "slip_angle" and (parameter.identified or not parameter.added)
     ]
+    remarks = {p.name: _lower_bound(p) + _shape(fitted, p) for p in parameters}
     words = (
         f"Residual {1e3 * rms(fitted.residual):.4f} mm rms over all components, leave-one-out of"
         f" {'loops' if fitted.loops else 'rows'} {1e3 * rms(fitted.left_out):.4f} mm; this file"
         f" {1e3 * fitted.rms_written:.4f} mm, the start file {1e3 * fitted.rms_start:.4f} mm."
     )
-    return fitted_text(start, fitted.robot, entries, "identify", source, words, target)
+    return fitted_text(start, fitted.robot, parameters, "identify", source, words, target, remarks)
 
 
-def _shape(fitted: Identification, parameter: IdentifiedParameter) -> str:
+def _shape(fitted: Identification, parameter: ParameterResult) -> str:
     """Return how sure the slip angles are that go with a slip torque; "" for what has none."""
     name = parameter.name.replace("hysteresis", "slip_angle")
     for other in fitted.parameters:
-        if other.parameter.kind == "slip_angle" and other.name == name:
-            return f"; largest slip angle: {_remark(other).replace('start value kept', 'assumed')}"
+        if other.kind == "slip_angle" and other.name == name:
+            return f"; largest slip angle: {other.remark.replace('start value kept', 'assumed')}"
     return ""
 
 
-def _remark(parameter: IdentifiedParameter) -> str:
-    bounded = parameter.parameter.kind == "stiffness" and 0.0 < parameter.low < np.inf
-    if parameter.identifiable or not bounded:
-        return parameter.remark
-    return f"{parameter.remark}; 95 %: {parameter.low:.4g} or more"
+def _lower_bound(parameter: ParameterResult) -> str:
+    """Return what is known of a stiffness that is not identified, in words; "" for others."""
+    is_bounded = parameter.kind == "stiffness" and (parameter.low or 0.0) > 0.0
+    if parameter.identified or not is_bounded:
+        return ""
+    return f"; 95 %: {parameter.low:.4g} or more"

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
-from coupling.identification.evidence import Evidence, support
+from coupling.identification.evidence import support
+from coupling.identification.intervals import quantile
 from coupling.identification.static.fit import StaticLinearisation
 from coupling.identification.static.prediction import point_columns
-from coupling.identification.verdict import quantile
+from coupling.results.identified_result import CommonLossResult
+from coupling.results.parameter_result import EvidenceResult
 
 # A loss common to all rows is significant where it is this improbable by chance.
 _SUSPICIOUS = 0.01
@@ -19,37 +21,23 @@ _SMALL, _SIZE = 1e-6, 1e-3
 _NAMES = ("measured point", "load point")
 
 
-@dataclass(frozen=True)
-class CommonLoss:
-    """A deflection that is missing in every row, whatever its load: what friction takes.
-
-    Attributes:
-        value: The loss [m]; negative where rows deflect by more, as with backlash.
-        half: Half width of its 95 % interval [m].
-        probability: Probability of so large a value by chance.
-    """
-
-    value: float
-    half: float
-    probability: float
-
-    def suspicion(self) -> str:
-        """Return what is to be suspected, in words; "" for nothing."""
-        if not self.probability < _SUSPICIOUS:
-            return ""
-        size = f"{1e3 * abs(self.value):.3f} +- {1e3 * self.half:.3f} mm"
-        if self.value > 0.0:
-            return (
-                f"deflections are systematically too small, by {size} at every load: possibly"
-                " friction or hysteresis; measure loading and unloading"
-            )
+def loss_suspicion(loss: CommonLossResult) -> str:
+    """Return what is to be suspected of a loss, in words; "" for nothing."""
+    if not loss.probability < _SUSPICIOUS:
+        return ""
+    size = f"{1e3 * abs(loss.value_m):.3f} +- {1e3 * loss.half_m:.3f} mm"
+    if loss.value_m > 0.0:
         return (
-            f"deflections are systematically too large, by {size} at every load: possibly backlash, or a"
-            " zero reading that had not settled"
+            f"deflections are systematically too small, by {size} at every load: possibly"
+            " friction or hysteresis; measure loading and unloading"
         )
+    return (
+        f"deflections are systematically too large, by {size} at every load: possibly backlash, or a"
+        " zero reading that had not settled"
+    )
 
 
-def common_loss(at: StaticLinearisation) -> CommonLoss | None:
+def common_loss(at: StaticLinearisation) -> CommonLossResult | None:
     """Return the loss that fits best, beside all parameters; None where it is not identifiable."""
     problem, way = at.problem, at.prediction.deflection.copy()
     way[:, 3:] = 0.0
@@ -67,7 +55,9 @@ def common_loss(at: StaticLinearisation) -> CommonLoss | None:
         return None
     value = float(solution[-1])
     probability = float(2.0 * stdtr(freedom, -abs(value) / deviation))
-    return CommonLoss(value, quantile(freedom) * deviation, probability)
+    return CommonLossResult(
+        value_m=value, half_m=quantile(freedom) * deviation, probability=probability
+    )
 
 
 @dataclass(frozen=True)
@@ -82,16 +72,16 @@ class MovedPoint:
 
     name: str
     shift: tuple[float, ...]
-    support: Evidence
+    support: EvidenceResult
 
     def suspicion(self) -> str:
         """Return what is to be suspected, in words; "" for nothing."""
-        if not self.support.is_supported:
+        if not self.support.supported:
             return ""
         place = ", ".join(f"{value:.3f}" for value in self.shift)
         return (
             f"the {self.name} seems to be [{place}] m from its place in the table, in the TCP's frame"
-            f" and to first order ({self.support.in_words()}): check where it was"
+            f" and to first order ({self.support.in_words}): check where it was"
         )
 
 

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.evidence import Evidence
 from coupling.identification.intervals import ConfidenceIntervals
 from coupling.identification.separability import STRONG
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
 from coupling.identification.static.measurements import Measurements, rms
-from coupling.identification.static.suspicions import CommonLoss, MovedPoint
-from coupling.identification.verdict import ParameterVerdict
-from coupling.robot.parameters import RobotParameter
+from coupling.identification.static.suspicions import MovedPoint, loss_suspicion
+from coupling.results.base import finite
+from coupling.results.identified_result import CommonLossResult, LoopResult
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
 from elastic_robot.description import Robot
 
 # A robot that is off by more than so many times what the start file is is not written.
@@ -28,24 +29,12 @@ _PREDICTED = 0.35
 _BY_NOISE = 1.5
 
 
-@dataclass(frozen=True)
-class IdentifiedParameter(ParameterVerdict[RobotParameter]):
-    """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
+def judge_parameters(fit: StaticFit, added: Collection[str] = ()) -> tuple[ParameterResult, ...]:
+    """Return the verdicts on all parameters of a fit, with the fitted values to be written.
 
-    Attributes:
-        support: F test and leave-one-out of a tilt or backlash; None for torsions.
+    Args:
+        added: Names of those that the start file does not have.
     """
-
-    support: Evidence | None
-
-    @property
-    def is_backlash(self) -> bool:
-        """Whether its numbers are half widths of backlash [rad]."""
-        return self.parameter.kind == "backlash"
-
-
-def judge_parameters(fit: StaticFit) -> tuple[IdentifiedParameter, ...]:
-    """Return the verdicts on all parameters of a fit."""
     elasticity, sure = fit.elasticity, fit.intervals
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
@@ -53,10 +42,23 @@ def judge_parameters(fit: StaticFit) -> tuple[IdentifiedParameter, ...]:
     verdicts = []
     for j, parameter in enumerate(elasticity.parameters):
         reason, tested = _reason(fit, j), fit.supports.get(j)
-        if not reason and tested is not None and not tested.is_supported:
-            reason = tested.in_words()
-        value, low, high = numbers[j]
-        verdicts.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
+        if not reason and tested is not None and not tested.supported:
+            reason = tested.in_words
+        value, low, high = map(finite, numbers[j])
+        verdict = ParameterResult(
+            name=parameter.name,
+            unit=parameter.unit,
+            start=None if parameter.name in added else parameter.value,
+            value=value,
+            low=low,
+            high=high,
+            written=value,
+            identified=not reason,
+            reason=reason,
+            added=parameter.name in added,
+            support=tested,
+        )
+        verdicts.append(verdict)
     return tuple(verdicts)
 
 
@@ -74,7 +76,7 @@ def _reason(fit: StaticFit, j: int) -> str:
             "no effect on any measurement: no load acts on it, or the measured point does not move"
         )
     if fit.rigid.unobservable[j]:
-        mixed = [d.in_words() for d in separable.unseen if name in d.names]
+        mixed = [d.in_words for d in separable.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
     if sure.against[j] and kind == "hysteresis":
         return "its loops are narrower than without hysteresis"
@@ -101,24 +103,7 @@ class CandidateTest:
 
     candidate: Candidate
     value: float
-    support: Evidence
-
-
-@dataclass(frozen=True)
-class LoopErrors:
-    """Rms errors of a loading loop [m], as of `rms`.
-
-    Attributes:
-        number: Number of the loop in the table.
-        fit: Error that the fit leaves.
-        left_out: Error under a fit of all other loops.
-        without: Error under such a fit of a robot without hysteresis.
-    """
-
-    number: int
-    fit: float
-    left_out: float
-    without: float
+    support: EvidenceResult
 
 
 @dataclass(frozen=True)
@@ -127,8 +112,7 @@ class Identification:
 
     Attributes:
         fit: The fit of all parameters.
-        added: Names of parameters that the start file does not have.
-        parameters: Verdict on each parameter.
+        verdicts: Verdict on each parameter, before others are kept.
         kept: Values of those that are not identified, in p's units, (P,).
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
         rms_start: Rms error of the start [m]; nan where it finds no rest.
@@ -139,15 +123,14 @@ class Identification:
     """
 
     fit: StaticFit
-    added: tuple[str, ...]
-    parameters: tuple[IdentifiedParameter, ...]
+    verdicts: tuple[ParameterResult, ...]
     kept: np.ndarray
     left_out: np.ndarray
     rms_start: float
     further: tuple[CandidateTest, ...] = ()
-    loss: CommonLoss | None = None
+    loss: CommonLossResult | None = None
     points: tuple[MovedPoint, ...] = ()
-    loops: tuple[LoopErrors, ...] = ()
+    loops: tuple[LoopResult, ...] = ()
 
     @property
     def measured(self) -> Measurements:
@@ -166,13 +149,13 @@ class Identification:
 
     @cached_property
     def written(self) -> np.ndarray:
-        """Values of p in the robot as written: kept ones, and those that fit best beside, (P,).
+        """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
 
         These are in their intervals.  Where nothing that is kept acts together with what is identified,
         they are the fit's.
         """
         at, sure = self.fit.at, self.fit.intervals
-        identified = np.array([item.identifiable for item in self.parameters])
+        identified = np.array([verdict.identified for verdict in self.verdicts])
         written = np.where(identified, at.x, self.kept)
         if identified.all() or not identified.any():
             return written
@@ -181,6 +164,21 @@ class Identification:
         of_identified = replace(problem.only(identified), target=residual)
         written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
         return written
+
+    @cached_property
+    def parameters(self) -> tuple[ParameterResult, ...]:
+        """Verdict on each parameter, with its value as written."""
+        values = self.fit.elasticity.in_units(self.written).tolist()
+        return tuple(
+            verdict.model_copy(
+                update={
+                    "written": finite(value)
+                    if verdict.identified or verdict.added
+                    else verdict.start
+                }
+            )
+            for verdict, value in zip(self.verdicts, values, strict=True)
+        )
 
     @cached_property
     def rms_written(self) -> float:
@@ -197,7 +195,7 @@ class Identification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.fit.converged:
             return f"the fit has not converged: {self.fit.reason}"
-        if not any(parameter.identifiable for parameter in self.parameters):
+        if not any(verdict.identified for verdict in self.verdicts):
             return "nothing is identified"
         error, size = _typical(self.left_out), _typical(self.measured.deflection)
         is_noise = self.is_noise_known and self.intervals.scale < _BY_NOISE
@@ -265,19 +263,18 @@ def warnings(result: Identification) -> list[str]:
     if separable.condition > STRONG:
         said.append(
             f"parameters are strongly correlated, condition number {separable.condition:.0f}: hardly"
-            f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
+            f" distinguishable are {'; '.join(d.in_words for d in separable.weak)}"
         )
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
-        f" {p.low:.4g} to {p.high:.4g}"
-        for p, against in zip(result.parameters, result.intervals.against, strict=True)
-        if not (p.identifiable or against or p.name in result.added)
-        and not p.low <= p.start <= p.high
+        f" {_end(p.low)} to {_end(p.high)}"
+        for p, against in zip(result.verdicts, result.intervals.against, strict=True)
+        if not (p.identified or against or p.start is None or p.contains(p.start))
     ]
     rests: dict[int, list[str]] = {}
-    for parameter, row in zip(result.parameters, result.intervals.rests_on.tolist(), strict=True):
-        if row >= 0 and parameter.identifiable:
-            rests.setdefault(row, []).append(parameter.name)
+    for verdict, row in zip(result.verdicts, result.intervals.rests_on.tolist(), strict=True):
+        if row >= 0 and verdict.identified:
+            rests.setdefault(row, []).append(verdict.name)
     said += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
@@ -293,7 +290,7 @@ def warnings(result: Identification) -> list[str]:
                 " which are too large"
             )
     suspicions = [point.suspicion() for point in result.points]
-    suspicions += [result.loss.suspicion()] if result.loss is not None else []
+    suspicions += [loss_suspicion(result.loss)] if result.loss is not None else []
     said += [suspicion for suspicion in suspicions if suspicion]
     if result.rms_written > 1.2 * rms(result.residual):
         said.append(
@@ -309,3 +306,8 @@ def _start(result: Identification) -> np.ndarray:
     """Return what the start values predict in the rigid posture, (k, r)."""
     rigid = result.fit.rigid
     return result.fit.at.in_units(rigid.columns @ rigid.start)
+
+
+def _end(value: float | None) -> str:
+    """Return the end of an interval that bounds a value."""
+    return "inf" if value is None else f"{value:.4g}"

@@ -21,7 +21,7 @@ _TERM = re.compile(
     r"\s*([-+]?)\s*(LPOS|JPOS|(PR|P|UFRAME|UTOOL)\[((?:[^\[\]]|\[[^\[\]]*\])*)\])", _FLAGS
 )
 _SET = re.compile(r"(UFRAME|UTOOL)\[([^=]+)\]\s*=\s*PR\[([^=]+)\]", _FLAGS)
-_FRAME_NUMBER = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
+_FRAME_NUMBER = re.compile(r"(UFRAME|UTOOL)_NUM(?:\[GP1\])?\s*=\s*(.+)", _FLAGS)
 _OVERRIDE = re.compile(
     r"(?:OVERRIDE|\$MCR\.\$GENOVERRIDE|\$MCR_GRP\[1\]\.\$PRGOVERRIDE)\s*=\s*([^%]+)%?", _FLAGS
 )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import acos, degrees
 
 from coupling.errors import ProgramError
+from coupling.programs.auxiliary_axes import STANDSTILL, AuxiliaryAxes
 from coupling.programs.fanuc.harmless import CALL, first_effect, is_harmless, left_out_word
 from coupling.programs.fanuc.memory import LastTarget, Registers
 from coupling.programs.fanuc.motion_statements import MotionInstruction, MotionOption
@@ -22,8 +23,6 @@ _RADIANS = 0.017453292519943295
 # Speeds in m/s for one unit, and times in seconds.
 _PACES = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _TIMES = {"sec": 1.0, "msec": 1e-3}
-# Axes beside the robot's that stand differ by rounding alone [mm], [deg].
-_STANDSTILL = 1e-3
 
 
 @dataclass
@@ -35,14 +34,14 @@ class TpDriver:
         files: Programs that are there, by their names in capitals.
         moves: Moves up to now.
         frames: Expresses poses in the first frames.
-        others: Values of the axes beside the robot's.
+        others: Places of the axes beside the robot's.
     """
 
     registers: Registers
     files: Mapping[str, TpText]
     moves: list[ProgramMove] = field(default_factory=list)
     frames: PoseFrames = field(default_factory=PoseFrames)
-    others: dict[str, float] = field(default_factory=dict)
+    others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
 
     def move(self, running: RunningProgram, motion: MotionInstruction, where: str) -> None:
         """Make a move of a motion.
@@ -65,7 +64,8 @@ class TpDriver:
                 self.registers.notes.leave_out(option.words)
             elif option.kind == "call":
                 self._on_the_way(option.argument, where)
-        self._require_standing(position, where)
+        for name, value in position.others:
+            self.others.take(name, value, where, has_begun=bool(self.moves))
         duration, speed = self._pace(running, motion, position, where)
         registers = self.registers
         base, tool = registers.frame("UFRAME"), registers.frame("UTOOL")
@@ -111,7 +111,7 @@ class TpDriver:
 
     def _moved_others(self, position: TpPosition, where: str) -> tuple[tuple[str, float], ...]:
         for name, value in position.others:
-            if abs(value) > _STANDSTILL:
+            if abs(value) > STANDSTILL:
                 raise ProgramError(
                     f"{where}: expected {name} to stand, got an increment of {value:g}: the robot"
                     " alone is moved"
@@ -159,22 +159,6 @@ class TpDriver:
                 f"{where}: expected {word} and its target both as X, Y, Z, W, P, R or both as joint"
                 " angles, got one of each, which the robot alone can add"
             )
-
-    def _require_standing(self, position: TpPosition, where: str) -> None:
-        """Refuse a target to which other axes than the robot's move."""
-        for name, value in position.others:
-            # Without such axes it is zero.  Where it stood before is not known if motions have begun.
-            if name not in self.others and self.moves and abs(value) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: expected {name} from the first position on, got {value:g} here first:"
-                    " give it there, if it does not move"
-                )
-            before = self.others.setdefault(name, value)
-            if abs(value - before) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: expected {name} to stand, got a move from {before:g} to {value:g}: the"
-                    " robot alone is moved"
-                )
 
     def _on_the_way(self, action: str, where: str) -> None:
         """Take what is done during a motion: outputs, or a program of outputs."""

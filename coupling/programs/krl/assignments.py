@@ -15,7 +15,7 @@ from coupling.programs.krl.syntax import KrlLine, lines_of
 from coupling.programs.program import ProgramFile
 from coupling.programs.text import shorten
 
-_WITHOUT_VALUE = frozenset(["ENUM", "SIGNAL", "EXT", "EXTFCT", "EXTP", "EXTFCTP"])
+_WITHOUT_VALUE = frozenset(["ENUM", "SIGNAL", "IMPORT", "EXT", "EXTFCT", "EXTP", "EXTFCTP"])
 _HEADINGS = frozenset(("DEFDAT", "ENDDAT"))
 # Data of all programs, as a controller keeps them.
 CONFIGURATION = "$CONFIG"

@@ -13,7 +13,7 @@ from coupling.programs.text import shorten
 _SIMPLE = frozenset(["INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS"])
 # Types of the pendant's motions, which are declared without DECL at times.
 _PENDANT = frozenset(["FDAT", "LDAT", "PDAT", "BASIS_SUGG_T"])
-_MODIFIERS = frozenset(("DECL", "GLOBAL", "CONST", "PUBLIC", "IMPORT"))
+_MODIFIERS = frozenset(("DECL", "GLOBAL", "CONST", "PUBLIC"))
 _TYPED = re.compile(
     r"((?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*)([A-Za-z_]\w*)\s*(?:\[[\d, ]*\])?\s+(.+)", re.IGNORECASE
 )

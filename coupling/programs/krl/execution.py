@@ -30,7 +30,6 @@ _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
     "RESUME": "read the program without interrupts",
-    "IMPORT": "give the value in the program",
 }
 
 

@@ -7,6 +7,7 @@ from math import radians
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
+from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.krl.values import (
     AXIS_KEYS,
@@ -21,9 +22,6 @@ from coupling.programs.krl.values import (
 )
 from coupling.programs.program import Motion, ProgramMove
 from coupling.programs.unknown import Unknown
-
-# Motions of an external axis below this are none [mm or deg].
-_STANDSTILL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Motions:
     _last: Aggregate = field(default_factory=dict)
     _last_frames: tuple[ControllerFrame, ControllerFrame] | None = None
     _axes: Aggregate = field(default_factory=dict)
-    _external: dict[str, float] = field(default_factory=dict)
+    _others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
     _behind: str = ""
     _has_begun: bool = False
     _block: list[tuple[int, float]] | None = None
@@ -69,7 +67,12 @@ class Motions:
             ProgramError: If it is not known whole, or an external axis moves on the way.
             UnknownValueError: If a component is not known.
         """
-        self._require_still(motion, target, where)
+        for key in EXTERNAL_KEYS:
+            if key in target:
+                value = number(target[key], where)
+                self._others.take(
+                    key, value, where, has_begun=self._has_begun, may_move=motion == "joint"
+                )
         if any(key in target for key in AXIS_KEYS):
             self._add_axes(motion, target, where)
             return
@@ -156,26 +159,6 @@ class Motions:
         angles = tuple(radians(number(self._axes[key], where)) for key in AXIS_KEYS)
         self.moves.append(ProgramMove(motion, joints=angles, where=where))
         self._last = {}
-
-    def _require_still(self, motion: Motion, target: Aggregate, where: str) -> None:
-        """Refuse an external axis that moves on a line or a spline."""
-        for key in EXTERNAL_KEYS:
-            if key not in target:
-                continue
-            value = number(target[key], where)
-            # Without such axes it is zero.  Where it stood before is not known if the path has begun.
-            if key not in self._external and self._has_begun and abs(value) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: expected {key} from the first pose on, got {value:g} here first: give it"
-                    " there, if it does not move"
-                )
-            before = self._external.get(key, value)
-            if motion != "joint" and abs(value - before) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: expected external axes at rest, got {key} from {before:g} to {value:g}:"
-                    " only the robot's own axes are computed"
-                )
-            self._external[key] = value
 
     def _whole(
         self, target: Aggregate, frames: tuple[ControllerFrame, ControllerFrame], where: str

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.poses import product
 from coupling.programs.program import HERE, Motion, Pose, ProgramMove
@@ -20,8 +21,6 @@ from coupling.programs.rapid.values import (
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.unknown import Unknown
 
-# External axes closer than this stand still [mm or deg].
-_STANDSTILL = 1e-3
 # Radius of the smallest zone [mm], which is passed as if it were the target.
 _SMALLEST_ZONE = 0.3
 
@@ -75,7 +74,7 @@ class RapidMotions:
     frames: PoseFrames = field(default_factory=PoseFrames)
     widest_zone: float = 0.0
     _first: tuple[ControllerFrame, ControllerFrame] | None = None
-    _external: dict[int, float] = field(default_factory=dict)
+    _others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
     _last: Pose | None = None
     _poses: dict[Value, Pose] = field(default_factory=dict)
 
@@ -193,19 +192,14 @@ class RapidMotions:
     def _note_external(self, values: Value, where: str) -> None:
         """Refuse external axes that move."""
         assert isinstance(values, tuple)
-        for at, value in enumerate(values):
+        for letter, value in zip("abcdef", values, strict=False):
             if value == NO_AXIS:
                 continue
-            axis = f"external axis eax_{'abcdef'[at]}"
-            (angle,) = numbers_of(value, axis, where)
-            first = self._external.setdefault(at, angle)
-            if abs(angle - first) > _STANDSTILL:
-                raise ProgramError(
-                    f"{where}: {axis}: expected it to stand still, got {angle:g} behind {first:g}:"
-                    " external axes that move are not read"
-                )
-            if first != 0.0:
-                self.notes.assume(f"{axis} stays at {first:g}")
+            axis = f"external axis eax_{letter}"
+            (place,) = numbers_of(value, axis, where)
+            self._others.take(axis, place, where, has_begun=bool(self.moves))
+            if self._others.values[axis] != 0.0:
+                self.notes.assume(f"{axis} stays at {self._others.values[axis]:g}")
 
     def _duration(self, pace: Pace, where: str) -> float | None:
         if pace.time is None:

@@ -55,7 +55,7 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
         assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
     # A mass in the plane of motion has no effect across it.
-    kept = {verdict.name for verdict in found.parameters if not verdict.identifiable}
+    kept = {verdict.name for verdict in found.parameters if not verdict.identified}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
     worth = {term.term: term for term in found.terms}

@@ -1,5 +1,6 @@
 """Stiffness and damping from frequency responses: what was drawn is found, nothing else claimed."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,9 @@ from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
-from coupling.identification.response.identification import (
-    MeasuredPosture,
-    identify_from_responses,
-    read_posture,
-)
+from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.mismatch import LARGEST_ERROR
+from coupling.identification.response.posture import MeasuredPosture, read_posture
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.report.identify_answers import response_answer
@@ -72,13 +70,13 @@ def test_exact_responses_give_the_springs_and_dampers_that_made_them(seed):
     values = drawn_values(robot, rng)
     taps = [tap(robot, values, q) for q in _postures(rng, 2)]
     identified = identify_from_responses(robot, "linear", taps)
-    for verdict in identified.verdicts:
-        if verdict.identifiable:
+    for verdict in identified.result.parameters:
+        if verdict.identified:
             assert verdict.value == pytest.approx(values[verdict.name], rel=0.03), verdict.name
             assert value_of(identified.robot, verdict.name) == pytest.approx(
                 verdict.value, rel=0.01
             )
-    assert sum(verdict.identifiable for verdict in identified.verdicts) >= 9
+    assert sum(verdict.identified for verdict in identified.result.parameters) >= 9
     assert identified.result.error.written < 0.01 < identified.result.error.start
 
 
@@ -92,8 +90,8 @@ def test_noise_factor_and_delay_of_instruments_are_not_taken_for_the_robot():
     identified = identify_from_responses(robot, "linear", taps)
     inside = [
         verdict.low <= values[verdict.name] <= verdict.high
-        for verdict in identified.verdicts
-        if verdict.identifiable
+        for verdict in identified.result.parameters
+        if verdict.identified
     ]
     assert sum(inside) >= len(inside) - 2
     assert len(inside) >= 12
@@ -107,7 +105,7 @@ def test_what_the_tool_does_not_feel_is_kept():
     identified = identify_from_responses(
         robot, "linear", [tap(robot, drawn_values(robot, rng), q[0], 0.05, rng=rng)]
     )
-    kept = [verdict for verdict in identified.verdicts if not verdict.identifiable]
+    kept = [verdict for verdict in identified.result.parameters if not verdict.identified]
     assert "joint[6].stiffness" in [verdict.name for verdict in kept]
     for verdict in kept:
         assert value_of(identified.robot, verdict.name) == value_of(robot, verdict.name)
@@ -164,6 +162,24 @@ def test_responses_that_are_not_of_the_posture_told_are_refused_by_what_they_loo
     assert seen in refusal
 
 
+@pytest.mark.parametrize("name", ["kuka_kr300", "ur10"])
+def test_a_wrong_posture_of_three_is_seen_by_what_the_others_predict(name):
+    """A fit to all of them leaves no more than one to a robot whose links bend."""
+    robot, rng = _robot(name), np.random.default_rng(1)
+    values, q = drawn_values(robot, rng), _postures(rng, 3)
+    taps = [tap(robot, values, each, 0.1, 1.02, 2e-4, rng) for each in q]
+    taps = [replace(each, name=f"tap {row}") for row, each in enumerate(taps)]
+    elsewhere = _postures(np.random.default_rng(101), 1)[0]
+    taps[1] = replace(taps[1], q=elsewhere)
+    result = identify_from_responses(robot, "linear", taps).result
+    assert result.error.written < LARGEST_ERROR
+    assert re.match(
+        r"tap 1: a robot fitted to the other postures is off by a factor of", result.refusal
+    )
+    assert "check --posture-deg" in result.refusal
+    assert not identify_from_responses(robot, "linear", [taps[0], taps[2]]).result.refusal
+
+
 @pytest.mark.parametrize("name", ["kuka_kr300", "icme2008", "ur10"])
 def test_a_robot_with_links_that_bend_and_noisy_instruments_is_not_refused(name):
     """Joints have tilts, 3 to 9 times as stiff as the gears, that the start file has not; 10 % noise."""
@@ -185,7 +201,7 @@ def test_intervals_are_wider_where_more_is_left_than_noise():
         taps = [tap(true, {}, each, 0.03, rng=np.random.default_rng(7)) for each in q]
         identified = identify_from_responses(robot, "linear", taps)
         noise[true] = identified.result.noise
-        widths[true] = np.array([np.log(v.high / v.low) for v in identified.verdicts])
+        widths[true] = np.array([np.log(v.high / v.low) for v in identified.result.parameters])
     assert noise[robot] == pytest.approx(0.03, rel=0.3)
     assert noise[bending] == pytest.approx(0.03, rel=0.5)
     assert np.median(widths[bending] / widths[robot]) > 3.0

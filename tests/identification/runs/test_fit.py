@@ -22,7 +22,6 @@ from coupling.identification.runs.linearisation import (
 )
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
-from coupling.identification.runs.results import remark
 from coupling.identification.runs.spread import spread_of
 from coupling.identification.runs.whitening import NONE, UnmodelledSpectrum
 from coupling.inverse.diagnosis import diagnose
@@ -165,12 +164,12 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     effect[:5] = 0.0
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     verdicts = judge_parameters(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
-    assert not any(own.identifiable or own.significant for own in verdicts)
+    assert not any(own.identified or own.significant for own in verdicts)
     assert all(own.written == own.start for own in verdicts[:5])
     factors = [own.written / own.start for own in verdicts[5:]]
     np.testing.assert_allclose(np.log(factors), x[5:])
-    assert remark(verdicts[0]).startswith("NOT IDENTIFIED, start value kept: ")
-    assert remark(verdicts[-1]).startswith(
+    assert verdicts[0].remark.startswith("NOT IDENTIFIED, start value kept: ")
+    assert verdicts[-1].remark.startswith(
         "best fit with the others, but not significant on this path"
     )
 

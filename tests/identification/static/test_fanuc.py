@@ -62,17 +62,17 @@ def test_deflections_that_are_not_of_the_postures_told_are_refused(kind):
 
 
 def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted):
-    best = min(axial.further, key=lambda further: further.support.within)
+    best = min(axial.further, key=lambda further: further.support.left_out_change)
     assert best.candidate.name == "joint[3].tilt about [0, 0, 1]"
-    assert best.support.is_supported
-    assert best.support.statistic == pytest.approx(79.8, rel=0.02)
+    assert best.support.supported
+    np.testing.assert_allclose(best.support.F, 79.8, rtol=0.02)
     assert best.support.probability < 1e-13
-    assert best.support.trimmed == pytest.approx(-0.09, abs=0.01)  # without the three worst samples
-    assert tilted.added == ("joint[3].tilt[1].stiffness",)
+    assert best.support.left_out_change_without_worst == pytest.approx(-0.09, abs=0.01)
+    assert [p.name for p in tilted.parameters if p.added] == ["joint[3].tilt[1].stiffness"]
     assert rms(tilted.left_out) <= 0.185e-3
     by_name = {parameter.name: parameter for parameter in tilted.parameters}
     tilt = by_name["joint[3].tilt[1].stiffness"]
-    assert tilt.identifiable
+    assert tilt.identified
     assert 1.3e6 < tilt.value < 2.1e6
     wanted = [1371e3, 2761e3, 1857e3, 1601e3, 499e3, 430e3, 297e3]
     np.testing.assert_allclose(1.0 / tilted.fit.at.x, wanted, rtol=4e-3)
@@ -80,7 +80,7 @@ def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted)
 
 def test_joint_6_is_not_identifiable_and_keeps_its_start(axial, tilted):
     for found in (axial, tilted):
-        assert [p.name for p in found.parameters if not p.identifiable] == ["joint[6].stiffness"]
+        assert [p.name for p in found.parameters if not p.identified] == ["joint[6].stiffness"]
         assert found.robot.joints[5].stiffness == pytest.approx(
             START.joints[5].stiffness, rel=1e-12
         )
@@ -97,7 +97,7 @@ def test_all_six_tilts_are_warned_of_and_most_refused():
     found = identify(robot, ROWS, OPTIONS)
     assert found.fit.separability.condition == pytest.approx(115.0, abs=0.5)
     assert any("condition number 115" in warning for warning in warnings(found))
-    written = [p.name for p in found.parameters if p.identifiable and "tilt" in p.name]
+    written = [p.name for p in found.parameters if p.identified and "tilt" in p.name]
     assert written == ["joint[3].tilt[2].stiffness"]
 
 

@@ -75,11 +75,11 @@ def test_true_values_lie_in_their_intervals(bare, start, parts):
     assert found.fit.converged
     assert not found.refusal
     known, outside = truth(true), 0
-    names = [own.name for own in found.parameters if own.identifiable]
+    names = [own.name for own in found.parameters if own.identified]
     assert {f"joint[{i}].hysteresis" for i in (1, 2, 3)} <= set(names)
     for own in found.parameters:
         outside += not own.low <= known[own.name] <= own.high
-        if own.identifiable:
+        if own.identified:
             assert abs(own.value - known[own.name]) < own.high - own.low, own.name
     assert outside <= 1
     # What hysteresis is worth, in loops that the fit has not seen; and nothing is overfitted.
@@ -104,7 +104,7 @@ def test_loops_that_do_not_turn_back_tell_no_hysteresis():
         assert sum(stop.slip_torque for stop in joint.hysteresis) == pytest.approx(
             torque, rel=1e-12
         )
-    assert all(by_name[f"joint[{i}].stiffness"].identifiable for i in (1, 2, 3))
+    assert all(by_name[f"joint[{i}].stiffness"].identified for i in (1, 2, 3))
 
 
 def test_a_loop_that_is_left_out_takes_no_part_in_its_prediction():
@@ -142,10 +142,10 @@ def test_hysteresis_that_does_not_predict_other_loops_is_not_written():
         },
     )
     found = found_in(one, rows)
-    told = [own for own in found.parameters if own.parameter.kind == "hysteresis"]
-    assert any(own.support.is_supported for own in told)
+    told = [own for own in found.parameters if own.kind == "hysteresis"]
+    assert any(own.support.supported for own in told)
     assert all("not predicted better with hysteresis" in own.reason for own in told)
-    assert not any(own.identifiable for own in found.parameters if own.name in found.added)
+    assert not any(own.identified for own in found.parameters if own.added)
 
 
 def test_a_robot_without_hysteresis_gets_none():
@@ -155,7 +155,7 @@ def test_a_robot_without_hysteresis_gets_none():
     assert {own.candidate.name for own in found.further} == {
         f"joint[{i}].hysteresis" for i in (1, 2, 3)
     }
-    assert not any(own.support.is_supported for own in found.further)
+    assert not any(own.support.supported for own in found.further)
     values = [own.value for own in found.parameters]
     np.testing.assert_allclose(values, [1e6, 2e6, 3e5], rtol=0.02)
 

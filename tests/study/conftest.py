@@ -1,0 +1,32 @@
+"""A case, its run and its study, which nothing has disturbed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import command
+from studies import SAMPLES, moving
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Path:
+    return moving(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def run(case, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "run"
+    done = command("compensate", case, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(case, run, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("undisturbed") / "study"
+    options = ("-v", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    done = command("study", case, "-o", folder, *options)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert f"on {SAMPLES} robots with sampled" in done.stdout
+    return folder
