@@ -56,7 +56,10 @@ def foreign_robot(name_or_path: str) -> ForeignRobot:
         raise RobotFileError(f"{path}: no such file")
     if path.suffix.lower() == ".xacro":
         return _of_xacro(path)
-    if path.suffix.lower() == ".urdf" or _root_tag(path) != "mujoco":
+    tag = "robot" if path.suffix.lower() == ".urdf" else _root_tag(path)
+    if tag == "mujocoinclude":
+        raise RobotFileError(f"{path}: is a part of an MJCF file: give the file that includes it")
+    if tag != "mujoco":
         return ForeignRobot(path.stem, path, "", f"URDF {path.name}")
     return ForeignRobot(path.stem, None, urdf_of_mjcf(path), f"MJCF {path.name}")
 

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError
 from coupling.files.formats import other_format
 from coupling.path.frame import Frame
+from coupling.toolpaths.apt_circle import AptCircle
 from coupling.toolpaths.apt_statements import Statement, read_content, statements_of
 from coupling.toolpaths.apt_words import (
     NUMBER,
@@ -27,10 +28,6 @@ from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_sp
 _UNITS = {"MM": 0.001, "CM": 0.01, "INCH": 0.0254, "INCHES": 0.0254, "IN": 0.0254}  # [m]
 _FEED_UNITS = {"MMPM": 0.001, "IPM": 0.0254}  # per minute
 _PER_MINUTE = ("PERMIN", "UPM")
-# Points on a circle may be so far apart that their chords leave it by this [m].
-_SAGITTA = 1e-4
-# A point is on a circle within this [m].
-_CIRCLE_TOLERANCE = 1e-4
 # No robot goes farther [m], faster [m/s], or waits longer [s].
 _MAX_DISTANCE, _MAX_FEED, _MAX_DWELL = 100.0, 10.0, 3600.0
 # Axes of a frame may be off a right angle by this [rad].
@@ -90,38 +87,6 @@ def _program_of(content: bytes, name: str) -> AptProgram:
     return reader.program(name)
 
 
-@dataclass(frozen=True)
-class _Circle:
-    """A circle in the file's unit; `first` is the number of the first point behind its statement."""
-
-    line: int
-    centre: np.ndarray
-    normal: np.ndarray
-    radius: float
-    first: int
-
-    def require_points(self, points: np.ndarray, scale: float) -> None:
-        """Refuse a circle that points do not follow: two or more, close to its arc.
-
-        Raises:
-            ValueError: If they do not.
-        """
-        along = points[self.first - 1 : self.first + 2] - self.centre
-        across = along - np.outer(along @ self.normal, self.normal)
-        off = np.abs(np.linalg.norm(across, axis=1) - self.radius)
-        half = 0.5 * np.linalg.norm(np.diff(across, axis=0), axis=1)
-        sagitta = self.radius - np.sqrt(np.maximum(self.radius**2 - half**2, 0.0))
-        if (
-            len(along) < 3
-            or scale * off.max() > _CIRCLE_TOLERANCE
-            or scale * sagitta.max() > _SAGITTA
-        ):
-            raise ValueError(
-                f"line {self.line}: CIRCLE: expected points along it behind it, at most"
-                f" {1e3 * _SAGITTA:g} mm from chord to arc, got others: output arcs as points"
-            )
-
-
 @dataclass
 class _Reader:
     """Modes while statements are read; lengths are in the file's unit until all are read."""
@@ -133,7 +98,7 @@ class _Reader:
     feed: tuple[float, str] | None = None
     is_rapid: bool = False
     is_home: bool = False
-    circles: list[_Circle] = field(default_factory=list)
+    circles: list[AptCircle] = field(default_factory=list)
     place: tuple[float, ...] | None = None
     points: list[tuple[float, ...]] = field(default_factory=list)
     axes: list[tuple[float, ...]] = field(default_factory=list)
@@ -332,7 +297,7 @@ class _Reader:
             )
         normal = np.array(unit_vector(values[3:6]))
         centre, first = np.array(values[:3]), len(self.points)
-        self.circles.append(_Circle(statement.line, centre, normal, values[6], first))
+        self.circles.append(AptCircle(statement.line, centre, normal, values[6], first))
         self.left_out["CIRCLE"] += 1
 
     _EXECUTED = {

@@ -33,7 +33,7 @@ from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
 from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_waits import Waits
-from coupling.toolpaths.gcode_words import Block, read_blocks, require_within
+from coupling.toolpaths.gcode_words import Block, read_blocks, require_letters, require_within
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.spindle import GcodeSpindle
 
@@ -266,7 +266,7 @@ class _Machine:
     def _moves_of(self, values: dict[str, float], state: Held) -> Iterator[GcodeMove]:
         is_arc = self._motion in (2.0, 3.0)
         if not (_CENTRE_LETTERS if is_arc else _PLACE_LETTERS).issuperset(values):
-            self._require_known(values, is_arc)
+            require_letters(values, is_arc)
         if self._motion is None and (values or self._is_known):
             why = "G80 ended the one before" if self._cancelled else "got none"
             raise ValueError(f"expected G0, G1, G2 or G3 before the coordinates, {why}: write it")
@@ -326,20 +326,6 @@ class _Machine:
         if feed is not None:
             self.spindle.course.cut()
         yield GcodeMove(start, end, feed, arc, turn)
-
-    @staticmethod
-    def _require_known(values: dict[str, float], is_arc: bool) -> None:
-        """Refuse the words of a move that are not read; P1 of an arc is one turn at most, as without."""
-        if is_arc and "P" in values and (turns := values.pop("P")) != 1.0:
-            raise ValueError(
-                f"expected an arc of one turn at most, got P{turns:g}: write each turn"
-            )
-        known_letters = _AXES + (_OFFSETS + "R" if is_arc else "")
-        for letter in values:
-            if letter not in known_letters:
-                raise ValueError(
-                    f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
-                )
 
     def _arc_words(self, values: dict[str, float]) -> ArcWords:
         return ArcWords(

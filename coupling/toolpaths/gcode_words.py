@@ -222,3 +222,19 @@ def require_within(word: str, value: float, low: float, high: float, unit: str) 
             f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
         )
     return value
+
+
+def require_letters(values: dict[str, float], is_arc: bool) -> None:
+    """Refuse the words of a move that are not read; P1 of an arc is one turn at most, as without.
+
+    Raises:
+        ValueError: If there is one.
+    """
+    if is_arc and "P" in values and (turns := values.pop("P")) != 1.0:
+        raise ValueError(f"expected an arc of one turn at most, got P{turns:g}: write each turn")
+    known_letters = "XYZIJKR" if is_arc else "XYZ"
+    for letter in values:
+        if letter not in known_letters:
+            raise ValueError(
+                f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
+            )

@@ -264,6 +264,25 @@ def test_data_and_procedures_that_the_file_lacks_are_those_of_its_folder(tmp_pat
         read_program(tmp_path / "way.prg")
 
 
+def test_what_is_local_in_another_module_is_not_there(tmp_path: Path):
+    """A point of the same name is another one, which the program does not tell."""
+    (tmp_path / "way.mod").write_text(module(f"{to('p1')} {to('p9')}"))
+    other = f"MODULE Other\n{{}}CONST robtarget p9 := [[9,9,9],{UPRIGHT};\nENDMODULE"
+    (tmp_path / "other.mod").write_text(other.format(""))
+    assert places(read_program(tmp_path / "way.mod")) == [[0, 0, 0], [9, 9, 9]]
+    (tmp_path / "other.mod").write_text(other.format("LOCAL "))
+    with pytest.raises(ProgramError, match="expected a robtarget with a value, got 'p9'"):
+        read_program(tmp_path / "way.mod")
+    two = "MODULE {0}\nLOCAL PROC Aside() ENDPROC\nPROC {0}Way() Aside; ENDPROC\nENDMODULE"
+    (tmp_path / "a.mod").write_text(two.format("A"))
+    (tmp_path / "b.mod").write_text(two.format("B"))
+    (tmp_path / "way.mod").write_text(module(f"{to('p1')} AWay; BWay; {to('p3')}"))
+    assert places(read_program(tmp_path / "way.mod")) == [[0, 0, 0], [100, 0, 0]]
+    (tmp_path / "way.mod").write_text(module(f"{to('p1')} Aside; {to('p3')}"))
+    with pytest.raises(ProgramError, match="got Aside: put its module beside"):
+        read_program(tmp_path / "way.mod")
+
+
 def test_a_module_without_main_begins_with_its_procedure_of_motions():
     text = module(to("p1")).replace("main", "Path_10")
     assert rapid_reader.read(text).name == "Path_10"

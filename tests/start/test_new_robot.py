@@ -235,6 +235,9 @@ def test_an_mjcf_that_is_none_is_refused(tmp_path):
     file = write(tmp_path, "<mujoco><worldbody><body/><nonsense/></worldbody></mujoco>", "bad.xml")
     with pytest.raises(RobotFileError, match=r"bad\.xml: cannot be read as MJCF: "):
         urdf_of_mjcf(Path(file))
+    part = write(tmp_path, "<mujocoinclude><body/></mujocoinclude>", "part.xml")
+    with pytest.raises(RobotFileError, match=r"part\.xml: is a part of an MJCF file"):
+        new_robot(part, RobotChoice(), tmp_path)
 
 
 def test_a_xacro_is_converted_where_its_package_lies(tmp_path):

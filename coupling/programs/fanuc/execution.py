@@ -15,7 +15,7 @@ from coupling.programs.fanuc.memory import Registers
 from coupling.programs.fanuc.motion_statements import is_motion, motion_of
 from coupling.programs.fanuc.motions import TpDriver, moving_program
 from coupling.programs.fanuc.running import RunningProgram
-from coupling.programs.fanuc.syntax import TpText
+from coupling.programs.fanuc.syntax import TpText, split_at_comma, split_at_commas
 from coupling.programs.program import RobotProgram
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shorten
@@ -177,7 +177,7 @@ class FanucExecution:
         )
 
     def _if(self, running: RunningProgram, index: int, words: str, where: str) -> int:
-        condition, action = _split_at_comma(words[2:])
+        condition, action = split_at_comma(words[2:])
         if not action:
             raise ProgramError(
                 f"{where}: expected a condition, a comma and an action, got {shorten(words)!r}"
@@ -208,7 +208,7 @@ class FanucExecution:
         if left_out_word(words) is not None or words.upper() in ("ELSE", "ENDIF"):
             return True
         if words.upper().startswith("IF"):
-            action = "" if _IF_THEN.fullmatch(words) else _split_at_comma(words[2:])[1]
+            action = "" if _IF_THEN.fullmatch(words) else split_at_comma(words[2:])[1]
             return not action or self._is_without_effect(running, action, where)
         if (call := _CALL.fullmatch(words)) is not None:
             return is_harmless(call[2], self.files)
@@ -322,7 +322,7 @@ class FanucExecution:
             raise ProgramError(
                 f"{where}: expected at most {_MAX_CALL_DEPTH} calls in each other, got more"
             )
-        values = tuple(running.value(part, where) for part in _split_at_commas(arguments))
+        values = tuple(running.value(part, where) for part in split_at_commas(arguments))
         inner = RunningProgram(
             text, self.registers, values, dict(running.offsets), running.depth + 1
         )
@@ -338,22 +338,3 @@ def _missing(words: str, name: str, where: str) -> ProgramError:
         f"{where}: expected a file {name}.ls beside the program, got none for {shorten(words)}: put it"
         " there, or remove the line if it does not move the robot"
     )
-
-
-def _split_at_comma(text: str) -> tuple[str, str]:
-    """Return what stands before and behind the first comma outside of brackets."""
-    depth = 0
-    for at, letter in enumerate(text):
-        depth += (letter in "([") - (letter in ")]")
-        if letter == "," and depth == 0:
-            return text[:at].strip(), text[at + 1 :].strip()
-    return text.strip(), ""
-
-
-def _split_at_commas(text: str) -> list[str]:
-    """Return the parts between commas outside of brackets."""
-    parts, remaining = [], text.strip()
-    while remaining:
-        part, remaining = _split_at_comma(remaining)
-        parts.append(part)
-    return parts

@@ -205,3 +205,22 @@ def _positions(file: str, text: str) -> dict[int, str]:
         positions[number] = position[2]
         at = position.end()
     return positions
+
+
+def split_at_comma(text: str) -> tuple[str, str]:
+    """Return what stands before and behind the first comma outside of brackets."""
+    depth = 0
+    for at, letter in enumerate(text):
+        depth += (letter in "([") - (letter in ")]")
+        if letter == "," and depth == 0:
+            return text[:at].strip(), text[at + 1 :].strip()
+    return text.strip(), ""
+
+
+def split_at_commas(text: str) -> list[str]:
+    """Return the parts between commas outside of brackets."""
+    parts, remaining = [], text.strip()
+    while remaining:
+        part, remaining = split_at_comma(remaining)
+        parts.append(part)
+    return parts

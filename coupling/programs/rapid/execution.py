@@ -45,10 +45,10 @@ from coupling.programs.rapid.syntax import (
     Statement,
     Test,
     While,
-    blocks_of,
+    count_statements,
 )
 from coupling.programs.rapid.undecided import Undecided
-from coupling.programs.rapid.values import Data, Value, format_value
+from coupling.programs.rapid.values import Data, format_value, require_truth
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
@@ -103,7 +103,7 @@ class RapidExecution:
             ProgramError: At the first statement that cannot be executed or left out.
         """
         self._budget.remaining += sum(
-            _count(candidate.body)
+            count_statements(candidate.body)
             for holder in self.memory.modules
             for candidate in holder.routines.values()
         )
@@ -267,7 +267,7 @@ class RapidExecution:
                 )
                 self._leave("IF", further_statements, scope, statement.where, value)
                 return
-            if _truth(value, statement.where):
+            if require_truth(value, statement.where):
                 self._block(block, scope)
                 return
 
@@ -278,7 +278,7 @@ class RapidExecution:
             if isinstance(value, Unknown):
                 self._leave("WHILE", body, scope, where, value)
                 return
-            if not _truth(value, where):
+            if not require_truth(value, where):
                 return
             begin = len(self.motions.moves)
             self._block(body, scope)
@@ -324,7 +324,7 @@ class RapidExecution:
     def _leave(
         self, word: str, block: Block, scope: RoutineScope, where: str, cause: Unknown
     ) -> None:
-        self._budget.spend(where, _count(block))
+        self._budget.spend(where, count_statements(block))
         self._undecided.leave(word, block, scope, where, cause)
 
     def _test(self, statement: Test, scope: RoutineScope) -> None:
@@ -346,13 +346,3 @@ class RapidExecution:
             if values is None:
                 self._block(block, scope)
                 return
-
-
-def _truth(value: Value, where: str) -> bool:
-    if not isinstance(value, bool):
-        raise ProgramError(f"{where}: expected a condition, got {format_value(value)}")
-    return value
-
-
-def _count(block: Block) -> int:
-    return len(block) + sum(_count(inner) for item in block for inner in blocks_of(item))

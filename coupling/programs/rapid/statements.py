@@ -81,9 +81,11 @@ def _module(words: Words, file: str, is_wrapped: bool) -> RapidModule:
     while not (words.takes("ENDMODULE") if is_wrapped else words.kind == "end"):
         if words.word == "MODULE" and not is_wrapped and words.kind == "name":
             break
-        scope = words.word if words.takes("LOCAL", "TASK") else ""
+        is_local = words.takes("LOCAL")
+        if not is_local:
+            words.takes("TASK")
         if words.word in _ROUTINE_ENDS and words.kind == "name":
-            routine = _routine(words, scope == "LOCAL")
+            routine = _routine(words, is_local)
             if module.routines.setdefault(routine.name.upper(), routine) is not routine:
                 raise ProgramError(
                     f"{routine.where}: expected one {routine.name} in a module, got another one"
@@ -92,7 +94,7 @@ def _module(words: Words, file: str, is_wrapped: bool) -> RapidModule:
             name = words.name("the name of a record").lower()
             module.records[name] = _record(words)
         elif words.word in _STORAGES and words.kind == "name":
-            declared = _declaration(words, scope == "LOCAL")
+            declared = _declaration(words, is_local)
             module.data[declared.name.upper()] = declared
         elif is_wrapped:
             words.refuse("data, a routine or ENDMODULE")

@@ -265,3 +265,8 @@ def statements_in(block: Block) -> Iterator[Statement]:
         yield statement
         for inner in blocks_of(statement):
             yield from statements_in(inner)
+
+
+def count_statements(block: Block) -> int:
+    """Return the number of statements of a block, and of those in them."""
+    return len(block) + sum(count_statements(inner) for item in block for inner in blocks_of(item))

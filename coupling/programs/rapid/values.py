@@ -253,3 +253,14 @@ def format_value(value: Value) -> str:
 
 def _refuse(expected: str, value: Value, where: str) -> NoReturn:
     raise ProgramError(f"{where}: expected {expected}, got {format_value(value)}")
+
+
+def require_truth(value: Value, where: str) -> bool:
+    """Return the value of a condition.
+
+    Raises:
+        ProgramError: If it is none.
+    """
+    if not isinstance(value, bool):
+        raise ProgramError(f"{where}: expected a condition, got {format_value(value)}")
+    return value
