@@ -32,11 +32,8 @@ def compare(
     verbose: Verbose = False,
 ) -> None:
     """Compare runs, and what was measured under them: results, commands and inputs that differ."""
-    from coupling.report.compare_report import (
-        comparison_answer,
-        comparison_summary,
-        write_comparison,
-    )
+    from coupling.report.compare_answer import comparison_answer
+    from coupling.report.compare_report import comparison_summary, write_comparison
     from coupling.report.comparison import Comparison
     from coupling.report.terminal import print_result
     from coupling.run.console import RunView

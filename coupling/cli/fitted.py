@@ -12,6 +12,7 @@ from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
+from coupling.report.document import document
 from coupling.report.terminal import print_result
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
@@ -49,20 +50,22 @@ class Findings:
     """What a measurement has identified, as it is printed and written.
 
     Attributes:
+        title: Title of the page.
         result: The figures.
         answer: The first screen.
-        warnings: Sentences that are printed below it.
-        summary: All that the page says, beside figures.
-        page: The page.
         text: Function that returns the content of the file that is fitted.
+        summary: All that the page says, beside figures.
+        figures: What the page draws below.
+        warnings: Sentences that are printed below the first screen.
     """
 
+    title: str
     result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified
     answer: Answer
-    warnings: Sequence[str]
-    summary: Sequence[Section]
-    page: str
     text: Callable[[], str]
+    summary: Sequence[Section]
+    figures: Sequence[Section] = ()
+    warnings: Sequence[str] = ()
 
     def write(self, target: Path, is_verbose: bool) -> None:
         """Print the first screen, write figures and page, and unless it is refused the file.
@@ -77,7 +80,8 @@ class Findings:
         make_folder_of(target, IdentifyError)
         print_result(console, self.answer, self.summary, warned(self.warnings), is_verbose)
         report = target.with_suffix(".html")
-        write_atomically(report, self.page, IdentifyError)  # says whose the figures are
+        page = document(self.title, [*self.summary, *self.figures], self.answer)
+        write_atomically(report, page, IdentifyError)  # says whose the figures are
         write_atomically(target.with_suffix(".json"), self.result.text() + "\n", IdentifyError)
         console.print(f"Report: {report}")
         if self.result.refusal:

@@ -150,7 +150,7 @@ def identify(
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_answers import deflection_answer
-    from coupling.report.identify_report import identify_page, identify_summary
+    from coupling.report.identify_report import deflection_figures, identify_summary
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
@@ -197,12 +197,13 @@ def identify(
     answer = deflection_answer(result, shlex.quote(str(target)))
     source = f"{table.name}, {measured.count} measurements"
     findings = Findings(
+        f"{table.name}: {described.name}",
         result,
         answer,
-        [*map(sentence, result.warnings)],
-        identify_summary(result),
-        identify_page(f"{table.name}: {described.name}", result, answer),
         lambda: identified_text(identified_result, start, target, source),
+        identify_summary(result),
+        deflection_figures(result),
+        [*map(sentence, result.warnings)],
     )
     findings.write(target, verbose)
 

@@ -12,7 +12,7 @@ from coupling.errors import IdentifyError
 from coupling.identification.cutting.case_text import case_text
 from coupling.identification.cutting.results import identify_cutting, keys_text
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.report.cutting_report import cutting_page, cutting_summary
+from coupling.report.cutting_report import cutting_summary
 from coupling.report.identify_answers import cutting_answer
 
 _OPTIONS = ("--diameter-mm", "--teeth", "--helix-deg", "--rpm", "--depth-mm")
@@ -50,12 +50,7 @@ def identify_from_cuts(
     keys = keys_text(result, file.name)
     text = keys if case is None else case_text(case, cutter, result, file.name)
     findings = Findings(
-        result,
-        answer,
-        (),
-        cutting_summary(result),
-        cutting_page(f"{file.name}: cutting coefficients", result, answer),
-        lambda: text,
+        f"{file.name}: cutting coefficients", result, answer, lambda: text, cutting_summary(result)
     )
     findings.write(target, is_verbose)
 

@@ -13,7 +13,7 @@ from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import read_recording
 from coupling.identification.motion.results import motion_figures, motion_text
 from coupling.report.identify_answers import motion_answer
-from coupling.report.motion_report import motion_page, motion_summary
+from coupling.report.motion_report import motion_summary, recording_figures
 
 
 def identify_from_motion(
@@ -48,11 +48,12 @@ def identify_from_motion(
     answer = motion_answer(result, shlex.quote(str(target)))
     names = ", ".join(recording.name for recording in recordings)
     findings = Findings(
+        f"{names}: {described.name}",
         result,
         answer,
-        result.remarks,
-        motion_summary(result),
-        motion_page(f"{names}: {described.name}", result, answer),
         lambda: motion_text(motion_result, result, start, target, f"motion of {names}"),
+        motion_summary(result),
+        recording_figures(result),
+        result.remarks,
     )
     findings.write(target, is_verbose)

@@ -18,7 +18,7 @@ from coupling.identification.response.identification import (
 )
 from coupling.identification.response.posture import read_posture
 from coupling.report.identify_answers import response_answer
-from coupling.report.response_report import response_page, response_summary, response_warnings
+from coupling.report.response_report import response_figures, response_summary, response_warnings
 
 
 def identify_responses(
@@ -68,11 +68,12 @@ def identify_responses(
     answer = response_answer(result, shlex.quote(str(target)))
     names = ", ".join(file.name for file in files)
     findings = Findings(
+        f"{names}: {described.name}",
         result,
         answer,
-        response_warnings(result),
-        response_summary(result),
-        response_page(f"{names}: {described.name}", result, answer),
         lambda: responses_text(identified, start, target),
+        response_summary(result),
+        response_figures(result),
+        response_warnings(result),
     )
     findings.write(target, is_verbose)

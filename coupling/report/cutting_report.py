@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from coupling.report.document import document
 from coupling.report.parameter_table import parameter_table
 from coupling.results.cutting_result import CuttingIdentified
-from coupling.results.section import Answer, Note, Section, Table
+from coupling.results.section import Note, Section, Table
 
 _WORDS = {
     "mean": "mean",
@@ -16,11 +15,6 @@ _NOTE = Note(
     "Held out: predicted by a fit of all other feeds. Intervals are Student's. A feed outside the range"
     " of the others is an extrapolation."
 )
-
-
-def cutting_page(title: str, result: CuttingIdentified, answer: Answer) -> str:
-    """Return the page of an identification from slots, below its first screen, as one HTML text."""
-    return document(title, cutting_summary(result), answer)
 
 
 def cutting_summary(result: CuttingIdentified) -> list[Section]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import hypot
 
 from coupling.errors import sentence
-from coupling.report.document import document
 from coupling.report.identify_figures import (
     agreement,
     amplification,
@@ -15,26 +14,19 @@ from coupling.report.identify_figures import (
 )
 from coupling.report.parameter_table import in_digits, parameter_table
 from coupling.results.identified_result import IdentifiedResult
-from coupling.results.section import Answer, Note, Section, Table, warned
+from coupling.results.section import Note, Section, Table, warned
 
 _MM = 1e3
 
 
-def identify_page(title: str, result: IdentifiedResult, answer: Answer) -> str:
-    """Return the page of an identification as one self-contained HTML text.
-
-    Args:
-        title: Title of the page.
-        result: Figures of the identification, the content of identified.json.
-        answer: Its first screen.
-    """
+def deflection_figures(result: IdentifiedResult) -> list[Section]:
+    """Return deflections, residuals and intervals as figures."""
     factor = amplification(result)
-    arrows_note = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
-    sections = [
-        *identify_summary(result),
+    enlarged = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
+    return [
         Section(
             "Deflections, measured and predicted",
-            [arrows_note],
+            [enlarged],
             "arrows",
             scene=arrows(result, factor),
         ),
@@ -42,7 +34,6 @@ def identify_page(title: str, result: IdentifiedResult, answer: Answer) -> str:
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
         Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
     ]
-    return document(title, sections, answer)
 
 
 def identify_summary(result: IdentifiedResult) -> list[Section]:

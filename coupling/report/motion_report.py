@@ -7,22 +7,15 @@ import plotly.graph_objects as go
 
 from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
-from coupling.report.document import document
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.motion_result import MotionResult, RecordingResult
-from coupling.results.section import UM, Answer, Note, Section, Table, warned
+from coupling.results.section import UM, Note, Section, Table, warned
 
 
-def motion_page(title: str, result: MotionResult, answer: Answer) -> str:
-    """Return the page of an identification from motion as one self-contained HTML text.
-
-    Args:
-        title: Title of the page.
-        result: Its figures, the content of identified.json.
-        answer: Its first screen.
-    """
-    sections = motion_summary(result)
+def recording_figures(result: MotionResult) -> list[Section]:
+    """Return what is left of all recordings over time."""
+    sections = []
     for recording in result.recordings:
         words = "predicted" if recording.held_out else "fitted"
         if result.joints:
@@ -40,7 +33,7 @@ def motion_page(title: str, result: MotionResult, answer: Answer) -> str:
                 f"{recording.name}, {words}: motor torque", [], f"torque-{recording.name}", torques
             )
         )
-    return document(title, sections, answer)
+    return sections
 
 
 def motion_summary(result: MotionResult) -> list[Section]:

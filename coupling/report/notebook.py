@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from coupling.place.folder import StoredPlacement
 from coupling.report.background import case_content, case_of, real_part
-from coupling.report.compare_report import comparison_answer, comparison_scene
+from coupling.report.compare_answer import comparison_answer
+from coupling.report.compare_report import comparison_scene
 from coupling.report.comparison import Comparison
 from coupling.report.document import document
 from coupling.report.lengths import in_words

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from coupling.report.document import document
 from coupling.report.modes_report import response_figure
 from coupling.report.parameter_table import parameter_table
 from coupling.results.response_result import (
@@ -10,7 +9,7 @@ from coupling.results.response_result import (
     PostureResponseResult,
     ResponseFitResult,
 )
-from coupling.results.section import Answer, Note, Section, Table
+from coupling.results.section import Note, Section, Table
 
 _ERRORS = Note(
     "Median of |log(model / measurement)|: 0.1 is a tenth in magnitude, or 6 degrees in phase. Motors"
@@ -25,15 +24,9 @@ _INTERVALS = Note(
 _UNEXPLAINED = 1.05
 
 
-def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
-    """Return the page of an identification from frequency responses as one self-contained HTML text.
-
-    Args:
-        title: Title of the page.
-        result: Its figures, the content of identified.json.
-        answer: Its first screen.
-    """
-    sections = response_summary(result)
+def response_figures(result: ResponseFitResult) -> list[Section]:
+    """Return the responses of every posture, measured and identified."""
+    sections = []
     for number, posture in enumerate(result.postures, start=1):
         words = "predicted" if posture.held_out else "fitted"
         for by in "xyz":
@@ -48,7 +41,7 @@ def response_page(title: str, result: ResponseFitResult, answer: Answer) -> str:
                 heading = f"{posture.name}, {words}: motion by a force along {by}"
                 figure = response_figure(of_force)
                 sections.append(Section(heading, [], f"response-{number}-{by}", [figure]))
-    return document(title, sections, answer)
+    return sections
 
 
 def response_summary(result: ResponseFitResult) -> list[Section]:

@@ -1,19 +1,18 @@
-"""How often intervals hold the truth, and what a fit does with what its model does not know."""
+"""How often intervals of parameters hold the truth."""
 
 from __future__ import annotations
 
 import gc
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned
-from docs.scripts.learning_beyond import Beyond
 from docs.scripts.learning_shop import Shop
-from docs.scripts.learning_studies import DEPTH, Trial, Truth, drawn, hidden
+from docs.scripts.learning_studies import DEPTH, Trial, Truth, drawn
 from docs.scripts.page import table
 from docs.scripts.robots_with_backlash import (
     EVEN,
@@ -33,8 +32,6 @@ SECONDS = 12.0
 TIMES, NOISES, ROBOTS = (0.5, 1.0, 1.5), (1e-5, 2e-5, 3e-5), 5
 # The first seed of those that are judged: no rule of the fit was chosen with them.
 FIRST_SEED = 2000
-# What a measured robot does beyond its model.
-ALL = Beyond(gear_errors=7e-5, hysteresis=3e-5, drift=5e-5)
 
 
 @dataclass(frozen=True)
@@ -141,48 +138,4 @@ def _row(name: str, learned: list[CoveredParameter]) -> tuple[str, ...]:
         f"{100.0 * held / max(len(learned), 1):.1f}",
         f"{100.0 * np.median([one.error * one.half for one in learned]):.1f}",
         f"{100.0 * np.median([one.half for one in learned]):.1f}",
-    )
-
-
-def unmodelled() -> str:
-    """Return what one run tells where the robot does what its model does not know."""
-    kinds = {
-        "gear errors": replace(ALL, hysteresis=0.0, drift=0.0),
-        "hysteresis": replace(ALL, gear_errors=0.0, drift=0.0),
-        "drift": replace(ALL, gear_errors=0.0, hysteresis=0.0),
-        "all of it": ALL,
-        "a third of all": Beyond(
-            gear_errors=ALL.gear_errors / 3, hysteresis=ALL.hysteresis / 3, drift=ALL.drift / 3
-        ),
-    }
-    rows = []
-    for name, seed in (("example, cone", 11), ("KUKA, cone", 41)):
-        with Shop(cases()[name]) as shop:
-            truth = hidden(shop.robot, seed)
-            for kind, own in kinds.items():
-                trial = Trial(noise=2e-5, seconds=SECONDS, runs=1, beyond=replace(own, seed=seed))
-                found = shop.found(truth, trial, seed)
-                rows.append((f"{name}: {kind}", *_unmodelled_row(shop, truth, found)))
-                print(*rows[-1], found.refusal, flush=True)
-    head = (
-        "",
-        "residual: file → learned, noise [um]",
-        "intervals wider",
-        "identifiable, held",
-        "model's error: file → learned [um]",
-        "",
-    )
-    return table(head, rows)
-
-
-def _unmodelled_row(shop: Shop, truth: Truth, found: Learned) -> tuple[str, ...]:
-    learned = list(CoveredParameter.of(found, truth, 1.0))
-    off = shop.less_off(truth, found)
-    left = " → ".join(f"{1e6 * own:.1f}" for own in found.residual_rms)
-    return (
-        f"{left}, {1e6 * found.noise_left:.1f}",
-        f"{found.widened:.1f}",
-        f"{len(learned)}, {sum(one.error <= 1.0 for one in learned)}",
-        " → ".join(f"{1e6 * own:.1f}" for own in off),
-        "refused" if found.refusal else "warned" if found.warnings else "",
     )

@@ -29,9 +29,7 @@ from coupling.run.folder import write_run
 from coupling.run.models import Models
 from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth
 from docs.scripts.runs import example_data
-from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.parameters import Parameters
 
 # Of the command's end nothing is judged, and nothing measured [s].
 CUT = 0.3
@@ -92,14 +90,8 @@ class Shop:
         """Return the path that the tool really takes under a run's command, in axes of the base."""
         source = _unseen(run)
         placed = self._case(self._first).robots[0]
-        nominal, chain = Parameters.of(placed.description), build_chain(placed.description)
-        values = {}
-        for name, factor in truth.factors.items():
-            coordinate, kind = name.rsplit(".", 1)
-            value = getattr(nominal, kind)[chain.elastic_names.index(coordinate)]
-            values[name] = factor * float(value)
         fmu = self._models.of(placed.description, placed.torque_curve).fmu
-        robot = apply_values(placed.description, values)
+        robot = apply_values(placed.description, truth.values(placed.description))
         return fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic", robot)
 
     def measurement(
@@ -122,17 +114,6 @@ class Shop:
         measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
             return learn([read_source(self._first, measured)], FramePrior(), models)
-
-    def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
-        """Return how far the tool of the file's and of the learned robot is from the real one's [m].
-
-        Rms along the run, less a constant, of what the model knows of the real robot.
-        """
-        real = self.moved(self._first, truth).position[0]
-        factors = {own.name: own.written / own.start for own in found.parameters}
-        off = [self.moved(self._first, Truth("", own)).position[0] - real for own in ({}, factors)]
-        before, after = (Left.of(rows).less_rms for rows in off)
-        return before, after
 
     def left(self, run: Path, path: ToolPath) -> Left:
         """Return how far the tool really is from its desired path."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.robot.parameters import robot_parameters
+from coupling.robot.parameters import robot_parameters, value_of
 from docs.scripts.learning_beyond import Beyond
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -31,6 +31,10 @@ class Truth:
 
     name: str
     factors: Mapping[str, float]
+
+    def values(self, robot: Robot) -> dict[str, float]:
+        """Return its parameters by name, with those of the model that it differs from."""
+        return {name: factor * value_of(robot, name) for name, factor in self.factors.items()}
 
 
 @dataclass(frozen=True)
@@ -72,11 +76,11 @@ class Trial:
     beyond: Beyond | None = None
 
 
-def hidden(robot: Robot, seed: int) -> Truth:
-    """Return a robot with all parameters at random."""
+def hidden(robot: Robot, seed: int, spread: Mapping[str, float] = SPREAD) -> Truth:
+    """Return a robot with all parameters at random, logarithms even between plus and minus these."""
     rng, chain = np.random.default_rng(seed), build_chain(robot)
     factors = {}
-    for kind, width in SPREAD.items():
+    for kind, width in spread.items():
         rows = chain.torsions if kind == "backlash" else range(chain.elastic_count)
         for row in rows:
             factors[f"{chain.elastic_names[row]}.{kind}"] = float(

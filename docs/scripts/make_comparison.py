@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping
 from functools import cache
+from operator import itemgetter
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.histories import ToolPath
-from docs.scripts.experiment import Curve, Page, add_curves
+from docs.scripts.experiment import Curve, Page, add_curves, results
 from docs.scripts.page import table
 from docs.scripts.pictures import save, styled
 from examples.compare_implementations import (
@@ -65,27 +66,31 @@ def differences(paths: Mapping[str, Both]) -> go.Figure:
 @PAGE.part
 def statics() -> str:
     """Return the differences of kinematics and rest between the implementations."""
-    cases = [("(a) neither gravity nor load", kinematics())]
+    cases = {"(a) neither gravity nor load": kinematics()}
     for curve, name in CURVES.items():
-        cases.append((f"(b) gravity, {name}", at_rest(robot, curve, NO_LOAD)))
-        cases.append((f"(b) gravity and load, {name}", at_rest(robot, curve, LOAD)))
-    return table(
-        ("largest difference over ten postures", "position [m]", "orientation [rad]"),
-        ((name, f"{both.distance.max():.1e}", f"{both.angle.max():.1e}") for name, both in cases),
-    )
+        cases[f"(b) gravity, {name}"] = at_rest(robot, curve, NO_LOAD)
+        cases[f"(b) gravity and load, {name}"] = at_rest(robot, curve, LOAD)
+    columns = {
+        "position [m]": lambda both: f"{both.distance.max():.1e}",
+        "orientation [rad]": lambda both: f"{both.angle.max():.1e}",
+    }
+    return results(("largest difference over ten postures",), cases, lambda both: both, columns)
 
 
 @PAGE.part
 def sag_and_settling() -> str:
     """Return sag and settling time of the robot where the path begins."""
-    rows = []
     height = desired().position[0, 0, 2]
-    for curve, name in CURVES.items():
+
+    def figures(curve: str) -> list[str]:
         rest, fall = rest_at_start(curve), release(curve).both()
-        sags = (_MM * (path.position[0, 0, 2] - height) for path in (rest.ours, rest.mujoco))
-        times = (settling_time(path) for path in (fall.ours, fall.mujoco))
-        rows.append((name, *(f"{sag:.6f}" for sag in sags), *(f"{time:.3f}" for time in times)))
-    return table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)
+        paths = ((rest.ours, fall.ours), (rest.mujoco, fall.mujoco))
+        sags = (f"{_MM * (path.position[0, 0, 2] - height):.6f}" for path, _ in paths)
+        return [*sags, *(f"{settling_time(path):.3f}" for _, path in paths)]
+
+    heads = ("sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo ")
+    columns = {head: itemgetter(k) for k, head in enumerate(heads)}
+    return results(("",), {name: curve for curve, name in CURVES.items()}, figures, columns)
 
 
 @cache

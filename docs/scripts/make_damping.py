@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import tempfile
 import tomllib
-from dataclasses import dataclass
-from functools import cache
+from operator import itemgetter
 from pathlib import Path
 
 import tomlkit
 
 from coupling.files.robot_file import shipped_robots
-from coupling.path.deviation import Deviation
-from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.experiment import Page, results, um
-from docs.scripts.runs import compensated, example
+from docs.scripts.runs import compensated, example, replays
 
 ROBOT, RATIO = "icme2008", 0.04
 CASES = {
@@ -24,16 +21,6 @@ CASES = {
     "slot at 40 000 1/min": "milling_40000",
 }
 PAGE = Page("robot_file")
-
-
-@dataclass(frozen=True)
-class Left:
-    """Deviations of a case, not corrected and corrected, by dampers as they are and by a ratio."""
-
-    before: Deviation
-    before_by_ratio: Deviation
-    after: Deviation
-    on_other: Deviation
 
 
 def _write_damped(folder: Path) -> Path:
@@ -49,31 +36,31 @@ def _write_damped(folder: Path) -> Path:
     return file
 
 
-@cache
-def _left(name: str) -> Left:
+def _left(name: str) -> list[str]:
+    """Return the deviations of a case, not corrected by either dampers, and corrected on either."""
     with tempfile.TemporaryDirectory() as folder:
         damped = str(_write_damped(Path(folder)))
         run = compensated(example(name, plant={"description": damped}))
-        plant = run.of(PLANT_REPLAY)
-        assert plant is not None
         other = compensated(example(name, robot={"description": damped}))
-    return Left(
+    deviations = (
         run.deviation(run.before),
         other.deviation(other.before),
         run.deviation(run.correction.achieved),
-        plant.deviation(),
+        replays(run)["plant"],
     )
+    return [um(deviation.rms, 3) for deviation in deviations]
 
 
 @PAGE.part
 def damping() -> str:
     """Return the table of deviations by damping."""
-    columns = {
-        "not corrected, dampers of the file": lambda left: um(left.before.rms, 3),
-        f"ratio {RATIO}": lambda left: um(left.before_by_ratio.rms, 3),
-        "corrected, as modelled": lambda left: um(left.after.rms, 3),
-        f"that command on the robot of ratio {RATIO}": lambda left: um(left.on_other.rms, 3),
-    }
+    heads = (
+        "not corrected, dampers of the file",
+        f"ratio {RATIO}",
+        "corrected, as modelled",
+        f"that command on the robot of ratio {RATIO}",
+    )
+    columns = {head: itemgetter(k) for k, head in enumerate(heads)}
     return results(("rms [um]",), CASES, _left, columns)
 
 

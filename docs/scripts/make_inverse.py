@@ -21,7 +21,7 @@ from coupling.run.folder import write_run
 from docs.scripts import inverse_servos
 from docs.scripts.experiment import Page, results
 from docs.scripts.page import table
-from docs.scripts.runs import example
+from docs.scripts.runs import example, replays
 
 REPLAY = Path(__file__).parents[2] / "tests" / "helpers" / "replay.py"
 ONE_ROUND = {"max_rounds": 1}
@@ -146,7 +146,7 @@ def robustness() -> str:
         run = run_compensation(example(motion.example, tool_path=motion.keys))
         columns[f"{motion.title}, max [um]"] = {
             "as in its file": run.correction.iterations[-1].deviation.maximum,
-            **{replay.name: replay.deviation.maximum for replay in run.robustness},
+            **{name: deviation.maximum for name, deviation in replays(run).items()},
         }
     names = list(dict.fromkeys(name for column in columns.values() for name in column))
     rows = (

@@ -75,10 +75,7 @@ def cost_table() -> str:
     return table(
         ("step (ms)", *(f"{kind}: largest, rms (um)" for kind in INTERFACES)),
         (
-            (
-                f"{1e3 * step:g}",
-                *(f"{1e6 * e.largest:.2g}, {1e6 * e.rms:.2g}" for e in errors),
-            )
+            (f"{1e3 * step:g}", *(f"{1e6 * e.largest:.2g}, {1e6 * e.rms:.2g}" for e in errors))
             for step, *errors in zip(COST_STEPS, *kinds, strict=True)
         ),
     )

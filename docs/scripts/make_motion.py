@@ -29,12 +29,7 @@ BANDWIDTH, REPETITIONS = 20.0, 200
 PAGE = Page("motion")
 _UM = 1e6
 # Causes of motor less link, those that would hide others first.
-_SHARES = {
-    "lines of the encoder": JOINTS[5],
-    "loop": JOINTS[4],
-    "slow error": PLANT,
-    "gear": GREEN,
-}
+_SHARES = {"lines of the encoder": JOINTS[5], "loop": JOINTS[4], "slow error": PLANT, "gear": GREEN}
 
 
 @cache

@@ -2,7 +2,7 @@
 
 Robots that are not the model are measured four times, in simulation, and each next command is computed
 from that.  The tables on parameters take longer and are made by name:
-python docs/scripts/make_next.py parameters coverage unmodelled.
+python docs/scripts/make_next.py parameters coverage.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import sys
 from dataclasses import replace
 from functools import cache
 
-from docs.scripts.learning_coverage import coverage, unmodelled
+from docs.scripts.learning_coverage import coverage
 from docs.scripts.learning_shop import cone
 from docs.scripts.learning_studies import hidden
 from docs.scripts.next_histories import (
@@ -91,7 +91,7 @@ def parameters() -> str:
 
 
 PARTS = {"histories": histories, "sums": sums}
-SLOW_PARTS = {"parameters": parameters, "coverage": coverage, "unmodelled": unmodelled}
+SLOW_PARTS = {"parameters": parameters, "coverage": coverage}
 
 
 if __name__ == "__main__":

@@ -117,14 +117,9 @@ def cases() -> str:
 
 def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
     """Return maps as one picture of two columns, with a colour bar for each column."""
-    rows = len(figures) // 2
-    whole = make_subplots(
-        rows,
-        2,
-        subplot_titles=[own.layout.title.text for own in figures],
-        horizontal_spacing=0.16,
-        vertical_spacing=0.16,
-    )
+    rows, titles = len(figures) // 2, [own.layout.title.text for own in figures]
+    gaps = {"horizontal_spacing": 0.16, "vertical_spacing": 0.16}
+    whole = make_subplots(rows, 2, subplot_titles=titles, **gaps)
     for k, own in enumerate(figures):
         place = {"row": k // 2 + 1, "col": k % 2 + 1}
         heat, *marks = own.data

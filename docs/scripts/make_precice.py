@@ -16,12 +16,7 @@ from fmpy import simulate_fmu
 
 from coupling.fmu.precice_robot import CoupledMotion, PreciceNames, run_robot
 from docs.scripts.experiment import Page, results
-from examples.precice.press_with_precice import (
-    CONFIGURATION,
-    WALL_STIFFNESS,
-    prepare,
-    start_wall,
-)
+from examples.precice.press_with_precice import CONFIGURATION, WALL_STIFFNESS, prepare, start_wall
 
 WINDOWS = (0.001, 0.002, 0.005, 0.01, 0.4)  # [s]; the last is the whole stroke
 STOP = 0.4  # [s]

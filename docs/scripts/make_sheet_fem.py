@@ -5,6 +5,8 @@ CalculiX runs where it is installed.
 
 from __future__ import annotations
 
+from operator import itemgetter
+
 import numpy as np
 import plotly.graph_objects as go
 
@@ -14,7 +16,7 @@ from coupling.report import workpiece_figures
 from coupling.run.execute import Run
 from coupling.run.figures import shares_of
 from docs.scripts import runs, sheet_studies
-from docs.scripts.experiment import Page
+from docs.scripts.experiment import Page, results
 from docs.scripts.page import table
 from docs.scripts.pictures import save
 from docs.scripts.runs import around_axis, compensated, gap_ranges, tool_rows, workpieces
@@ -102,22 +104,27 @@ def cell() -> str:
 @PAGE.part
 def gap() -> str:
     """Return the mean force across the sheet in a contour of the cell over gap and elements."""
-    rows = []
-    for gap, element in ((0.8, 2.0), (0.9, 2.0), (1.0, 2.0), (1.0, 1.6), (1.2, 2.0), (2.0, 2.0)):
+
+    def forces(cell: tuple[float, float]) -> list[str]:
         case = runs.example(
             "two_robots_fem",
-            support={"gap_m": 1e-3 * gap},
-            process={"element_m": 1e-3 * element},
+            support={"gap_m": 1e-3 * cell[0]},
+            process={"element_m": 1e-3 * cell[1]},
             tool_path={"step_down_m": 0.0005, "depth_m": 0.001},
         )
         part = case.task.part
         deep = part.coordinates(case.desired.position[0])[:, 2] < -0.99e-3
-        forces = [
-            abs(part.rotation.inv().apply(force[deep])[:, 2].mean())
-            for force in case.process.evaluate(case.desired).wrench.force
-        ]
-        rows.append((f"{gap} mm", f"{element} mm", *(f"{force:.0f}" for force in forces)))
-    return table(("gap", "elements", "forming tool", "supporting tool"), rows)
+        wrench = case.process.evaluate(case.desired).wrench
+        across = (part.rotation.inv().apply(force[deep])[:, 2] for force in wrench.force)
+        return [f"{abs(force.mean()):.0f}" for force in across]
+
+    cells = ((0.8, 2.0), (0.9, 2.0), (1.0, 2.0), (1.0, 1.6), (1.2, 2.0), (2.0, 2.0))
+    return results(
+        ("gap", "elements"),
+        {tuple(f"{length} mm" for length in cell): cell for cell in cells},
+        forces,
+        {"forming tool": itemgetter(0), "supporting tool": itemgetter(1)},
+    )
 
 
 for study in (sheet_studies.shallow, sheet_studies.thick, sheet_studies.fineness):

@@ -24,7 +24,7 @@ from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
 from coupling.study.stored_study import StoredStudy, read_study
 from coupling.study.workers import Workers
-from docs.scripts.experiment import Page
+from docs.scripts.experiment import Page, um
 from docs.scripts.page import table
 from docs.scripts.pictures import save
 from docs.scripts.runs import CASES
@@ -63,7 +63,7 @@ def cone() -> str:
     quantiles = table(
         ("cone, 200 robots [um]", "model", *(f"{100 * float(s):g} % below" for s in shares)),
         [
-            (words, _um(getattr(model, name)), *(_um(found[name][share]) for share in shares))
+            (words, um(getattr(model, name), 3), *(um(found[name][share], 3) for share in shares))
             for name, words in (("maximum", "max"), ("rms", "rms"))
         ],
     )
@@ -106,10 +106,6 @@ def coverage() -> str:
         f" {100 * inside:.1f} % in the mean over the path; {100 * below:.1f} % stay below the line"
         " everywhere."
     )
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.3g}"
 
 
 if __name__ == "__main__":

@@ -29,11 +29,9 @@ from coupling.results.forecast import RunForecast
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
+from docs.scripts.learning_studies import hidden
 from docs.scripts.page import DOCS
 from docs.scripts.runs import example_data
-from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
-from elastic_robot.parameters import Parameters
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
@@ -154,24 +152,6 @@ def _never_worse(left: list[float]) -> bool:
     return left[-1] <= 1.1 * min(left) and left[-1] < left[0]
 
 
-def hidden(robot: Robot, seed: int) -> dict[str, float]:
-    """Return the parameters of the robot that really moves, by name."""
-    rng, chain, nominal = (
-        np.random.default_rng(seed),
-        build_chain(robot),
-        Parameters.of(robot),
-    )
-    values = {}
-    for kind, width in WIDTHS.items():
-        rows = chain.torsions if kind == "backlash" else range(chain.elastic_count)
-        for row in rows:
-            factor = float(np.exp(width * rng.uniform(-1.0, 1.0)))
-            values[f"{chain.elastic_names[row]}.{kind}"] = factor * float(
-                getattr(nominal, kind)[row]
-            )
-    return values
-
-
 def trial_result(trial: Trial) -> TrialResult:
     """Measure a robot, compute its next command, and so on."""
     with tempfile.TemporaryDirectory() as name:
@@ -189,7 +169,8 @@ def trial_result(trial: Trial) -> TrialResult:
         write_run(run, case, run_compensation(case))
         robot = load_robot(file)
         fmu = ReplayedRobot(build_fmu(robot, folder / "true.fmu", BuildOptions("native")))
-        settings = Settings(values=hidden(robot, trial.seed), curve="backlash")
+        values = hidden(robot, trial.seed, WIDTHS).values(robot)
+        settings = Settings(values=values, curve="backlash")
         real = MeasuredRobot(fmu, Chain.read(file), settings, trial.extras)
         runs, sources, forecast, move = [], [], None, ""
         for number in range(1, trial.runs + 1):

@@ -47,13 +47,11 @@ class PageTable:
         """
         head, *rows = self.lines
         line = next((cells for cells in rows if cells[0].startswith(row)), None)
-        if line is None or column not in head:
-            wanted, there = (
-                (f"a row {row!r}", [cells[0] for cells in rows])
-                if line is None
-                else (f"a column {column!r}", list(head))
-            )
-            raise ValueError(f"{self.where}: expected {wanted}, got {', '.join(there)}")
+        if line is None:
+            names = ", ".join(cells[0] for cells in rows)
+            raise ValueError(f"{self.where}: expected a row {row!r}, got {names}")
+        if column not in head:
+            raise ValueError(f"{self.where}: expected a column {column!r}, got {', '.join(head)}")
         return line[head.index(column)]
 
     def number(self, row: str, column: str) -> float:

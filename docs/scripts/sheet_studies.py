@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh, limit_of_force
+from docs.scripts.experiment import results
 from docs.scripts.page import DOCS, table
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
@@ -173,36 +175,31 @@ def contours(
         yield float(np.mean(forces[sixth:-sixth]))
 
 
-# Of the study of fineness: thickness [mm], elements along 80 mm, positions and window [mm].
-FINENESS = (
-    *((0.5, elements, 2.5, 10.0) for elements in (32, 60)),
-    *((1.0, elements, 2.5, 10.0) for elements in (20, 32, 40, 60)),
-    *((2.0, elements, 2.5, 10.0) for elements in (32, 60)),
-)
+# Of the study of fineness: thickness [mm], elements along 80 mm; positions and window [m].
+FINENESS = ((0.5, 32), (0.5, 60), (1.0, 20), (1.0, 32), (1.0, 40), (1.0, 60), (2.0, 32), (2.0, 60))
+_SPACING, _WINDOW = 2.5e-3, 10e-3
 
 
 def fineness() -> str:
-    """Return the forces in three contours on the plate over thickness, elements, positions, window."""
-    rows: list[tuple[str, ...]] = []
-    for thickness, elements, spacing, window in FINENESS:
-        settings = SheetSettings(window=1e-3 * window, opening_radius=0.024)
+    """Return the forces in three contours on the plate over thickness and elements."""
+
+    def cells(case: tuple[float, int]) -> list[str]:
+        thickness, elements = case
+        settings = SheetSettings(window=_WINDOW, opening_radius=0.024)
         press = Press.above(0.08, elements, 0.02, settings, 1e-3 * thickness)
         start = time.process_time()
-        found = list(contours(press, 0.02, (1e-3, 2e-3, 3e-3), 1e-3 * spacing))
+        forces = np.array(list(contours(press, 0.02, (1e-3, 2e-3, 3e-3), _SPACING)))
         seconds = (time.process_time() - start) / press.solutions
         limit = limit_of_force(0.08 / elements, RADIUS, 1e-3 * thickness)
-        name = "whole sheet" if window >= 80.0 else f"{window:g} mm"
-        rows.append(
-            (
-                f"{thickness:g} mm",
-                f"{80.0 / elements:.3g} mm",
-                f"{spacing:g} mm",
-                name,
-                ", ".join(f"{force:.0f}" for force in found),
-                f"{1.0 / limit:.3f}",
-                ", ".join(f"{limit * force:.0f}" for force in found),
-                f"{seconds:.2f}",
-            )
+        computed, stated = (
+            ", ".join(f"{force:.0f}" for force in row) for row in (forces, limit * forces)
         )
-    head = ("sheet", "elements", "positions", "window", "F_z computed", "over its limit")
-    return table((*head, "F_z stated", "CPU s / position"), rows)
+        return [computed, f"{1.0 / limit:.3f}", stated, f"{seconds:.2f}"]
+
+    heads = ("F_z computed", "over its limit", "F_z stated", "CPU s / position")
+    return results(
+        ("sheet", "elements"),
+        {(f"{sheet:g} mm", f"{80.0 / count:.3g} mm"): (sheet, count) for sheet, count in FINENESS},
+        cells,
+        {head: itemgetter(k) for k, head in enumerate(heads)},
+    )

@@ -14,11 +14,7 @@ from docs.scripts.trust_comparison import GRADES, Against, Comparison
 from docs.scripts.trust_sheet import AxialForce, Plunge
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
-COLOURS = {
-    Against.PROGRAM: "#0072B2",
-    Against.MEASUREMENT: "#D55E00",
-    Against.ROBOT: "#009E73",
-}
+COLOURS = {Against.PROGRAM: "#0072B2", Against.MEASUREMENT: "#D55E00", Against.ROBOT: "#009E73"}
 _GREYS = ("#ffffff", "#f2f2f2", "#e4e4e4", "#d2d2d2")
 # Ends of the axis, as powers of ten [%]; room for the numbers beyond the bars.
 _LEAST, _MOST = -13.0, 3.0

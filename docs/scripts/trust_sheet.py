@@ -140,29 +140,25 @@ class AxialForce:
 
 def steady_force() -> Comparison:
     """Return the axial force in the steady state, computed by `sheet-fem`."""
-    return _force("axial force, sheet-fem", "F_z here")
+    return _force("axial force, sheet-fem", "force", STEADY, "F_z here")
 
 
 def steady_force_of_solids() -> Comparison:
     """Return the same by the authors' solid elements."""
-    return _force("axial force, solid elements of others", "solid FE")
-
-
-def _force(what: str, column: str) -> Comparison:
-    table = PageTable.of("measured_sheet", "force")
-    found, measured = (table.number(STEADY, name) for name in (column, "F_z measured"))
-    words = f"{found - measured:+.0f} of {measured:.0f} N"
-    return Comparison(what, Against.MEASUREMENT, found - measured, measured, words)
+    return _force("axial force, solid elements of others", "force", STEADY, "solid FE")
 
 
 def force_law() -> Comparison:
     """Return the same by Aerens' law."""
-    table = PageTable.of("measured_sheet", "law")
-    law, measured = (table.number("benchmark 3", name) for name in ("Aerens' law", "measured F_z"))
-    words = f"{law - measured:+.0f} of {measured:.0f} N"
-    return Comparison(
-        "axial force, Aerens' law", Against.MEASUREMENT, law - measured, measured, words
-    )
+    return _force("axial force, Aerens' law", "law", "benchmark 3", "Aerens' law")
+
+
+def _force(what: str, part: str, row: str, column: str) -> Comparison:
+    table = PageTable.of("measured_sheet", part)
+    (measured,) = (name for name in table.lines[0] if name in ("F_z measured", "measured F_z"))
+    ours, theirs = (table.number(row, name) for name in (column, measured))
+    words = f"{ours - theirs:+.0f} of {theirs:.0f} N"
+    return Comparison(what, Against.MEASUREMENT, ours - theirs, theirs, words)
 
 
 def thinning() -> Comparison:

@@ -16,6 +16,7 @@ from coupling.identification.static.fit import IdentifyOptions, fit_static
 from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.model import StaticModel
+from coupling.identification.static.suspicions import loss_suspicion
 
 
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
@@ -82,8 +83,8 @@ def test_a_constant_part_of_every_deflection_is_suspected(part, words):
     rows = noisy(replace(rows, deflection=right + part * way), rng, 5e-6)
     found = identify(arm(), rows, IdentifyOptions(noise_of(rows), "linear"))
     assert found.loss is not None
-    assert abs(-found.loss.value - part) < found.loss.half
-    said = found.loss.suspicion()
+    assert abs(-found.loss.value_m - part) < found.loss.half_m
+    said = loss_suspicion(found.loss)
     assert (words in said) if words else said == ""
 
 

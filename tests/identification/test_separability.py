@@ -56,7 +56,7 @@ def test_the_direction_named_changes_nothing_measured():
     found = telling(robot, rows)
     (direction,) = found.unseen
     assert direction.in_words in ("joint[2] - joint[3]", "joint[3] - joint[2]")
-    assert [pair[:2] for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
+    assert [pair.names for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
     result = identify(robot, rows, IdentifyOptions(noise_of(rows)))
     verdict = {parameter.name: parameter for parameter in result.parameters}
     assert verdict["joint[1].stiffness"].identified

@@ -13,8 +13,8 @@ from line_case import line_case
 
 from coupling.errors import ResultError
 from coupling.path.length_text import format_um
+from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
-    comparison_answer,
     comparison_page,
     comparison_scene,
     comparison_summary,

@@ -1,4 +1,4 @@
-"""The next command of a measured robot: its parameters from two runs, then learning along the path."""
+"""The next command of a measured robot: parameters from the first runs, then learning along the path."""
 
 from __future__ import annotations
 
@@ -27,10 +27,6 @@ from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import LearningStep
 from coupling.run.models import Models
-
-# Parameters are fitted to the first runs, up to this number: the second command crosses the backlash of
-# gears at other times, which the first run does not show.
-_FITTED_RUNS = 2
 
 
 @dataclass(frozen=True)
@@ -110,10 +106,23 @@ def _robot(
     if options.move == "path":
         return file_model(history, options), None
     before = model_of_run(history, len(history.runs) - 1, options)
-    if len(history.runs) > _FITTED_RUNS and options.move == "auto":
+    if options.move == "auto" and not _is_to_learn(history, before.x):
         return before, None
     learned = _learn(history, options, models, watch)
     return (before if learned.refusal else learned_model(history, learned, options)), learned
+
+
+def _is_to_learn(history: History, x: np.ndarray) -> bool:
+    """Return whether runs are to be learned from: the first, and with it a second that is not repeated.
+
+    That crosses the backlash of gears at other times than the model, which the first does not show.
+
+    Args:
+        history: The runs.
+        x: Log factors of the robot of the last one [1], (P,).
+    """
+    count = len(history.runs)
+    return count == 1 or (count == 2 and not is_repeated(history.aligned_with(x), 1, x))
 
 
 def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:

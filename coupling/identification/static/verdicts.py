@@ -151,8 +151,8 @@ class Identification:
     def written(self) -> np.ndarray:
         """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
 
-        These are in their intervals.  Where nothing that is kept acts together with what is identified,
-        they are the fit's.
+        These are kept ones, and beside them those that fit best in their intervals: the fit's where
+        nothing that is kept acts together with what is identified.
         """
         at, sure = self.fit.at, self.fit.intervals
         identified = np.array([verdict.identified for verdict in self.verdicts])

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from coupling.identification.next import command
 from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.learning_filter import passed
 from coupling.identification.next.options import NextOptions
@@ -213,3 +214,16 @@ def test_the_size_of_what_is_fast_is_told_without_the_noise_in_its_band():
     passed = 0.5 ** (0.6**2) - 0.5 ** (2.0**2)
     square = np.mean([size.fast**2 for size in sizes])
     assert square == pytest.approx((2e-5) ** 2 * passed, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("runs", "repeated", "learned"),
+    [(1, True, True), (2, True, False), (2, False, True), (3, False, False)],
+)
+def test_parameters_are_learned_again_where_the_second_run_is_not_as_the_model(
+    monkeypatch, runs, repeated, learned
+):
+    monkeypatch.setattr(command, "is_repeated", lambda *_: repeated)
+    history = SimpleNamespace(runs=[None] * runs)
+    history.aligned_with = lambda x: history
+    assert command._is_to_learn(history, np.zeros(1)) == learned

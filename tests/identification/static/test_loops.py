@@ -84,7 +84,8 @@ def test_true_values_lie_in_their_intervals(bare, start, parts):
     assert outside <= 1
     # What hysteresis is worth, in loops that the fit has not seen; and nothing is overfitted.
     left_out, without = (
-        np.array([getattr(loop, key) for loop in found.loops]) for key in ("left_out", "without")
+        np.array([getattr(loop, key) for loop in found.loops])
+        for key in ("left_out_m", "without_hysteresis_m")
     )
     assert np.all(left_out < 2.0 * NOISE)
     assert np.all(left_out < 0.5 * without)

@@ -1,0 +1,97 @@
+"""First screen of runs beside each other: which leaves least, and what to do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from coupling.report.background import case_of
+from coupling.report.comparison import Comparison
+from coupling.report.lengths import in_words, judged
+from coupling.report.report_file import name_path
+from coupling.report.run_answer import ExpectedDeviation
+from coupling.report.run_report import answer_of
+from coupling.results.section import Answer, KeyFigure, NextStep
+from coupling.run.stored_run import StoredRun
+
+_MEASURED_KIND = "measured"
+
+
+def comparison_answer(comparison: Comparison) -> Answer:
+    """Return the first screen: which run leaves least, and what to do with it."""
+    standings = [_Standing.of(comparison, number) for number in range(len(comparison.runs))]
+    best = min(standings, key=lambda standing: standing.order)
+    own_answer, tolerance_mm = answer_of(best.run), case_of(best.run).part.tolerance_mm
+    tolerance = None if tolerance_mm is None else 1e-3 * tolerance_mm
+    good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
+    if best.kind == _MEASURED_KIND:
+        good = None if tolerance is None else best.deviation <= tolerance
+        export = ("export", name_path(best.run.folder), "--to", "krl")
+        steps = [NextStep.by("Write the robot program of the best one:", *export)]
+    many = f"of {len(standings)} runs " if len(standings) > 1 else ""
+    return Answer(
+        sentence=judged(
+            f"{many}{best.name} leaves least, up to {in_words(best.deviation)}, {best.kind}",
+            good,
+            tolerance,
+        ),
+        reason="" if best.kind == _MEASURED_KIND else own_answer.sentence,
+        good=good,
+        figures=[
+            KeyFigure(
+                standing.name,
+                in_words(standing.deviation),
+                f"{standing.kind}; uncorrected {in_words(standing.before)}",
+            )
+            for standing in standings
+        ],
+        steps=[*_next_command(comparison), *steps],
+    )
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """What one run comes to among others.
+
+    Attributes:
+        name, run: The run.
+        deviation: Largest deviation to go by [m].
+        before: Deviation without a correction [m].
+        kind: Source of the deviation, in words.
+    """
+
+    name: str
+    run: StoredRun
+    deviation: float
+    before: float
+    kind: str
+
+    @classmethod
+    def of(cls, comparison: Comparison, number: int) -> _Standing:
+        run, measured = comparison.runs[number], comparison.measured.get(number)
+        figures, expected = run.figures, ExpectedDeviation.of(run.figures)
+        deviation, kind = figures.deviations[-1].maximum, "if the file is right"
+        if measured is not None:
+            deviation, kind = measured.run.size.maximum, _MEASURED_KIND
+        elif expected is not None and figures.kind != "couple":
+            deviation, kind = expected.maximum, "expected on the real robot"
+        return cls(
+            comparison.names[number], run, deviation, figures.deviation_before_m.maximum, kind
+        )
+
+    @property
+    def order(self) -> tuple[bool, bool, float]:
+        """What is converged first, what is measured before what is not."""
+        return not self.run.figures.converged, self.kind != _MEASURED_KIND, self.deviation
+
+
+def _next_command(comparison: Comparison) -> Iterator[NextStep]:
+    """Yield the step from what was measured to the next command."""
+    if not comparison.measured:
+        return
+    words = ["next"]
+    for number, measured in sorted(comparison.measured.items()):
+        words += [name_path(comparison.runs[number].folder), str(measured.file)]
+    last = comparison.runs[max(comparison.measured)]
+    words += ["-o", f"{name_path(last.folder)}_next"]
+    yield NextStep.by("Compute the next command from what was measured:", *words)
