@@ -55,7 +55,7 @@ class Findings:
         answer: The first screen.
         text: Function that returns the content of the file that is fitted.
         summary: All that the page says, beside figures.
-        figures: Sections that the page draws below.
+        figures: Sections with figures that the page has below.
         warnings: Sentences that are printed below the first screen.
     """
 

@@ -71,7 +71,7 @@ def check_answer(
             KeyFigure(
                 "To the nearest joint limit",
                 f"{np.rad2deg(margin):.3g} deg" if np.isfinite(margin) else "no limit",
-                "little" if margin < _NEAR else "enough",
+                _room(margin),
             ),
             KeyFigure(
                 "Gears that reverse",
@@ -86,6 +86,12 @@ def check_answer(
         ),
         steps=_steps(bool(chatter), bool(problems), bool(gears), file),
     )
+
+
+def _room(margin: float) -> str:
+    if not np.isfinite(margin):
+        return "the robot file states none"
+    return "little" if margin < _NEAR else "enough"
 
 
 def _of_gears(gears: Sequence[Any]) -> str:

@@ -92,5 +92,6 @@ def _next_command(comparison: Comparison) -> Iterator[NextStep]:
     words = ["next"]
     for number, measured in sorted(comparison.measured.items()):
         words += [name_path(comparison.runs[number].folder), str(measured.file)]
-    words += ["-o", f"{name_path(comparison.runs[-1].folder)}_next"]
+    last = comparison.runs[max(comparison.measured)]
+    words += ["-o", f"{name_path(last.folder)}_next"]
     yield NextStep.by("Compute the next command from what was measured:", *words)

@@ -224,7 +224,7 @@ def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> 
     views = [
         PathView(path.name, path.desired, path.actual, path.part)
         for path in paths
-        if path.dash != "dot"
+        if path.is_shown and path.dash != "dot"
     ]
     return [
         Section(

@@ -30,19 +30,23 @@ def cut_section(cut: CutResult | None, *, with_pictures: bool = True) -> list[Se
         rows.append(
             (
                 f"{title} [{unit}]",
-                f"{scale * figure.mean:.3g}",
-                f"{scale * figure.largest:.3g}",
+                _three_digits(scale * figure.mean),
+                _three_digits(scale * figure.largest),
                 f"{figure.time_s:.2f}",
-                "" if limit is None else f"{scale * limit:.4g}",
+                "" if limit is None else _three_digits(scale * limit),
             )
         )
     sentence = (
         f"{cut.rpm:.0f} 1/min, cutting speed {60.0 * cut.cutting_speed_m_s:.0f} m/min;"
         f" {1e6 * cut.volume_m3:.3g} cm3 in {cut.cutting_time_s:.1f} s of cutting."
     )
-    table = Table(("cut", "mean", "largest", "at t = [s]", "spindle's"), rows)
+    table = Table(("cut", "mean", "largest", "at t = [s]", "limit of the spindle"), rows)
     pictures = [_picture(cut, keys) for keys in _DRAWN] if with_pictures else []
     return [Section("Cut", [sentence, table, _NOTE], "cut_course", pictures)]
+
+
+def _three_digits(value: float) -> str:
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def _picture(cut: CutResult, keys: tuple[str, ...]) -> go.Figure:

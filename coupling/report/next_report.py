@@ -40,11 +40,9 @@ def next_page(title: str, result: NextResult, learned: LearnedResult | None, ans
 
 def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:
     """Return how a next command is computed, and what to expect of it once that is known."""
-    first, *further_sentences = result.sentences
     forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
     return [
-        Section("", [*forecast, first], good=not result.step.worse),
-        Section("", further_sentences),
+        Section("How it was computed", [*forecast, *result.sentences]),
         Section("Measured runs", _runs(result)),
         *([] if learned is None else learned_summary(learned)),
     ]

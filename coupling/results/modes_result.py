@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.run_result import ChainResult, Three
@@ -87,6 +87,15 @@ class SwingingRobotResult(ResultPart):
     angles_rad: tuple[float, ...]
     bodies: tuple[int, ...]
     swings: tuple[SwingResult, ...]
+
+    @model_validator(mode="after")
+    def _is_one_chain(self) -> Self:
+        joints = len(self.chain.axes)
+        lengths = [len(self.chain.origins_m), len(self.angles_rad)]
+        lengths += [len(swing.amplitude) for swing in self.swings]
+        if set(lengths) != {joints} or not all(0 <= body <= joints for body in self.bodies):
+            raise ValueError(f"expected all of {joints} joints, got {lengths}")
+        return self
 
 
 class ModesResult(Shown, ResultFile):

@@ -226,7 +226,13 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
         assert name in page
     again = command("report", tmp_path)
     assert again.returncode == 0, again.stderr
-    written = (tmp_path / "soft" / "report.html").read_bytes()
+    figures = tmp_path / "soft" / "modes.json"
+    written, text = (tmp_path / "soft" / "report.html").read_bytes(), figures.read_text()
+    figures.write_text(text.replace('"angles_rad": [', '"angles_rad": [\n 0.0,'))
+    damaged = command("report", tmp_path / "soft")
+    assert damaged.returncode == 2
+    assert "modes.json: expected the modes of a robot, got damaged ones" in damaged.stderr
+    figures.write_text(text)
     again = command("report", tmp_path / "soft")
     assert again.returncode == 0, again.stderr
     assert (tmp_path / "soft" / "report.html").read_bytes() == written

@@ -139,13 +139,13 @@ def _verdict(plan: CommandPlan) -> str:
     if step.worse:
         name = base.source.folder.name
         return (
-            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} rms, under"
-            f" {name} only {_rms(plan, base)}: the next command is that of {name} with a smaller"
+            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} um rms, under"
+            f" {name} only {_rms(plan, base)} um: the next command is that of {name} with a smaller"
             " correction"
         )
     forecast = last.source.forecast
     if forecast is None:
-        return f"Deviation under the last command: {_rms(plan, last)} rms."
+        return f"Deviation under the last command: {_rms(plan, last)} um rms."
     rms = last.size.rms if forecast.absolute else last.size.rms_less_constant
     state = "as forecast" if forecast.low <= rms <= forecast.high else "worse than forecast"
     if rms < forecast.low:
