@@ -18,7 +18,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.solve import InverseCorrection, Mirror
 from coupling.solve.correction import Method
 from coupling.solve.fixed_point import Loop
@@ -127,7 +127,7 @@ def rows(names: Iterable[str]) -> Iterator[MethodRow]:
     """Yield the rows of cases: the inverse of the moving robot, and mirroring without inertia."""
     for name in names:
         case = cases()[name]
-        with Models("native") as models:
+        with FmuPool("native") as models:
             cell, _ = cell_of(case.robots, models)
             yield corrected(name, case, cell, "dynamic", InverseCorrection(), "any")
             for scheme in SCHEMES_RUN:

@@ -16,7 +16,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process import ElasticWall, Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.line import Line
 from docs.scripts.runs import CASES, example
@@ -127,17 +127,17 @@ def oblique_wall() -> ElasticWall:
     return ElasticWall(np.zeros(3), np.array([0.36, 0.48, 0.8]), _WALL)
 
 
-def _on_springs(models: Models) -> Iterator[CouplingTask]:
+def _on_springs(models: FmuPool) -> Iterator[CouplingTask]:
     for gain in GAINS:
         yield _springs(f"tool on springs, wall, gain {gain:g}", gain, 0.02)
 
 
-def _lost(models: Models) -> Iterator[CouplingTask]:
+def _lost(models: FmuPool) -> Iterator[CouplingTask]:
     for gain in GAINS:
         yield _springs(f"tool on springs, contact lost, gain {gain:g}", gain, 2e-3)
 
 
-def _noise(models: Models) -> Iterator[CouplingTask]:
+def _noise(models: FmuPool) -> Iterator[CouplingTask]:
     phase = np.random.default_rng(SEED).uniform(0.0, 2.0 * np.pi, 60)
     for gain in GAINS:
         noisy = Noisy(oblique_wall(), phase)
@@ -151,7 +151,7 @@ ON_AND_OFF = [[-0.03, 0.0, 3e-3], [-0.02, 0.0, -3e-4], [0.02, 0.0, -3e-4], [0.03
 
 
 def on_a_wall(
-    models: Models,
+    models: FmuPool,
     name: str,
     points: list[list[float]],
     gains: tuple[float, ...] = GAINS,
@@ -190,15 +190,15 @@ def on_a_wall(
             )
 
 
-def _robot_on_walls(models: Models) -> Iterator[CouplingTask]:
+def _robot_on_walls(models: FmuPool) -> Iterator[CouplingTask]:
     yield from on_a_wall(models, "robot, wall", PRESSED)
 
 
-def _robot_off_walls(models: Models) -> Iterator[CouplingTask]:
+def _robot_off_walls(models: FmuPool) -> Iterator[CouplingTask]:
     yield from on_a_wall(models, "robot, contact lost", ON_AND_OFF)
 
 
-def of_case(name: str, case: Case, models: Models) -> Iterator[CouplingTask]:
+def of_case(name: str, case: Case, models: FmuPool) -> Iterator[CouplingTask]:
     """Yield the tasks of a case, in both modes."""
     cell, _ = cell_of(case.robots, models)
     command = on_cycle(cell.plan(case.desired), case.controller)
@@ -247,19 +247,19 @@ def hanging_cases() -> dict[str, Case]:
     }
 
 
-def _hanging(models: Models) -> Iterator[CouplingTask]:
+def _hanging(models: FmuPool) -> Iterator[CouplingTask]:
     for name, case in hanging_cases().items():
         yield from of_case(name, case, models)
 
 
-def _fem(name: str, models: Models) -> Iterator[CouplingTask]:
+def _fem(name: str, models: FmuPool) -> Iterator[CouplingTask]:
     """Yield a sheet that is computed; evaluations take up to a minute and are kept in results/store."""
     for task in of_case(name, example(name), models):
         process = EvaluatedProcess(task.process, Store(Path("results", "store")))
         yield replace(task, process=process, most=40, most_for_reference=60)
 
 
-TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
+TASKS: dict[str, Callable[[FmuPool], Iterator[CouplingTask]]] = {
     "springs": _on_springs,
     "lost": _lost,
     "noise": _noise,
@@ -270,7 +270,7 @@ TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
     "two_robots": lambda models: of_case("two robots", example("two_robots"), models),
 }
 # Only where they are named: they take long.
-LONG: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
+LONG: dict[str, Callable[[FmuPool], Iterator[CouplingTask]]] = {
     "cone_fem": lambda models: _fem("cone_fem", models),
     "two_robots_fem": lambda models: _fem("two_robots_fem", models),
 }

@@ -25,7 +25,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot import SimulatedRobot
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Evaluated, Loop, Tolerance, unloaded_path
 from coupling.solve.schemes import SCHEMES
@@ -229,7 +229,7 @@ def _elsewhere(task: CouplingTask, path: ToolPath, reference: Reference) -> bool
 def rows(names: Iterable[str]) -> Iterator[CouplingRow]:
     """Yield the rows of tasks, by their names."""
     for name in names:
-        with Models("native") as models:
+        with FmuPool("native") as models:
             for task in {**TASKS, **LONG}[name](models):
                 reference = Reference.of(task)
                 for scheme in SCHEMES_RUN:

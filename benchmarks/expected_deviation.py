@@ -35,7 +35,7 @@ from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.case_process import evaluated_process
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from docs.scripts.page import replace as replace_part
 from docs.scripts.page import table
@@ -146,14 +146,14 @@ def coverage(case: Case, plants: int, coupled: bool) -> Coverage:
         CouplingError: If the case cannot be run, or a plant not be simulated.
     """
     run = run_compensation(case)
-    stated = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
+    stated = DrawnDeviation.among(run.finding_of(DRAWN_ROBOTS))
     assert stated is not None
     tables = ("robot", "support")[: len(case.robots)]
     files = [find_robot(case.resolved[name]["description"]) for name in tables]
     ranges = [stated_ranges(*pair) for pair in zip(case.robots, files, strict=True)]
     low, high = case.process_table.FORCE_FACTORS or (1.0, 1.0)
     chance = np.random.default_rng(_SEED)
-    with Models(case.fmu) as fmus:
+    with FmuPool(case.fmu) as fmus:
         cell, models = cell_of(case.robots, fmus)
         largest: tuple[list[float], list[float]] = ([], [])
         for logarithmic, deviations in zip((True, False), largest, strict=True):

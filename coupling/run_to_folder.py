@@ -35,7 +35,7 @@ class FinishedRun:
     def is_good(self) -> bool:
         """Whether the command was found, and no cut of it chatters."""
         figures = self.stored.figures
-        return figures.converged and (figures.stability is None or figures.stability.stable)
+        return figures.converged and figures.is_stable
 
 
 def run_to_folder(

@@ -25,9 +25,9 @@ from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
-from coupling.run.models import Models
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
 from coupling.run.robot_results import chain_of
 from elastic_robot.errors import RobotFileError
@@ -90,7 +90,7 @@ def examine_robots(
         PlanningError: If a robot cannot follow its path.
     """
     robots = []
-    with Models(_FMU_KIND, watch) as models:
+    with FmuPool(_FMU_KIND, watch) as models:
         for placed, motion in zip(
             case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
         ):
@@ -140,7 +140,7 @@ def _torques(moving: MovingRobot, loads: GearLoads, joints: JointPath) -> np.nda
 
 
 def _gear_replays(
-    moving: MovingRobot, slips: bool, models: Models, motion: DesiredMotion, watch: Watch
+    moving: MovingRobot, slips: bool, models: FmuPool, motion: DesiredMotion, watch: Watch
 ) -> tuple[tuple[Replay, ...], str]:
     """Return what an error of the gears leaves, or why it is not known, which keeps no other finding."""
     if not (slips or np.any(moving.backlash)):

@@ -44,8 +44,8 @@ def check(
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
-    from coupling.check.estimate import check_repeatability, warn_of_memory
     from coupling.check.robot_findings import examine_robots
+    from coupling.check.run_effort import check_repeatability, warn_of_memory
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
     from coupling.modes.analysis import places_in_brief
@@ -129,7 +129,7 @@ def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     import numpy as np
 
-    from coupling.check.estimate import estimate_run, time_evaluation
+    from coupling.check.run_effort import estimate_run, time_evaluation
     from coupling.process.base import marched
     from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection

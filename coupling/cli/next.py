@@ -259,7 +259,7 @@ def _advance(
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
     from coupling.run.console import RunView
-    from coupling.run.models import Models
+    from coupling.run.fmu_pool import FmuPool
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
     from coupling.run_to_folder import run_to_folder
@@ -280,7 +280,7 @@ def _advance(
     with (
         exclusively(place, LearnError),
         RunView(console, verbose) as view,
-        Models("native", view.watch) as models,
+        FmuPool("native", view.watch) as models,
     ):
         command_plan = plan(sources, options, models, view.watch)
         begin_inputs(place)

@@ -21,7 +21,7 @@ from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 
 # Programs that are tried, with closer points where the last one loses too much.
 _MAX_PROGRAMS = 14
@@ -78,7 +78,7 @@ def export_commands(
         require_joints(options.language, len(command.placed.description.joints))
         require_limits(command.joints, limit, command.who)
     exported = []
-    with Models(first.fmu, watch) as models:
+    with FmuPool(first.fmu, watch) as models:
         cell, _ = cell_of(robots, models)
         for command, member, limit in zip(commands, cell.members, limits, strict=True):
             name = _name(command, options, len(commands) > 1)

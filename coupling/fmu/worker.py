@@ -27,10 +27,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from coupling.child_processes import ProcessTree, marked_environment
 from coupling.fmu.job import FmuError, Progress, SimulationJob, StepWindow
 from coupling.native.compiler import host_platform
 from coupling.native.desk_library import desk_library
-from coupling.process_tree import ProcessTree, marked_environment
 
 # Of what an FMU has said before its end, which may be more than memory holds [bytes].
 _LAST_WORDS = 2000

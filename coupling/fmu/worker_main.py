@@ -16,10 +16,10 @@ from typing import BinaryIO
 
 import numpy as np
 
+from coupling.child_processes import ProcessTree, inherited_mark
 from coupling.fmu.driver import Driver, load
 from coupling.fmu.job import FmuError, MarchJob, Progress, SimulationJob, StepWindow
 from coupling.fmu.stepped import SteppedInstance
-from coupling.process_tree import ProcessTree, inherited_mark
 
 Job = SimulationJob | StepWindow
 

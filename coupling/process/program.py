@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
+from coupling.child_processes import ProcessTree, marked_environment
 from coupling.errors import ProcessError, reason_of
 from coupling.events import ProcessMessage, Watch, unwatched
-from coupling.process_tree import ProcessTree, marked_environment
 
 OUTPUT = "output.txt"
 # Between two looks at a running program [s].

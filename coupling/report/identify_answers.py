@@ -14,6 +14,10 @@ from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
+_NO_BETTER = (
+    "The start file predicts these deflections as well as the new one does those it was not fitted to:"
+    " keep it, unless it was fitted to these measurements itself."
+)
 # Log of an error that is told as a factor [1].
 _LARGE = 0.7
 
@@ -21,18 +25,23 @@ _LARGE = 0.7
 def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
     """Return the first screen of an identification from deflections, whose robot file is `file`."""
     sizes = result.rms_m
-    typical = sizes.fit if sizes.left_out is None else sizes.left_out
-    error = "an unknown error" if typical is None else in_words(typical)
     plan = ["identify", "--plan", "-o", "plan.csv"]
     steps = [NextStep.by("Plan measurements that tell more:", *plan)]
     if not result.refusal:
         plan[2:2] = ["--robot", file]
         steps = [NextStep.by("Plan measurements for what is still open:", *plan)]
         steps = [*_use(file), *([] if _are_all_identified(result.parameters) else steps)]
-    words = f"a deflection that was not used is predicted to within {error}, typically"
+    if sizes.left_out is None:
+        error = words_if_known(sizes.fit)
+        words = f"a deflection that was used is met to within {error}, typically"
+    else:
+        error = in_words(sizes.left_out)
+        words = f"a deflection that was not used is predicted to within {error}, typically"
+    is_doubtful = not result.refusal and sizes.is_no_better
     return Answer(
         sentence=_sentence(result.refusal, words, result.parameters),
-        good=not result.refusal,
+        reason=_NO_BETTER if is_doubtful else "",
+        good=None if is_doubtful else not result.refusal,
         figures=(
             KeyFigure(
                 "Start file", words_if_known(sizes.start), "typical error of its deflections"

@@ -52,15 +52,13 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
         context: Names and tolerance of the run.
         scene: Its picture in space.
     """
-    is_stable = figures.stability is None or figures.stability.stable
     if figures.kind == "couple":
-        return _coupling_answer(figures, context, scene, is_stable)
+        return _coupling_answer(figures, context, scene)
     expected = ExpectedDeviation.of(figures)
     fits = None if context.tolerance is None else _fits(expected, context.tolerance)
-    gains = figures.outlook is None or figures.outlook.gains
-    good = fits if figures.converged and gains and is_stable else False
+    good = fits if figures.converged and figures.gains and figures.is_stable else False
     return Answer(
-        sentence=_sentence(figures, context, expected, gains, is_stable),
+        sentence=_sentence(figures, context, expected),
         reason=_reason(figures, expected),
         good=good,
         figures=(
@@ -82,7 +80,7 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
                 "on a robot exactly as its file says",
             ),
         ),
-        steps=list(_steps(figures, context, good, gains, is_stable)),
+        steps=list(_steps(figures, context, good)),
         scene=scene,
     )
 
@@ -135,12 +133,10 @@ def _sentence(
     figures: RunResult,
     context: RunContext,
     expected: ExpectedDeviation | None,
-    gains: bool,
-    is_stable: bool,
 ) -> str:
     before = in_words(figures.deviation_before_m.maximum)
     after = in_words(figures.deviation_after_m.maximum)
-    if not is_stable:
+    if not figures.is_stable:
         return "This cut will chatter: do not run it."
     if not figures.converged:
         return (
@@ -152,7 +148,7 @@ def _sentence(
             f"NOT CERTAIN: up to {after} if the robot is exactly as its file says; nothing tells how"
             " exact that is."
         )
-    if not gains:
+    if not figures.gains:
         remaining, uncorrected = _worse(figures, expected)
         return (
             "WORSE THAN NOTHING is possible: small errors of the robot file or of the force already"
@@ -217,7 +213,7 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
         )
     else:
         text = (
-            f"Most of this by one number of the file: {outlook.worst} leaves"
+            f"Most of this comes from one number of the file: {outlook.worst} leaves"
             f" {in_words(outlook.deviation)}."
         )
     names = critical_joints(figures)
@@ -241,12 +237,10 @@ def _capital(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
-def _steps(
-    figures: RunResult, context: RunContext, good: bool | None, gains: bool, is_stable: bool
-) -> Iterator[NextStep]:
+def _steps(figures: RunResult, context: RunContext, good: bool | None) -> Iterator[NextStep]:
     """Yield what to do next."""
     folder = context.folder
-    if not is_stable:
+    if not figures.is_stable:
         yield NextStep.by(_STABLE, "stability", context.case)
         return
     if not figures.converged:
@@ -263,7 +257,7 @@ def _steps(
         )
         if any(gear.at_risk for gear in figures.gears):
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
-    if gains:
+    if figures.gains:
         yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",
@@ -271,14 +265,12 @@ def _steps(
         )
 
 
-def _coupling_answer(
-    figures: RunResult, context: RunContext, scene: Scene | None, is_stable: bool
-) -> Answer:
+def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | None) -> Answer:
     """Return the first screen of a run without a correction."""
     before = figures.deviation_before_m
     size = in_words(before.maximum)
     fits = None if context.tolerance is None else before.maximum <= context.tolerance
-    if not is_stable:
+    if not figures.is_stable:
         sentence = "This cut will chatter: do not run it."
     elif not figures.converged:
         sentence = f"NOT FINISHED: robot and process did not come to rest; so far {size}."
@@ -293,12 +285,12 @@ def _coupling_answer(
         NextStep.by("Correct the command:", "compensate", context.case),
         NextStep.by(_STIFFER, "place", context.case),
     ]
-    if not is_stable:
+    if not figures.is_stable:
         steps = [NextStep.by(_STABLE, "stability", context.case)]
     return Answer(
         sentence=sentence,
         reason=reason,
-        good=fits if figures.converged and is_stable else False,
+        good=fits if figures.converged and figures.is_stable else False,
         figures=(
             KeyFigure("Uncorrected", size, "largest, with this robot file"),
             KeyFigure(

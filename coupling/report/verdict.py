@@ -34,12 +34,10 @@ def verdict(figures: RunResult, process: str) -> Section:
     forecast, outlook = figures.forecast, figures.outlook
     if forecast is not None:
         sentences.insert(0, f"{forecast.sentence}.")
-    gains = outlook is None or outlook.gains
     if outlook is not None:
-        sentences.insert(2 if gains else 0, outlook.sentence)
+        sentences.insert(2 if figures.gains else 0, outlook.sentence)
     sentences += _of_class(figures)
-    is_stable = stability is None or stability.stable
-    return Section("", sentences, good=figures.converged and gains and is_stable)
+    return Section("", sentences, good=figures.converged and figures.gains and figures.is_stable)
 
 
 def sentence(figures: RunResult, process: str) -> str:

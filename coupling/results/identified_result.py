@@ -20,6 +20,11 @@ class RmsResult(ResultPart):
     left_out: float | None
     written: float | None
 
+    @property
+    def is_no_better(self) -> bool:
+        """Whether the start predicts what was measured as well as the fit does rows left out."""
+        return self.left_out is not None and self.start is not None and self.left_out >= self.start
+
 
 class FurtherResult(EvidenceResult):
     """A parameter that the robot does not have, tested beside its own."""

@@ -184,6 +184,16 @@ class RunResult(ResultFile):
     robots: Annotated[tuple[RobotResult, ...], Field(min_length=1)]
 
     @property
+    def is_stable(self) -> bool:
+        """Whether no cut of the run chatters."""
+        return self.stability is None or self.stability.stable
+
+    @property
+    def gains(self) -> bool:
+        """Whether the command is better than the uncorrected one wherever both were replayed."""
+        return self.outlook is None or self.outlook.gains
+
+    @property
     def stages(self) -> tuple[str, ...]:
         """What to call the actual paths of a run, which has only one if it is coupled only."""
         if self.kind == "couple":

@@ -20,8 +20,8 @@ from coupling.results.run_result import Kind, RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.gear_loads import at_samples
-from coupling.run.models import Models
 from coupling.solve.correction import Correction
 from elastic_robot.fmi.interface import Mode
 
@@ -49,14 +49,14 @@ class CheckedCommand:
     kind: Kind
     cell: Cell
     models: tuple[SimulatedModel, ...]
-    fmus: Models
+    fmus: FmuPool
     correction: Correction
     noise: ForceNoise | None
     watch: Watch
     findings: dict[str, object] = field(default_factory=dict)
     durations: dict[str, float] = field(default_factory=dict)
 
-    def of(self, check: Check[Finding]) -> Finding:
+    def finding_of(self, check: Check[Finding]) -> Finding:
         """Return what a check finds, computed when it is first asked for."""
         if check.name not in self.findings:
             if not check.applies(self):

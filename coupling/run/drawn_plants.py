@@ -14,7 +14,7 @@ from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.robustness import StiffnessRanges
 from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction
@@ -206,7 +206,7 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
     rows = len(command.correction.desired.time) * len(case.robots)
     # The FMU in Python takes too long for what is only assumed.
     assumed = [] if case.fmu == "python" else [assumed_ranges(placed) for placed in case.robots]
-    with Models(case.fmu) as others:
+    with FmuPool(case.fmu) as others:
         return drawn_replays(
             command.cell,
             command.models,

@@ -57,7 +57,10 @@ def _compute(command: CheckedCommand) -> tuple[tuple[DriveMotion, ...], ...]:
     """Return what a command asks of the drives of every robot, and of their motors."""
     case, demands = command.case, []
     for joints, placed, motor in zip(
-        command.correction.joints.robots, case.robots, command.of(MOTOR_TORQUES), strict=True
+        command.correction.joints.robots,
+        case.robots,
+        command.finding_of(MOTOR_TORQUES),
+        strict=True,
     ):
         limits = JointLimits.of(placed.description, case.controller.max_acceleration)
         drives = drive_motions(joints, limits)

@@ -25,7 +25,7 @@ from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.final_correction import final_correction
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.path_checks import OTHER_MODE
 from coupling.run.plausibility import remarks
 from coupling.run.predicted_motor_torques import explained_by_motors, require_motors_that_hold
@@ -88,15 +88,15 @@ class Run(Shown):
     noise: ForceNoise | None = None
     forecast: RunForecast | None = None
 
-    def of(self, check: Check[Finding]) -> Finding:
+    def finding_of(self, check: Check[Finding]) -> Finding:
         """Return what a check has found."""
         return cast(Finding, self.findings.get(check.name, check.absent))
 
     @property
     def robustness(self) -> tuple[Replay, ...]:
         """Deviations under the command on robots and under forces that differ from the model's."""
-        sampling = self.of(SAMPLING)
-        return (*self.of(ROBUSTNESS), *(() if sampling is None else (sampling.replay,)))
+        sampling = self.finding_of(SAMPLING)
+        return (*self.finding_of(ROBUSTNESS), *(() if sampling is None else (sampling.replay,)))
 
     @property
     def desired(self) -> ToolPath:
@@ -128,7 +128,11 @@ class Run(Shown):
         """Paths of the moving robots under the corrected command and the validation's wrench."""
         if self.kind == "couple":
             return None
-        return self.correction.achieved if self.mode == "dynamic" else self.of(OTHER_MODE).after
+        return (
+            self.correction.achieved
+            if self.mode == "dynamic"
+            else self.finding_of(OTHER_MODE).after
+        )
 
 
 def run_coupling(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
@@ -178,7 +182,7 @@ def coupled_path(case: Case) -> ToolPath | None:
         CouplingError: If the robot cannot be simulated.
     """
     (robot,) = case.robots
-    with Models("native") as fmus:
+    with FmuPool("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
         coupled = Uncorrected().correct(loop_of(case, cell), case.motion)
     if coupled.outcome is not Outcome.CONVERGED:
@@ -194,7 +198,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
         watch(WarningEvent(text))
     require_motors_that_hold(case)
     process = evaluated_process(case, store, watch, noise_removal(case, watch))
-    with explained_by_motors(case, process), Models(case.fmu, watch) as fmus:
+    with explained_by_motors(case, process), FmuPool(case.fmu, watch) as fmus:
         with timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
         evaluated = replace(case, process=process)
@@ -216,7 +220,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
             durations=durations,
         )
         for check in CHECKS:
-            command.of(check)
+            command.finding_of(check)
         warnings = [warning for check in CHECKS for warning in check.warnings(command)]
         process.settle()
         return Run(
@@ -230,7 +234,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
                 *moving,
                 *remarks(case, command.loads),
                 *case.task.remarks,
-                *command.of(CUT_STABILITY).remarks,
+                *command.finding_of(CUT_STABILITY).remarks,
                 *(() if answers.noise is None else answers.noise.remarks),
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),

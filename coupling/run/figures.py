@@ -40,7 +40,7 @@ def shares_of(run: Run, tool: int | None = None) -> SharesResult:
     def between(path: ToolPath | None, other: ToolPath | None) -> Deviation | None:
         return None if path is None or other is None else run.deviation(path, tool, other)
 
-    correction, unloaded_after = run.correction, run.of(UNLOADED_PATHS)
+    correction, unloaded_after = run.correction, run.finding_of(UNLOADED_PATHS)
     return SharesResult(
         gravity=run.deviation(correction.unloaded, tool),
         process=run.deviation(run.before, tool, correction.unloaded),
@@ -61,7 +61,7 @@ def figures_of(
         robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
-    correction, gap, plant = run.correction, run.of(TOOL_GAP), run.of(PLANT_REPLAY)
+    correction, gap, plant = run.correction, run.finding_of(TOOL_GAP), run.finding_of(PLANT_REPLAY)
     rows_of_tool = slice(None) if tool is None else slice(tool, tool + 1)
     names, reversals = run.robots[rows_of_tool], correction.backlash_reversals
     before = run.deviation(run.before, tool)
@@ -87,9 +87,9 @@ def figures_of(
             replay if tool is None else replay.of_tool(tool) for replay in run.robustness
         ),
         outlook=outlook_of(run, before),
-        stability=run.of(CUT_STABILITY).stability,
-        mean_force_across=run.of(CUT_STABILITY).force,
-        cut=run.of(CUT_STABILITY).cut,
+        stability=run.finding_of(CUT_STABILITY).stability,
+        mean_force_across=run.finding_of(CUT_STABILITY).force,
+        cut=run.finding_of(CUT_STABILITY).cut,
         forecast=run.forecast,
         plant=None if plant is None else plant.stored(tool),
         backlash_reversals=None
@@ -97,14 +97,16 @@ def figures_of(
         else tuple(r for r in (_with_robot(r, run) for r in reversals) if r.robot in names),
         gears=tuple(
             gear.model_copy(update={"robot": name})
-            for name, gears in zip(names, run.of(GEAR_LOADS)[rows_of_tool], strict=True)
+            for name, gears in zip(names, run.finding_of(GEAR_LOADS)[rows_of_tool], strict=True)
             for gear in gears
         ),
         command=CommandResult(
             rows=len(correction.joints.time),
             drives=tuple(
                 drive.model_copy(update={"robot": name})
-                for name, drives in zip(names, run.of(DRIVE_MOTION)[rows_of_tool], strict=True)
+                for name, drives in zip(
+                    names, run.finding_of(DRIVE_MOTION)[rows_of_tool], strict=True
+                )
                 for drive in drives
             ),
         ),
@@ -154,7 +156,7 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """
     if run.forecast is not None or run.kind == "couple":
         return None
-    expected = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
+    expected = DrawnDeviation.among(run.finding_of(DRAWN_ROBOTS))
     return WorstReplay.among(before, run.robustness, expected)
 
 

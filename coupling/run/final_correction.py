@@ -43,7 +43,7 @@ def _chattering(command: CheckedCommand) -> str:
 
     Then it is the cut that is at fault, whatever the iteration has come to.
     """
-    stability = command.of(CUT_STABILITY).stability
+    stability = command.finding_of(CUT_STABILITY).stability
     if stability is None or stability.stable:
         return ""
     return (
@@ -62,7 +62,7 @@ def _lacking_torque(command: CheckedCommand) -> str:
         return ""
     unlimited = [
         motors if case.mode == "quasistatic" or placed.drive == IDEAL else None
-        for placed, motors in zip(case.robots, command.of(MOTOR_TORQUES), strict=True)
+        for placed, motors in zip(case.robots, command.finding_of(MOTOR_TORQUES), strict=True)
     ]
     warnings = motor_warnings(case.robots, unlimited)
     return (

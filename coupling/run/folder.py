@@ -57,7 +57,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
         _write_figures(folder, figures_of(run, case.name, robots))
-        gap = run.of(TOOL_GAP)
+        gap = run.finding_of(TOOL_GAP)
         if gap is None:
             _write_tool(folder, run, 0, tables)
             return tables
@@ -79,14 +79,14 @@ def _write_figures(folder: Path, figures: RunResult) -> None:
 
 def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> None:
     """Write the tables of one robot and its tool."""
-    correction, time, plant = run.correction, run.desired.time, run.of(PLANT_REPLAY)
+    correction, time, plant = run.correction, run.desired.time, run.finding_of(PLANT_REPLAY)
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
     if plant is not None:
         paths[PLANT] = plant.path
     wrong = worst_backlash(run.robustness)
     if wrong is not None and wrong.path is not None:
         paths[WRONG_BACKLASH] = wrong.path
-    other = run.of(OTHER_MODE)
+    other = run.finding_of(OTHER_MODE)
     for name, path in (("uncompensated", other.before), ("achieved", other.after)):
         if path is not None:
             paths[f"{name}_{other_mode(run.mode)}"] = path
@@ -102,7 +102,7 @@ def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> Non
     if spring is not None:
         rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
         _write(tables, folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
-    motors = run.of(MOTOR_TORQUES)[tool]
+    motors = run.finding_of(MOTOR_TORQUES)[tool]
     if motors is not None:
         history = motors.history
         _write(tables, folder, MOTORS, motor_columns(history.joints), history.time, history.torque)

@@ -23,7 +23,7 @@ def _compute(command: CheckedCommand) -> tuple[tuple[GearDiagnosis, ...], ...]:
 
 
 def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
-    return load_warnings(command.case.robots, command.loads, command.of(GEAR_LOADS))
+    return load_warnings(command.case.robots, command.loads, command.finding_of(GEAR_LOADS))
 
 
 def _sections(figures: RunResult) -> list[Section]:

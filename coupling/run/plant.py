@@ -20,7 +20,7 @@ from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
 from coupling.run.check import Check, CheckedCommand
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Coupling, Loop
@@ -124,7 +124,7 @@ class PlantReplay:
         )
 
 
-def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
+def plant_cell(cell: Cell, plant: Plant, models: FmuPool) -> Cell:
     """Return the cell with the robots that really move: what is beyond the model they do themselves."""
     cell = Cell(tuple(replace(member, discrepancy=None) for member in cell.members))
     robots = [

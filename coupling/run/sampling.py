@@ -193,7 +193,7 @@ def _compute(command: CheckedCommand) -> SamplingCheck | None:
 
 def _warnings(command: CheckedCommand) -> list[LimitWarning]:
     """Return a warning where the error exceeds the tolerance of the case."""
-    sampling, tolerance = command.of(SAMPLING), command.case.method.tolerance_m
+    sampling, tolerance = command.finding_of(SAMPLING), command.case.method.tolerance_m
     if sampling is None or sampling.error <= tolerance:
         return []
     return [LimitWarning.of("sampling", sampling.error, tolerance, sampling.time)]

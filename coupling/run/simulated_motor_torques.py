@@ -172,7 +172,7 @@ def _compute(command: CheckedCommand) -> tuple[SimulatedMotorTorques | None, ...
 
 
 def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
-    return motor_warnings(command.case.robots, command.of(MOTOR_TORQUES))
+    return motor_warnings(command.case.robots, command.finding_of(MOTOR_TORQUES))
 
 
 def _sections(figures: RunResult) -> list[Section]:

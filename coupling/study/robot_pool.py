@@ -18,7 +18,7 @@ from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
 from coupling.run.case_process import evaluated_process
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from coupling.solve.fixed_point import Coupling
 from coupling.study.parameters import SampledRobots, StudyParameters
@@ -65,7 +65,7 @@ class RobotPool:
     def __init__(self, work: StudyJob) -> None:
         self._work = work
         self._stack = ExitStack()
-        self._models = self._stack.enter_context(Models(work.kind))
+        self._models = self._stack.enter_context(FmuPool(work.kind))
         for robot, fmu in zip(work.robots, work.fmus, strict=True):
             self._models.take(robot.description, robot.torque_curve, fmu, robot.drive)
         self._cell, _ = cell_of(work.robots, self._models)

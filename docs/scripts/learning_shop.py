@@ -25,8 +25,8 @@ from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath
 from coupling.robot.parameters import apply_values
 from coupling.run.execute import run_compensation
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
-from coupling.run.models import Models
 from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth
 from docs.scripts.runs import example_data
 from elastic_robot.description import Robot
@@ -56,7 +56,7 @@ class Shop:
     def __init__(self, data: Mapping[str, Any]) -> None:
         self._scratch = tempfile.TemporaryDirectory()
         self._folder = Path(self._scratch.name)
-        self._models = Models("native")
+        self._models = FmuPool("native")
         self._count = 0
         self._first = self._compensated(tomlkit.dumps(data))
 
@@ -112,7 +112,7 @@ class Shop:
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
         """Return what one run under the file's command tells."""
         measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
-        with Models("native") as models:
+        with FmuPool("native") as models:
             return learn([read_source(self._first, measured)], FramePrior(), models)
 
     def left(self, run: Path, path: ToolPath) -> Left:
@@ -135,7 +135,7 @@ class Shop:
             measured = self.measurement(run, truth, trial, seed + number, path)
             sources.append(read_source(run, measured))
             begin = (time.perf_counter(), _cpu())
-            with Models("native") as models:
+            with FmuPool("native") as models:
                 learned = learn(sources, FramePrior(), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
             if not learned.refusal:

@@ -101,7 +101,7 @@ def fall() -> str:
     of_review = [chip / 4.0 + REVIEWED / np.pi for chip in CHIPS]
     across = {}
     for robot in ROBOTS:
-        forces = [pushed(robot, speed)[1].of(CUT_STABILITY).force for speed in SPEEDS]
+        forces = [pushed(robot, speed)[1].finding_of(CUT_STABILITY).force for speed in SPEEDS]
         across[robot] = [force for force in forces if force is not None]
     return results(
         ("",),

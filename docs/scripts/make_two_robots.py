@@ -49,7 +49,7 @@ def tools(case: Case) -> go.Figure:
 
 def gap(run: Run) -> go.Figure:
     """Draw the gap over time, before and after."""
-    gap = run.of(TOOL_GAP)
+    gap = run.finding_of(TOOL_GAP)
     assert gap is not None
     time, commanded = gap.time, gap.commanded
     openings = (("before", gap.before, BEFORE), ("after", gap.after, AFTER))
@@ -85,7 +85,7 @@ def result() -> str:
     run = compensated(case)
     save("two_robots_tools", tools(case))
     save("two_robots_gap", gap(run), deviations(run))
-    opening = run.of(TOOL_GAP)
+    opening = run.finding_of(TOOL_GAP)
     assert opening is not None
     gap_row = (f"gap, commanded {_MM * opening.commanded:.3f} mm", *gap_ranges(run), "")
     compared = table(("", "before, max", "after, max", "peak force"), [*tool_rows(run), gap_row])

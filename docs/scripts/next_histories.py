@@ -27,8 +27,8 @@ from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.results.forecast import RunForecast
 from coupling.run.execute import run_compensation
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
-from coupling.run.models import Models
 from docs.scripts.learning_studies import hidden
 from docs.scripts.page import DOCS
 from docs.scripts.runs import example_data
@@ -191,7 +191,7 @@ def trial_result(trial: Trial) -> TrialResult:
 
 def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | None, str]:
     """Compute the next command into a run folder; return what it is to leave, and how it was found."""
-    with Models("native") as models:
+    with FmuPool("native") as models:
         found = plan(sources, NextOptions(KNOWN), models)
         begin_inputs(inputs_folder(run))
         case = load_case(write_inputs(inputs_folder(run), found))

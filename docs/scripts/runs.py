@@ -73,7 +73,7 @@ def _converged(run: Run) -> Run:
 def replays(run: Run) -> dict[str, Deviation]:
     """Return the deviations under a run's command on robots that differ, and on its case's plant."""
     deviations = {replay.name: replay.deviation for replay in run.robustness}
-    plant = run.of(PLANT_REPLAY)
+    plant = run.finding_of(PLANT_REPLAY)
     return deviations if plant is None else deviations | {"plant": plant.deviation()}
 
 
@@ -117,7 +117,7 @@ def tool_rows(run: Run) -> list[tuple[str, ...]]:
 
 def gap_ranges(run: Run) -> tuple[str, str]:
     """Return from where to where the gap between a cell's tools goes, before and after, in words."""
-    tool_gap = run.of(TOOL_GAP)
+    tool_gap = run.finding_of(TOOL_GAP)
     assert tool_gap is not None
     gap = {name: 1e3 * value for name, value in GapResult.extremes(tool_gap)}
     before, after = (

@@ -19,8 +19,8 @@ from coupling.path.interpolation import SampledPath
 from coupling.results.outlook import Replay
 from coupling.run import robustness
 from coupling.run.execute import loop_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.gear_loads import wanted_of
-from coupling.run.models import Models, cell_of
 from docs.scripts.robots_with_backlash import (
     EVEN,
     FANUC_HOME,
@@ -70,7 +70,7 @@ def replays(monkeypatch):
     monkeypatch.setattr(robustness, "VARIATIONS", only)
 
     def run(case: Case) -> dict[str, Replay]:
-        with Models(case.fmu) as models:
+        with FmuPool(case.fmu) as models:
             cell, simulated = cell_of(case.robots, models)
             found = case.method.correct(loop_of(case, cell), case.motion)
             replays = robustness.replayed(cell, simulated, found)
@@ -130,7 +130,7 @@ def test_the_command_that_is_taken_for_right_is_right_for_the_robot_of_the_file(
     placed = case.robots[0]
     moving = MovingRobot(placed.description, placed.torque_curve)
     fine = SampledPath.of(wanted.path).refined(0.004).path
-    with Models("native") as models:
+    with FmuPool("native") as models:
         fmu = models.of(placed.description, placed.torque_curve).fmu
         command = exact_command(moving, wanted)
         path = fmu.simulate(command, wanted.wrench.refined(fine.time), "dynamic")

@@ -12,7 +12,7 @@ from places import CASES
 
 from coupling.case.file import load_case
 from coupling.check.clearance import DIRECTIONS, clearance_around
-from coupling.check.estimate import estimate_run, warn_of_memory
+from coupling.check.run_effort import estimate_run, warn_of_memory
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot

@@ -31,13 +31,13 @@ from benchmarks.evaluations import (
 )
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import WrenchHistory
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from coupling.solve import Mirror
 
 
 def springs(name):
     """The tasks of a tool on springs, which simulate no FMU."""
-    return list(TASKS[name](Models("python")))
+    return list(TASKS[name](FmuPool("python")))
 
 
 @pytest.mark.parametrize("name", ["springs", "lost"])
@@ -58,7 +58,7 @@ def test_the_reference_of_a_tool_on_springs_is_the_closed_form(name):
 
 def test_the_reference_of_the_pressed_robot_is_a_spring_inside_it():
     """A wall that is never left is a spring to its plane: one simulation, without an iteration."""
-    with Models("native") as models:
+    with FmuPool("native") as models:
         (task, _) = on_a_wall(models, "wall", PRESSED, (5.0,), 0.05)
         found = Reference.of(task)
         time, wall = task.desired.time, task.process
@@ -106,7 +106,7 @@ def test_what_is_withheld_is_not_stated():
 
 def test_a_method_is_measured_with_all_its_simulations():
     case = hanging_cases()["KUKA with backlash, cone"]
-    with Models("native") as models:
+    with FmuPool("native") as models:
         cell, _ = evaluation_methods.cell_of(case.robots, models)
         method = Mirror(max_passes=1)
         row = evaluation_methods.corrected("cone", case, cell, "quasistatic", method, STATED)

@@ -90,8 +90,8 @@ import json, sys
 sys.path[:0] = {[str(ROOT / place) for place in ("tests/helpers", "fmu_src", "")]!r}
 from circling_robots import Robots
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.run.models import Models
-with Models("native") as models:
+from coupling.run.fmu_pool import FmuPool
+with FmuPool("native") as models:
     robots = Robots(load_robot(find_robot("icme2008")), models, seconds=1.0)
     robots.moved(robots.none)
 print(json.dumps([module.__file__ for name, module in list(sys.modules.items())

@@ -27,8 +27,8 @@ from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import DEFAULT_KIND
 from coupling.run.execute import run_compensation
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
-from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
 from elastic_robot.trajectory import read_trajectory
@@ -36,7 +36,7 @@ from elastic_robot.trajectory import read_trajectory
 
 def tools(robot: Robot, motions: list[JointPath], instants: np.ndarray) -> list[ToolPath]:
     """Return the paths of the moving robot's tool without a process."""
-    with Models(DEFAULT_KIND) as models:
+    with FmuPool(DEFAULT_KIND) as models:
         moving = models.of(robot, "backlash").fmu
         none = WrenchHistory.none(instants)
         return [moving.simulate(motion, none, "dynamic") for motion in motions]
@@ -199,7 +199,7 @@ def test_an_edited_command_becomes_a_program_in_every_language(run, edited, comm
     own = np.loadtxt(edited, delimiter=",", skiprows=1)
     assert table.end == own[-1, 0]
     given = JointPath(own[:, 0], *((own[:, k : k + 6],) for k in (8, 14, 20)))
-    with Models(case.fmu) as models:
+    with FmuPool(case.fmu) as models:
         fmu = models.of(placed.description, "backlash").fmu
         read, asked, first = (
             fmu.simulate(one, loads, "dynamic")
@@ -228,7 +228,7 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
     way = written(tmp_path / "way.csv", table[:, [0, *range(8, 26)]], names)
     (own,) = command_of_table(way, str(robot), file)
-    with Models(own.fmu) as models:
+    with FmuPool(own.fmu) as models:
         fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
         path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.world_from_base)
     position = interpolate_rows(stored.achieved.time, path.time, path.position[0])

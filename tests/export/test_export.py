@@ -25,7 +25,7 @@ from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
 from coupling.robot.inverter import Inverter
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.stored_run import read_run
 
 
@@ -40,7 +40,7 @@ def moved(run: Path, program: RobotProgram, name: str, cycle: float) -> tuple[fl
     joints = controller_axes(find_robot(name), 6)
     motion = drive_motion(program, case.robots[0].description, joints, cycle, 0.0)
     time = np.append(motion.time[:-1], max(motion.time[-1], stored.wrench.time[-1]))
-    with Models(case.fmu) as models:
+    with FmuPool(case.fmu) as models:
         cell, _ = cell_of(case.robots, models)
         command = cell.simulate(stored.joints, stored.wrench, "dynamic")
         path = cell.simulate(type(motion)(time, motion.q), stored.wrench, "dynamic")
@@ -219,7 +219,7 @@ def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, lang
     time = np.append(motion.time[:-1], end)
     fine = np.linspace(0.0, end, round(end / 2e-4) + 1)
     lines = np.column_stack([np.interp(fine, time, row) for row in motion.q[0].T])
-    with Models(case.fmu) as models:
+    with FmuPool(case.fmu) as models:
         cell, _ = cell_of(case.robots, models)
         command = cell.simulate(stored.joints, stored.wrench, "dynamic")
         path = cell.simulate(JointPath(fine, (lines,)), stored.wrench, "dynamic")

@@ -21,7 +21,7 @@ from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.parameters import apply_values, scaled_values
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 
@@ -68,7 +68,7 @@ class Robots:
     def __init__(
         self,
         robot: Robot,
-        models: Models,
+        models: FmuPool,
         seconds: float = 9.0,
         rate: float = 2.0 / 9.0,
         drive: str = IDEAL,

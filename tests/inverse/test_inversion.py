@@ -23,7 +23,7 @@ from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -43,9 +43,9 @@ def stroke(time, end):
 
 
 @pytest.fixture(scope="module")
-def models() -> Iterator[Models]:
+def models() -> Iterator[FmuPool]:
     """Robots in C, a hundred times as fast as those that the inverse is made of."""
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield models
 
 

@@ -32,7 +32,7 @@ from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from elastic_robot.drive import Drive
 from elastic_robot.gear_parts import StopElement
 
@@ -308,7 +308,7 @@ def test_a_cell_of_servos_is_inverted_and_simulated_as_one(example):
     robot = robot_with_servos(example)
     wanted = stroke(robot)
     (placed,) = load_case(CASES / "cone.toml").robots
-    with Models("native") as models:
+    with FmuPool("native") as models:
         cell, _ = cell_of([replace(placed, description=robot, drive="servo")], models)
         told = cell.inverse(SampledPath.of(wanted.path), wanted.wrench, Controller(), 1e-6).joints
         fine = SampledPath.of(wanted.path).refined(0.002).path

@@ -25,8 +25,8 @@ from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequenc
 from coupling.process.smoothing import NoiseRemoval, noise_level
 from coupling.run import repeated_evaluation
 from coupling.run.execute import run_compensation
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.folder import write_run
-from coupling.run.models import Models, cell_of
 from coupling.store import EvaluatedProcess
 
 TIME = np.linspace(0.0, 60.0, 3001)  # 20 ms
@@ -242,7 +242,7 @@ def measured(folder, level: float, **keys: object):
 
 def left_under(case, run, force: WrenchHistory):
     found = run.correction
-    with Models(case.fmu) as fmus:
+    with FmuPool(case.fmu) as fmus:
         cell, _ = cell_of(case.robots, fmus)
         path = cell.simulate(found.joints, force.refined(found.desired.time), "dynamic")
     return measure(path, found.desired)

@@ -12,7 +12,7 @@ from killing import start, wait_until
 from line_case import moving_line
 from places import LINE_CASE
 
-from coupling.check.estimate import check_repeatability
+from coupling.check.run_effort import check_repeatability
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability

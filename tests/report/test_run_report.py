@@ -205,7 +205,8 @@ def test_the_other_mode_is_that_of_the_cell(finished):
     assert shares.motion is not None
     assert shares.motion.maximum > 0.0
     assert np.array_equal(
-        run.of(OTHER_MODE).before.position[0], stored.other["before compensation"].position[0]
+        run.finding_of(OTHER_MODE).before.position[0],
+        stored.other["before compensation"].position[0],
     )
 
 

@@ -123,8 +123,8 @@ def test_the_terminal_begins_with_it_in_its_colour(tmp_path, monkeypatch):
     run = run_compensation(case)
     shaken = Replay(name="shaken", deviation=deviation(5.0, 5.0))
     for replays, first in (
-        (run.of(ROBUSTNESS), "Of "),
-        ((*run.of(ROBUSTNESS), shaken), "WORSE THAN NOTHING is possible"),
+        (run.finding_of(ROBUSTNESS), "Of "),
+        ((*run.finding_of(ROBUSTNESS), shaken), "WORSE THAN NOTHING is possible"),
     ):
         said = Console(
             record=True, file=StringIO(), width=500, force_terminal=True, highlight=False

@@ -62,8 +62,8 @@ def test_two_robots_case_shortened_is_compensated(finished):
     assert run.deviation(run.correction.achieved).maximum <= 1e-5
     assert len(run.desired.tools) == 2
     assert case.task.support is not None
-    assert np.abs(run.of(TOOL_GAP).before).max() > 5e-5
-    assert np.abs(run.of(TOOL_GAP).after).max() <= 2e-5
+    assert np.abs(run.finding_of(TOOL_GAP).before).max() > 5e-5
+    assert np.abs(run.finding_of(TOOL_GAP).after).max() <= 2e-5
 
 
 def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
@@ -87,7 +87,8 @@ def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
     rows = {row[0].strip(): row for part in tables if isinstance(part, Table) for row in part.rows}
     row = rows["quasi-static robot under the same command and wrench"]
     expected = [
-        measure(path, run.desired) for path in (run.of(OTHER_MODE).before, run.of(OTHER_MODE).after)
+        measure(path, run.desired)
+        for path in (run.finding_of(OTHER_MODE).before, run.finding_of(OTHER_MODE).after)
     ]
     assert [row[1], row[4]] == [format_um(deviation.maximum) for deviation in expected]
     moving = measure(run.correction.achieved, run.desired)
@@ -145,7 +146,9 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         response=ProcessResponse(found.response.wrench.refined(desired.time)),
     )
     gap = tool_gap(case, finer)
-    np.testing.assert_allclose(gap.before[rows], run.of(TOOL_GAP).before, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        gap.before[rows], run.finding_of(TOOL_GAP).before, rtol=0, atol=1e-12
+    )
     findings = dict(run.findings)
     findings |= {UNLOADED_PATHS.name: None, OTHER_MODE.name: OtherModePaths(), TOOL_GAP.name: gap}
     findings[ROBUSTNESS.name] = ()
@@ -226,7 +229,7 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
         own = measure(achieved, run.desired.tools[tool])
         assert stored.figures.deviation_after_m.maximum == pytest.approx(own.maximum)
     assert cell.robots["support"].joints.q[0].shape[1] == 6
-    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.of(TOOL_GAP).after, atol=1e-15)
+    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.finding_of(TOOL_GAP).after, atol=1e-15)
     page = (out / "report.html").read_text()
     assert 'href="support/report.html"' in page
     assert "Gap between the tools" in page

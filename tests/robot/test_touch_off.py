@@ -26,8 +26,8 @@ from coupling.report.result_page import write_report
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.run.execute import run_compensation, run_coupling
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.folder import write_run
-from coupling.run.models import Models, cell_of
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool
@@ -125,7 +125,7 @@ def test_the_simulated_robot_commanded_to_the_touched_point_rests_where_the_part
     tool = untouched.forming.rotations[0][0].as_quat()
     pose = np.tile([*untouched.part.position, *tool], (2, 1))
     time = np.array([0.0, 0.1])
-    with Models("native") as fmus:
+    with FmuPool("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
         joints = cell.members[0].planner.plan(
             ToolPath(time, pose).transformed(cell.members[0].world_from_base.inverse())

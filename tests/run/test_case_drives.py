@@ -136,7 +136,7 @@ def test_a_case_asks_for_the_command_of_a_robot_with_servos(finished, tmp_path):
     path, other = simulated(case, stored, tmp_path, "ideal")
     np.testing.assert_allclose(stored.plant.pose, path.pose, rtol=0, atol=1e-12)
     assert other > 3.0 * case.method.tolerance_m
-    assert run.of(PLANT_REPLAY).differences == ('drive = "ideal"',)
+    assert run.finding_of(PLANT_REPLAY).differences == ('drive = "ideal"',)
     (robot,) = stored.figures.robots
     assert robot.drive == "servo"
     text = "\n".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)

@@ -77,22 +77,24 @@ def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_p
     assert without.basis.drawn == (f"an assumed 25 % of the stiffness of {len(gears)} gears",)
     provenance = replace(placed.provenance, stiffness_ranges=RANGES)
     run = run_compensation(replace(case, robots=(replace(placed, provenance=provenance),)))
-    largest = [replay.deviation.maximum for replay in run.of(DRAWN_ROBOTS).stated]
+    largest = [replay.deviation.maximum for replay in run.finding_of(DRAWN_ROBOTS).stated]
     assert len(set(largest)) == 64
     # Two gears of a third to twice their stiffness leave more than 2 % of all of them.
     assert max(largest) > max(row.deviation.maximum for row in run.robustness if "2 %" in row.name)
     # Every usual value does something, and robots that have all of them leave more than those without.
     exact = measure(run.dynamic, run.desired).maximum
-    assert [own.name for own in run.of(DRAWN_ROBOTS).left_out] == [
+    assert [own.name for own in run.finding_of(DRAWN_ROBOTS).left_out] == [
         "hysteresis 0.5 arc minutes wide",
         "servos",
         "servos and friction",
     ]
-    assert all(own.deviation.maximum > 10.0 * exact for own in run.of(DRAWN_ROBOTS).left_out)
-    assert len(run.of(DRAWN_ROBOTS).completed) == 16
+    assert all(
+        own.deviation.maximum > 10.0 * exact for own in run.finding_of(DRAWN_ROBOTS).left_out
+    )
+    assert len(run.finding_of(DRAWN_ROBOTS).completed) == 16
     stated, usual = (
         DeviationInterval.around(own)
-        for own in (run.of(DRAWN_ROBOTS).stated, run.of(DRAWN_ROBOTS).completed)
+        for own in (run.finding_of(DRAWN_ROBOTS).stated, run.finding_of(DRAWN_ROBOTS).completed)
     )
     assert usual.low > stated.low
 

@@ -218,8 +218,10 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
 
 def test_a_robot_without_motors_tells_nothing_of_them(tmp_path):
     run = run_compensation(line_case(tmp_path, "native"))
-    assert run.of(MOTOR_TORQUES) == (None,)
-    assert all(drive.motor_torque_Nm is None for own in run.of(DRIVE_MOTION) for drive in own)
+    assert run.finding_of(MOTOR_TORQUES) == (None,)
+    assert all(
+        drive.motor_torque_Nm is None for own in run.finding_of(DRIVE_MOTION) for drive in own
+    )
 
 
 def test_check_estimates_what_a_run_then_asks_for(finished):

@@ -26,7 +26,7 @@ from coupling.path.linear import interpolate_rows
 from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import PLANT_REPLAY, PlantReplay, in_words, plant_cell, run_on_plant
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import Correction
@@ -47,7 +47,7 @@ def loaded(folder: Path, plant: str) -> Case:
 
 def on_plant(case: Case, found: Correction) -> PlantReplay:
     """What a command leaves on a case's plant; the same command serves many."""
-    with Models(case.fmu) as fmus:
+    with FmuPool(case.fmu) as fmus:
         cell, _ = cell_of(case.robots, fmus)
         return run_on_plant(case, plant_cell(cell, case.plant, fmus), found, unwatched)
 
@@ -66,8 +66,8 @@ def simulated(
 
 def test_a_plant_that_is_the_model_leaves_what_the_model_leaves(tmp_path):
     run = run_compensation(loaded(tmp_path, "force_factor = 1.0"))
-    assert run.of(PLANT_REPLAY).differences == ()
-    assert np.array_equal(run.of(PLANT_REPLAY).path.pose, run.correction.achieved.pose)
+    assert run.finding_of(PLANT_REPLAY).differences == ()
+    assert np.array_equal(run.finding_of(PLANT_REPLAY).path.pose, run.correction.achieved.pose)
 
 
 def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_by_hand(
@@ -131,7 +131,7 @@ def test_a_plant_with_servos_is_behind_by_the_feed_over_their_gain(tmp_path):
         assert ('drive = "servo"' in plant.differences) == (drive == "servo")
         missed = (position - plant.path.position[0][fast]).mean(axis=0)
         behind[feed_forward, drive] = missed @ along / np.linalg.norm(along)
-    assert np.array_equal(run.of(PLANT_REPLAY).path.pose, plant.path.pose)
+    assert np.array_equal(run.finding_of(PLANT_REPLAY).path.pose, plant.path.pose)
     assert behind[0.0, "servo"] == pytest.approx(0.1 / 20.0, rel=0.02)
     assert abs(behind[1.0, "servo"]) < 2e-4
     assert abs(behind[0.0, "ideal"]) < 1e-6
@@ -143,17 +143,17 @@ def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
     file = moving(tmp_path, 'drive = "servo"\ncouple = true')
     file.write_text(file.read_text().replace('"icme2008"', '"servo.toml"\ndrive = "ideal"'))
     run = run_compensation(load_case(file))
-    assert run.of(PLANT_REPLAY).coupling.converged
-    assert run.of(PLANT_REPLAY).differences == ('drive = "servo"',)
+    assert run.finding_of(PLANT_REPLAY).coupling.converged
+    assert run.finding_of(PLANT_REPLAY).differences == ('drive = "servo"',)
     left = measure(run.correction.achieved, run.desired).maximum
-    assert left < 1e-5 < 1e-3 < run.of(PLANT_REPLAY).deviation().maximum
+    assert left < 1e-5 < 1e-3 < run.finding_of(PLANT_REPLAY).deviation().maximum
     robot = load_case(file).plant.robots[0].description
     with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
-        wrench = run.of(PLANT_REPLAY).coupling.response.wrench
+        wrench = run.finding_of(PLANT_REPLAY).coupling.response.wrench
         path = simulate_tuned(fmu, run.correction.joints, wrench, "dynamic", {"drive": "servo"})
-    at = np.searchsorted(path.time, run.of(PLANT_REPLAY).path.time)
+    at = np.searchsorted(path.time, run.finding_of(PLANT_REPLAY).path.time)
     np.testing.assert_allclose(
-        run.of(PLANT_REPLAY).path.pose, path.at_rows(at).pose, rtol=0, atol=1e-12
+        run.finding_of(PLANT_REPLAY).path.pose, path.at_rows(at).pose, rtol=0, atol=1e-12
     )
 
 
@@ -177,15 +177,15 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     """Its path under the wall's force at that very path, straight between samples, to the tolerance."""
     case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2\ncouple = true")
     run = run_compensation(case)
-    assert run.of(PLANT_REPLAY).coupling.converged
+    assert run.finding_of(PLANT_REPLAY).coupling.converged
     rows = np.searchsorted(run.desired.time, case.desired.time)
-    response = case.process.evaluate(run.of(PLANT_REPLAY).path.at_rows(rows)).wrench
+    response = case.process.evaluate(run.finding_of(PLANT_REPLAY).path.at_rows(rows)).wrench
     expected = interpolate_rows(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
-    met = run.of(PLANT_REPLAY).wrench.wrench
+    met = run.finding_of(PLANT_REPLAY).wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2")
     alone = on_plant(case, run.correction)
-    assert abs(alone.deviation().maximum - run.of(PLANT_REPLAY).deviation().maximum) > 1e-6
+    assert abs(alone.deviation().maximum - run.finding_of(PLANT_REPLAY).deviation().maximum) > 1e-6
 
 
 def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):

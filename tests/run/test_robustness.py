@@ -247,7 +247,7 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
     answer = case.process.evaluate(case.desired)
     (alone,) = diagnose_robots(case.robots, case.desired, answer.wrench)
     assert [g.reversals for g in alone] == [g["backlash_reversals"] for g in told["gears"]]
-    at_risk = [gear for gear in run.of(GEAR_LOADS)[0] if gear.at_risk]
+    at_risk = [gear for gear in run.finding_of(GEAR_LOADS)[0] if gear.at_risk]
     assert at_risk
     for gear in at_risk:
         assert re.search(rf"joint {gear.joint} +{gear.reversals} +{gear.in_backlash:.2f} ", said)

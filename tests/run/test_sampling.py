@@ -23,7 +23,7 @@ from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.cell import Cell
 from coupling.run.execute import loop_of
-from coupling.run.models import Models, cell_of
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.sampling import SAMPLING, SamplingCheck, flatter, parabolic, sampling_of, steeper
 from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
@@ -72,7 +72,7 @@ class Seen:
 @contextmanager
 def compensated(case: Case) -> Iterator[tuple[Cell, Loop, Correction]]:
     """Robots of a case, their loop with the process, and the command."""
-    with Models(case.fmu) as fmus:
+    with FmuPool(case.fmu) as fmus:
         cell, _ = cell_of(case.robots, fmus)
         loop = loop_of(case, cell)
         yield cell, loop, case.method.correct(loop, case.motion)

@@ -17,8 +17,8 @@ from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolate_rows
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.run.execute import Run, run_compensation
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
-from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
@@ -293,7 +293,7 @@ def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]
     wrench = robot.wrench.transformed(case.robots[1].world_from_base.inverse())
-    with Models(case.fmu) as models:
+    with FmuPool(case.fmu) as models:
         placed = case.robots[1]
         fmu = models.of(placed.description, placed.torque_curve).fmu
         path = fmu.simulate(robot.joints, wrench, "quasistatic").transformed(placed.world_from_base)

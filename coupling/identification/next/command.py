@@ -26,7 +26,7 @@ from coupling.identification.runs.learning import Learned, learn
 from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import LearningStep
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class CommandPlan:
 
 
 def plan(
-    sources: Sequence[MeasuredFile], options: NextOptions, models: Models, watch: Watch = unwatched
+    sources: Sequence[MeasuredFile], options: NextOptions, models: FmuPool, watch: Watch = unwatched
 ) -> CommandPlan:
     """Return how the next command of a robot is to be computed.
 
@@ -96,7 +96,7 @@ def plan(
 
 
 def _robot(
-    history: History, options: NextOptions, models: Models, watch: Watch
+    history: History, options: NextOptions, models: FmuPool, watch: Watch
 ) -> tuple[CommandModel, Learned | None]:
     """Return the robot that the next command is computed for, and what was learned of it now.
 
@@ -125,7 +125,7 @@ def _is_to_learn(history: History, x: np.ndarray) -> bool:
     return count == 1 or (count == 2 and not is_repeated(history.aligned_with(x), 1, x))
 
 
-def _learn(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
+def _learn(history: History, options: NextOptions, models: FmuPool, watch: Watch) -> Learned:
     """Return the parameters that the runs identify."""
     shift, turn, usual = options.frame_accuracy.shift, options.frame_accuracy.turn, FramePrior()
     frame = FramePrior(min(shift, usual.shift), min(turn, usual.turn))

@@ -17,7 +17,7 @@ from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 
 # Paths are the same to this [m], and begin and end at the same time to this [s].
@@ -47,7 +47,7 @@ class History:
 
     @classmethod
     def of(
-        cls, sources: Sequence[MeasuredFile], frame_accuracy: FrameAccuracy, models: Models
+        cls, sources: Sequence[MeasuredFile], frame_accuracy: FrameAccuracy, models: FmuPool
     ) -> History:
         """Return the history of runs and what was measured under their commands.
 

@@ -34,7 +34,7 @@ from coupling.results.gear_result import GearDiagnosis
 from coupling.results.learned_result import LearnedParameterResult
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 
@@ -158,7 +158,7 @@ class Learned:
 
 
 def learn(
-    sources: Sequence[MeasuredFile], frame: FramePrior, models: Models, watch: Watch = unwatched
+    sources: Sequence[MeasuredFile], frame: FramePrior, models: FmuPool, watch: Watch = unwatched
 ) -> Learned:
     """Learn a robot's parameters from measured runs.
 

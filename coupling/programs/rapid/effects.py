@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 
 from coupling.programs.rapid.functions import RETURNING
 from coupling.programs.rapid.functions import WRITING as WRITING_FUNCTIONS
-from coupling.programs.rapid.harmless import LEFT_OUT, STOPS, WRITING
+from coupling.programs.rapid.instruction_classes import LEFT_OUT, STOPS, WRITING
 from coupling.programs.rapid.memory import RapidMemory, RapidVariable, RoutineScope
 from coupling.programs.rapid.syntax import (
     Assignment,

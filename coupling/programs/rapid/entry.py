@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from coupling.errors import ProgramError
-from coupling.programs.rapid.harmless import MOVES, REFUSED
+from coupling.programs.rapid.instruction_classes import MOVES, REFUSED
 from coupling.programs.rapid.syntax import (
     RapidInstruction,
     RapidModule,

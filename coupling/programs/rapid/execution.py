@@ -17,7 +17,7 @@ from coupling.programs.rapid.effects import (
 )
 from coupling.programs.rapid.evaluation import RapidEvaluation
 from coupling.programs.rapid.functions import RETURNING
-from coupling.programs.rapid.harmless import (
+from coupling.programs.rapid.instruction_classes import (
     LEFT_OUT,
     MOVES,
     REFUSED,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from coupling.errors import ProgramError
 from coupling.programs.program import HERE
 from coupling.programs.rapid.evaluation import RapidEvaluation
-from coupling.programs.rapid.harmless import LEFT_OUT_OPTIONS, MoveForm
+from coupling.programs.rapid.instruction_classes import LEFT_OUT_OPTIONS, MoveForm
 from coupling.programs.rapid.memory import RoutineScope
 from coupling.programs.rapid.motions import (
     MoveFrames,

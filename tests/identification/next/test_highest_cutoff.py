@@ -13,7 +13,7 @@ from coupling.identification.next.learning_filter import low_passed, passed
 from coupling.inverse.link_model import LinkModel
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
@@ -125,7 +125,7 @@ def test_the_response_is_that_of_the_simulated_robot(example):
         joints=tuple(replace(own, damping=4.0 * own.damping) for own in example.joints),
     )
     time = np.linspace(0.0, 6.0, 3001)
-    with Models("native") as models:
+    with FmuPool("native") as models:
         fmu = models.of(robot, "linear").fmu
         for frequency in (3.0, 6.0):
             own = _response(robot, frequency)

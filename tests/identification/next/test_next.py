@@ -31,7 +31,7 @@ from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 
 EXTRAS = Extras(hysteresis=3e-5, drift=5e-5, gear_errors=7e-5)
 # Factors of what the hidden robot's stiffness, backlash and damping are.
@@ -60,7 +60,7 @@ def shop(tmp_path_factory, example):
 
 @pytest.fixture(scope="module")
 def models():
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield models
 
 

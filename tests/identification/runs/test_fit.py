@@ -27,13 +27,13 @@ from coupling.identification.runs.whitening import NONE, UnmodelledSpectrum
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 
 
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(example, models, seconds=5.0, rate=0.4)
 
 

@@ -16,7 +16,7 @@ from coupling.identification.runs.residual import UnexplainedPart
 from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from docs.scripts.learning_beyond import Beyond
 
 PRIOR = np.full(8, 0.3)
@@ -24,7 +24,7 @@ PRIOR = np.full(8, 0.3)
 
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(example, models, seconds=4.0)
 
 

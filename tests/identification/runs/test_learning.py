@@ -27,14 +27,14 @@ from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
 from coupling.robot.parameters import apply_values, robot_parameters, scaled_values
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.stored_run import read_run
 from elastic_robot.drive import Drive
 
 
 @pytest.fixture(scope="module")
 def robots(example):
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(example, models, seconds=5.0, rate=0.4)
 
 

@@ -23,7 +23,7 @@ from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.spread import spread_of
 from coupling.robot.parameters import scaled_values
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 
 ANGLE_NOISE, TORQUE_NOISE = 5e-6, 20.0  # [rad], [N m]
 COLUMNS = tuple((kind, joint) for kind in ("motor", "motor_torque") for joint in range(5))
@@ -32,7 +32,7 @@ NOISES = np.repeat([ANGLE_NOISE, TORQUE_NOISE], 5)
 
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(slipping(example), models, seconds=5.0, drive="servo")
 
 

@@ -15,7 +15,7 @@ from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.spread import spread_of
 from coupling.path.histories import ToolPath
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 
 NOISE, NOISE_TURN = 1e-5, 2e-5
 PROBE = Rotation.from_rotvec([1.0, -0.5, 2.0])
@@ -24,7 +24,7 @@ FRAME = Rotation.from_rotvec([3e-4, -2e-4, 1e-4])
 
 @pytest.fixture(scope="module")
 def robots(example):
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(example, models)
 
 

@@ -14,13 +14,13 @@ from coupling.identification.runs.effect import ParameterEffect, SecantEffect, m
 from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.robot.parameters import apply_values, scaled_values
-from coupling.run.models import Models
+from coupling.run.fmu_pool import FmuPool
 from elastic_robot.drive import Drive
 
 
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
-    with Models("native") as models:
+    with FmuPool("native") as models:
         yield Robots(slipping(example), models, seconds=5.0, drive="servo")
 
 

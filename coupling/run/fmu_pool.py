@@ -27,7 +27,7 @@ _POLISH = {"native": 300, "python": 20}
 _MOST_PROCESSES = 4
 
 
-class Models:
+class FmuPool:
     """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
 
     Args:
@@ -43,7 +43,7 @@ class Models:
         self._loaded: dict[tuple[str, str, str], SimulatedModel] = {}
         self._beside: dict[RobotFmu, tuple[RobotFmu, ...]] = {}
 
-    def __enter__(self) -> Models:
+    def __enter__(self) -> FmuPool:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -93,7 +93,7 @@ class Models:
 
 
 def cell_of(
-    robots: Sequence[PlacedRobot], models: Models
+    robots: Sequence[PlacedRobot], models: FmuPool
 ) -> tuple[Cell, tuple[SimulatedModel, ...]]:
     """Return the robots of a case, with what simulates each of them and inverts it, for its drives."""
     members, simulated = [], []
