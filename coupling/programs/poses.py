@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, radians, sin
+from math import atan2, cos, degrees, hypot, radians, sin
 
 from coupling.programs.program import Pose
 
 # Quaternion x, y, z, w.
 Quaternion = tuple[float, float, float, float]
 _MM = 1e3
+# Cosine of b up to which a and c turn about one axis.
+_GIMBAL_LOCK_COSINE = 1e-9
 
 
 def product(a_from_b: Pose, b_from_c: Pose) -> Pose:
@@ -47,6 +49,27 @@ def pose_of_zyx(position_mm: Sequence[float], angles_deg: Sequence[float]) -> Po
     )
     x, y, z = position_mm
     return (x / _MM, y / _MM, z / _MM, *_upright(quaternion))
+
+
+def zyx_of_pose(pose: Pose) -> tuple[float, float, float]:
+    """Return angles a, b, c [deg] of a pose's rotation Rz(a) Ry(b) Rx(c).
+
+    Where a and c turn about one axis, c is zero.
+
+    Example:
+        >>> [round(angle, 9) for angle in zyx_of_pose(pose_of_zyx([0.0, 0.0, 0.0], [10.0, 20.0, 30.0]))]
+        [10.0, 20.0, 30.0]
+    """
+    x, y, z, w = pose[3:]
+    xx, xy, xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)
+    yx, yy = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z)
+    zx, zy = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
+    level = hypot(xx, xy)
+    a = atan2(xy, xx) if level > _GIMBAL_LOCK_COSINE else atan2(-yx, yy)
+    b = atan2(-xz, level)
+    # The turn that is left about the new x axis, for this a even where a is only just defined.
+    c = atan2(sin(a) * zx - cos(a) * zy, cos(a) * yy - sin(a) * yx)
+    return degrees(a), degrees(b), degrees(c)
 
 
 def pose_of_quaternion(position_mm: Sequence[float], quaternion: Sequence[float]) -> Pose:

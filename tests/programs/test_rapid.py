@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from counted_calls import require_proportional
 from damage import read_or_refused
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from rapid_programs import HELD, REST, TRAPS, UPRIGHT, module, places, read, to, way
 from scipy.spatial.transform import Rotation
@@ -136,6 +136,7 @@ def test_procedures_and_functions_of_the_program_are_executed_with_their_paramet
     assert found == [[50, 40, 0], [50, 0, 5], [50, 30, 0], [0, 20, 0], [7, 1, 1]]
 
 
+@example(0.0, 0.0, 0.0, (30.0, 90.0, 20.0))
 @given(*[st.floats(-180.0, 180.0)] * 3, st.tuples(*[st.floats(-90.0, 90.0)] * 3))
 def test_turns_of_targets_are_about_the_tools_new_axes(rx, ry, rz, angles):
     """RelTool: Rx, Ry, Rz about the axes as turned; OrientZYX: z, y', x''; EulerZYX back."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, degrees, hypot, sin
-
 import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
-from coupling.programs.poses import inverse, product
+from coupling.programs.poses import inverse, product, zyx_of_pose
 from coupling.programs.program import Pose
 from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
@@ -20,8 +18,6 @@ REAL_KEYS = frozenset((*FRAME_KEYS, *AXIS_KEYS, *EXTERNAL_KEYS))
 _MM = 1e3
 # Beyond this, as a controller's numbers end, a program is mistaken.
 _MAX_NUMBER = 1e8
-# Cosine of B from which on A and C turn about one axis.
-_GIMBAL_LOCK_COSINE = 1e-9
 
 
 # A structure; names of its components are upper case.
@@ -104,16 +100,7 @@ def frame_of_pose(pose: Pose) -> Aggregate:
         >>> [round(frame[key], 9) for key in FRAME_KEYS]
         [1.0, 2.0, 3.0, 10.0, 20.0, 30.0]
     """
-    x, y, z, w = pose[3:]
-    xx, xy, xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)
-    yx, yy = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z)
-    zx, zy = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
-    level = hypot(xx, xy)
-    a = atan2(xy, xx) if level > _GIMBAL_LOCK_COSINE else atan2(-yx, yy)
-    b = atan2(-xz, level)
-    # The turn that is left about the new X axis, for this A even where A is only just defined.
-    c = atan2(sin(a) * zx - cos(a) * zy, cos(a) * yy - sin(a) * yx)
-    values = (*(_MM * p for p in pose[:3]), degrees(a), degrees(b), degrees(c))
+    values = (*(_MM * p for p in pose[:3]), *zyx_of_pose(pose))
     return dict(zip(FRAME_KEYS, values, strict=True))
 
 

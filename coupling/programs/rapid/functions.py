@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from coupling.errors import ProgramError
-from coupling.programs.poses import inverse, pose_of_zyx, product
+from coupling.programs.poses import inverse, pose_of_zyx, product, zyx_of_pose
 from coupling.programs.program import Pose
 from coupling.programs.rapid.values import (
     Data,
@@ -169,16 +169,11 @@ def _rotation(pose: Pose) -> Value:
 
 def _euler_zyx(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
     (rotation,) = arguments
-    x, y, z, w = pose_of((_ORIGIN, rotation), where)[3:]
-    sine = min(max(2.0 * (w * y - z * x), -1.0), 1.0)
-    angles = {
-        "X": math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        "Y": math.asin(sine),
-        "Z": math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    }
+    z, y, x = zyx_of_pose(pose_of((_ORIGIN, rotation), where))
+    angles = {"X": x, "Y": y, "Z": z}
     if len(options) != 1 or not set(options) <= set(angles):
         raise ValueError("axis")
-    return "num", math.degrees(angles[next(iter(options))])
+    return "num", angles[next(iter(options))]
 
 
 def _pose_mult(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
