@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from coupling.errors import ResultError
+from coupling.files.atomic_folder import unfinished_name
 from coupling.place.folder import FIGURES as PLACED
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.results.modes_result import FIGURES as MODES
@@ -47,11 +48,12 @@ def read_result(folder: str | Path) -> StoredResult:
     Raises:
         CouplingError: If there is none, or it is damaged.
     """
-    file = figures_file(Path(folder))
-    if file is None and is_run(Path(folder)):
-        return read_run(Path(folder))  # says why there is no result yet
+    folder = Path(folder)
+    file = figures_file(folder)
+    if file is None and (is_run(folder) or is_run(unfinished_name(folder.resolve()))):
+        return read_run(folder)  # says why there is no result yet
     if file is None:
         raise ResultError(
             f"{folder}: expected the folder of a run, a study, a placement, of stability or modes"
         )
-    return _READERS[file.name](Path(folder))
+    return _READERS[file.name](folder)

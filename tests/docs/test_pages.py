@@ -48,8 +48,10 @@ def is_there(name: str) -> bool:
         if not hasattr(found, part):
             try:
                 importlib.import_module(module)
-            except ModuleNotFoundError:
-                return False
+            except (
+                ModuleNotFoundError
+            ) as error:  # of an optional package: the module itself is there
+                return error.name is not None and not module.startswith(error.name)
         found = getattr(found, part)
     return True
 

@@ -60,8 +60,10 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     assert robot.payload.com[1] == start.payload.com[1]
     worth = {term.term: term for term in found.terms}
     for term in ("friction 1", "viscous friction 2"):
-        assert worth[term].torque[1] > 1.5 * worth[term].torque[0]
-    assert worth["lag 1"].wind_up[1] > 20.0 * worth["lag 1"].wind_up[0]
+        with_term, without = worth[term].torque_relative
+        assert without > 1.5 * with_term
+    with_lag, without = worth["lag 1"].wind_up_rad
+    assert without > 20.0 * with_lag
 
 
 def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
