@@ -72,7 +72,7 @@ def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_p
     (placed,) = case.robots
     gears = [joint for joint in placed.description.joints if joint.stiffness]
     assert len(assumed_ranges(placed)) == len(gears)
-    without = run_compensation(case).of(DRAWN_ROBOTS)
+    without = run_compensation(case).finding_of(DRAWN_ROBOTS)
     assert len(without.stated) == 64
     assert without.basis.drawn == (f"an assumed 25 % of the stiffness of {len(gears)} gears",)
     provenance = replace(placed.provenance, stiffness_ranges=RANGES)
