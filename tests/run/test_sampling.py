@@ -144,7 +144,9 @@ def test_what_is_told_belongs_to_the_desired_path(tmp_path):
 
     def warnings(tolerance: float):
         method = SimpleNamespace(tolerance_m=tolerance)
-        command = SimpleNamespace(finding_of=lambda check: told, case=SimpleNamespace(method=method))
+        command = SimpleNamespace(
+            finding_of=lambda check: told, case=SimpleNamespace(method=method)
+        )
         return SAMPLING.warnings(command)
 
     assert warnings(1.1 * told.error) == []
