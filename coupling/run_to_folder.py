@@ -9,9 +9,11 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.events import Progress, Watch
+from coupling.files.written_files import REPORT
 from coupling.report.report_file import name_path
+from coupling.report.result_page import write_figures
 from coupling.report.run_report import write_pages
-from coupling.report.stability_report import write_stability
+from coupling.results.stability_result import FIGURES as STABILITY
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.new_folder import logged_folder
@@ -69,14 +71,14 @@ def run_to_folder(
             run = work(case, watch, store)
         except ClearChatterError as error:
             refusal = error.of_case_file(name_path(file))
-            write_stability(place, refusal.stability)
+            write_figures(place / STABILITY, refusal.stability)
             log.finish({})
         else:
             watch(Progress("writing the run folder", 0, 2))
             tables = write_run(place, case, replace(run, keys=log.keys))
             watch(Progress("writing the report", 1, 2))
             stored = read_run(place, tables)
-            write_pages(stored, place / "report.html")
+            write_pages(stored, place / REPORT)
             log.finish(run.durations)
     if refusal is not None:
         raise refusal  # behind the folder, which holds why

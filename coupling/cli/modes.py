@@ -51,7 +51,7 @@ def modes(
     from coupling.files.result_folder import result_folder_kind
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
-    from coupling.files.written_files import begin_folder, claim_file, claimed_folder
+    from coupling.files.written_files import REPORT, begin_folder, claimed_folder
     from coupling.modes.analysis import modes_in_posture, modes_of_case
     from coupling.modes.hammer_test import read_measured
     from coupling.modes.state_space import NamedStateSpace
@@ -60,7 +60,7 @@ def modes(
     from coupling.report.modes_report import modes_summary
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import modes_answer
-    from coupling.report.result_page import REPORT, write_report
+    from coupling.report.result_page import write_figures
     from coupling.report.terminal import print_result
     from coupling.results.modes_result import FIGURES
     from coupling.run.console import RunView
@@ -120,9 +120,8 @@ def modes(
             source = name_path(file) if file.exists() else case_or_robot
             result = analysis.result.model_copy(update={"swinging": swinging, "source": source})
             results.append((place.relative_to(draft), result))
-            claim_file(place / FIGURES).write_text(result.text(), encoding="utf-8")
             NamedStateSpace.of(softest.linear).write(place)
-            write_report(place)
+            write_figures(place / FIGURES, result)
     for part, result in results:
         print_result(console, modes_answer(result), modes_summary(result), (), verbose)
         console.print(f"Modes: {folder / part}  (report: {folder / part / REPORT})")

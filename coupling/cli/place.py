@@ -41,13 +41,14 @@ def place(
 ) -> None:
     """Find the place of part and tool where the robot is stiff and its gears do not reverse."""
     from coupling.case.file import load_case
+    from coupling.files.written_files import REPORT
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
     from coupling.report.place_report import place_summary, place_warnings
     from coupling.report.report_file import name_path
     from coupling.report.result_answers import place_answer
-    from coupling.report.result_page import REPORT, write_report
+    from coupling.report.result_page import write_report
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
     from coupling.run.case_process import evaluated_process

@@ -55,7 +55,8 @@ def stability(
     from coupling.files.atomic_folder import require_free, whole_folder
     from coupling.files.result_folder import result_folder_kind
     from coupling.report.report_file import name_path
-    from coupling.report.stability_report import write_stability
+    from coupling.report.result_page import write_figures
+    from coupling.results.stability_result import FIGURES
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
     from coupling.stability.analysis import stability_along_path, stability_in_posture
@@ -90,7 +91,7 @@ def stability(
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})
     with whole_folder(folder, kind, overwrite) as draft:
-        write_stability(draft, result)
+        write_figures(draft / FIGURES, result)
     print_stability(result, folder, verbose)
 
 
@@ -102,6 +103,7 @@ def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> Non
         folder: Their folder.
         verbose: Whether all that its report says is printed.
     """
+    from coupling.files.written_files import REPORT
     from coupling.report.result_answers import stability_answer
     from coupling.report.stability_report import stability_summary
     from coupling.report.terminal import print_result
@@ -109,4 +111,4 @@ def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> Non
 
     remarks = warned((), result.remarks)
     print_result(console, stability_answer(result), stability_summary(result), remarks, verbose)
-    console.print(f"Stability: {folder}  (report: {folder / 'report.html'})")
+    console.print(f"Stability: {folder}  (report: {folder / REPORT})")

@@ -40,6 +40,7 @@ def study(
 ) -> None:
     """Sample uncertain robots and simulate the command on each; an interrupted study is resumed."""
     from coupling.case.file import load_case
+    from coupling.files.written_files import REPORT
     from coupling.report.result_answers import study_answer
     from coupling.report.result_page import write_report
     from coupling.report.study_report import study_summary
@@ -47,7 +48,7 @@ def study(
     from coupling.run.console import RunView
     from coupling.study.conduct import changed_table, open_study, simulate_samples
     from coupling.study.evaluate import write_findings
-    from coupling.study.folder import REPORT, RUN, lock_folder
+    from coupling.study.folder import RUN, lock_folder
     from coupling.study.stored_study import read_study
     from coupling.study.workers import Workers
 

@@ -15,6 +15,8 @@ from coupling.errors import reason_of
 
 # Ending of a file that is not complete yet.
 PARTIAL = ".partial"
+# Name of such a file, from that of the whole one.
+DRAFT = re.compile(rf"(.+)\.[0-9a-f]{{32}}{re.escape(PARTIAL)}")
 # A draft that nobody has written to for so long, and that nobody holds, is of a killed command [s].
 _STALE = 60.0
 
@@ -97,10 +99,10 @@ def _is_taken(number: int) -> bool:
 
 def remove_stale_drafts(file: Path) -> None:
     """Remove what killed commands have left of a file under temporary names."""
-    name = re.compile(rf"{re.escape(file.name)}\.[0-9a-f]{{32}}{re.escape(PARTIAL)}")
     with suppress(OSError):
-        for draft in [place for place in file.parent.iterdir() if name.fullmatch(place.name)]:
-            if time.time() - draft.stat().st_mtime < _STALE:
+        for draft in list(file.parent.glob(f"*{PARTIAL}")):
+            name = DRAFT.fullmatch(draft.name)
+            if name is None or name[1] != file.name or time.time() - draft.stat().st_mtime < _STALE:
                 continue
             with draft.open("rb") as stream:
                 is_written = _is_taken(stream.fileno())

@@ -11,13 +11,12 @@ from __future__ import annotations
 import itertools
 import json
 import os
-import re
 import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.files.atomic_file import PARTIAL, AtomicFile
+from coupling.files.atomic_file import DRAFT, AtomicFile
 
 # The list: kind of folder, and names of files and folders.
 LIST = ".elastic-robot.json"
@@ -25,7 +24,8 @@ LIST = ".elastic-robot.json"
 _LISTED, WHOLE = "/", "/**"
 # Ending of a file of somebody else whose name a command needs.
 KEPT = ".kept"
-_DRAFT = re.compile(rf"(.+)\.[0-9a-f]{{32}}{re.escape(PARTIAL)}")
+# Page of what a folder holds.
+REPORT = "report.html"
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class _Written:
         """Return whether a file, a draft of one or a whole folder is on the list, as what it is."""
         if _is_folder(place):
             return f"{place.name}{WHOLE}" in self.names
-        draft = _DRAFT.fullmatch(place.name)
+        draft = DRAFT.fullmatch(place.name)
         if draft is not None:
             return draft[1] in self.names or draft[1] == LIST
         return place.name in self.names
@@ -62,7 +62,7 @@ def _is_folder(place: Path) -> bool:
 
 
 def _is_draft_of_list(place: Path) -> bool:
-    draft = _DRAFT.fullmatch(place.name)
+    draft = DRAFT.fullmatch(place.name)
     return draft is not None and draft[1] == LIST
 
 
@@ -110,7 +110,7 @@ def is_of_kind(folder: Path, kind: str) -> bool:
 
 def is_free(folder: Path) -> bool:
     """Return whether there is nothing in a folder, or only drafts of a command that was killed."""
-    return not folder.exists() or all(_DRAFT.fullmatch(place.name) for place in folder.iterdir())
+    return not folder.exists() or all(DRAFT.fullmatch(place.name) for place in folder.iterdir())
 
 
 def claim(folder: Path, names: Iterable[str]) -> None:
@@ -173,7 +173,7 @@ def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:
     written, protected = _Written.of(folder), frozenset(keep)
     going = replace(written, names=written.names - protected)
     for place in list(folder.iterdir()):
-        if going.has(place) or (_DRAFT.fullmatch(place.name) and written.has(place)):
+        if going.has(place) or (DRAFT.fullmatch(place.name) and written.has(place)):
             shutil.rmtree(place) if _is_folder(place) else place.unlink()
         elif _is_folder(place) and f"{place.name}{_LISTED}" in going.names:
             remove_written(place)

@@ -20,7 +20,7 @@ from coupling.report.colours import JOINTS
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
-from coupling.report.lengths import in_words
+from coupling.report.lengths import in_words, three_digits
 from coupling.report.report_file import write_page
 from coupling.report.run_figures import tolerance_rule
 from coupling.report.run_scene import part_frame, run_scene, track
@@ -204,17 +204,13 @@ def _figures(comparison: Comparison) -> Table:
     rows += [
         row("gravity, before [um]", lambda figures: figures.shares_m.gravity.maximum),
         row("process, before [um]", lambda figures: figures.shares_m.process.maximum),
-        row("peak force [N]", lambda figures: figures.peak_force_N, _three),
+        row("peak force [N]", lambda figures: figures.peak_force_N, three_digits),
         row("evaluations of the process", lambda figures: figures.process_evaluations, str),
         row("rows of the command", lambda figures: figures.command.rows, str),
     ]
     names = dict.fromkeys(entry.name for figures in results for entry in figures.robustness)
     rows += [row(f"left on a robot with {name} [um]", partial(replay, name=name)) for name in names]
     return Table(("", *comparison.names), rows)
-
-
-def _three(value: float) -> str:
-    return f"{value:.3g}"
 
 
 def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:

@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE
+from coupling.report.lengths import three_digits
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.cut_result import COURSES, CutResult
 from coupling.results.section import Note, Section, Table
@@ -30,10 +31,10 @@ def cut_section(cut: CutResult | None, *, with_pictures: bool = True) -> list[Se
         rows.append(
             (
                 f"{title} [{unit}]",
-                _three_digits(scale * figure.mean),
-                _three_digits(scale * figure.largest),
+                three_digits(scale * figure.mean),
+                three_digits(scale * figure.largest),
                 f"{figure.time_s:.2f}",
-                "" if limit is None else _three_digits(scale * limit),
+                "" if limit is None else three_digits(scale * limit),
             )
         )
     sentence = (
@@ -43,10 +44,6 @@ def cut_section(cut: CutResult | None, *, with_pictures: bool = True) -> list[Se
     table = Table(("cut", "mean", "largest", "at t = [s]", "limit of the spindle"), rows)
     pictures = [_picture(cut, keys) for keys in _DRAWN] if with_pictures else []
     return [Section("Cut", [sentence, table, _NOTE], "cut_course", pictures)]
-
-
-def _three_digits(value: float) -> str:
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def _picture(cut: CutResult, keys: tuple[str, ...]) -> go.Figure:

@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from coupling.errors import CouplingError, ResultError
 from coupling.files.atomic_folder import UNFINISHED
+from coupling.files.written_files import REPORT
 from coupling.place.folder import StoredPlacement
 from coupling.report.background import case_of, real_part
 from coupling.report.document import document
@@ -177,7 +178,7 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
     cards = [
         Card(
             title=f"{entry.kind} {name_path(entry.folder)}",
-            target=_link(entry.folder / "report.html", beside),
+            target=_link(entry.folder / REPORT, beside),
             answer=entry.answer or Answer(f"Cannot be read: {entry.trouble}"),
             picture=entry.picture,
         )

@@ -25,6 +25,16 @@ def in_words(length: float) -> str:
     return f"{float(whole):.0f} {unit}" if "e" in whole else f"{whole} {unit}"
 
 
+def three_digits(value: float) -> str:
+    """Return a number in three digits, without an exponent below a million.
+
+    Example:
+        >>> three_digits(1234.5), three_digits(0.01234)
+        ('1230', '0.0123')
+    """
+    return f"{float(f'{value:.3g}'):g}"
+
+
 def words_if_known(length: float | None) -> str:
     """Return a length [m] with its unit, or that it is not known."""
     return NOT_KNOWN if length is None else in_words(length)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from coupling.errors import ResultError
+from coupling.files.written_files import REPORT, claim_file
 from coupling.place.folder import StoredPlacement
 from coupling.report.modes_report import modes_page
 from coupling.report.place_report import place_page
@@ -13,13 +14,22 @@ from coupling.report.run_report import write_pages
 from coupling.report.stability_report import stability_page
 from coupling.report.stored_result import read_result
 from coupling.report.study_report import study_page
+from coupling.results.base import ResultFile
 from coupling.results.modes_result import ModesResult
 from coupling.results.stability_result import StabilityResult
 from coupling.run.stored_run import StoredRun
 from coupling.study.stored_study import StoredStudy
 
-# Name of a page in the folder of its result.
-REPORT = "report.html"
+
+def write_figures(file: Path, result: ResultFile) -> None:
+    """Write the figures of a result into the folder of its command, and their page beside them.
+
+    Raises:
+        CouplingError: If the page cannot be written.
+        OSError: If the figures cannot.
+    """
+    claim_file(file).write_text(result.text(), encoding="utf-8")
+    write_report(file.parent)
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:

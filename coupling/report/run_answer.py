@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from coupling.report.lengths import in_words, judged, state_tolerance
+from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure, NextStep
@@ -69,7 +69,7 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
             ),
             KeyFigure(
                 "Expected after",
-                "not known" if expected is None else expected.words,
+                NOT_KNOWN if expected is None else expected.words,
                 "on the real robot"
                 if expected is not None and expected.is_whole
                 else "on the real robot; its file does not say how exact it is",

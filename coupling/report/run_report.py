@@ -11,6 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
+from coupling.files.written_files import REPORT
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -39,7 +40,7 @@ from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import CASE, StoredRobot, StoredRun
+from coupling.run.stored_run import CASE, FORMING, StoredRobot, StoredRun
 
 
 def write_pages(run: StoredRun, target: Path) -> None:
@@ -55,8 +56,7 @@ def write_pages(run: StoredRun, target: Path) -> None:
         pages = {target: robot_page(run, run.first)}
     else:
         pages = {
-            run.folder / name / "report.html": robot_page(run, robot)
-            for name, robot in run.robots.items()
+            run.folder / name / REPORT: robot_page(run, robot) for name, robot in run.robots.items()
         }
         pages[target] = cell_page(run)
     for place, text in pages.items():
@@ -137,7 +137,7 @@ def run_warnings(figures: RunResult) -> list[Section]:
 
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
-    name = next((name for name, stored in run.robots.items() if stored is robot), "forming")
+    name = next((name for name, stored in run.robots.items() if stored is robot), FORMING)
     robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     along_text = [_deviation_note(robot)] + ([_FLANKS] if robot_figures.reversals else [])

@@ -30,7 +30,7 @@ from coupling.results.scene import (
     SceneTool,
     SceneTrack,
 )
-from coupling.run.stored_run import StoredRobot, StoredRun
+from coupling.run.stored_run import FORMING, StoredRobot, StoredRun
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
@@ -40,8 +40,6 @@ from elastic_robot.errors import ElasticRobotError
 _POSITION, _DEVIATION, _ANGLE, _MOST = 5e-4, 1e-2, 1e-3, 5000
 # Error of torques, as a part of the largest one, and that of rounding [N m].
 _TORQUE, _ROUND = 0.02, 0.1
-# Robot whose tool shapes the part, also of a cell.
-FORMING = "forming"
 # Field of a workpiece that a tool has shaped.
 _ABOVE = "height above the tool's surface [mm]"
 # Extent that a path has at least, and largest deviation below which no detail is of interest [m].

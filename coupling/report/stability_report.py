@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.files.written_files import claim_file
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
@@ -17,13 +15,11 @@ from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
 from coupling.results.section import Note, Section, Table, warned
 from coupling.results.stability_result import (
-    FIGURES,
     ChartResult,
     StabilityPoint,
     StabilityResult,
 )
 
-REPORT = "report.html"
 _MM = 1e3
 _CHART = Note(
     "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
@@ -47,16 +43,6 @@ _SENSITIVE = Note(
     "Limit at the worst place with other gears: damping is the least known of all numbers, and the limit"
     " follows it. A hammer test at the tool replaces both."
 )
-
-
-def write_stability(folder: Path, result: StabilityResult) -> None:
-    """Write the figures of stability and their page into an existing folder.
-
-    Raises:
-        OSError: If a file cannot be written.
-    """
-    claim_file(folder / FIGURES).write_text(result.text(), encoding="utf-8")
-    claim_file(folder / REPORT).write_text(stability_page(result), encoding="utf-8")
 
 
 def stability_page(result: StabilityResult) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from coupling.files.written_files import REPORT
 from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
@@ -16,7 +17,7 @@ from coupling.report.result_answers import study_answer
 from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.section import UM, Note, Section, Table
 from coupling.results.study_result import StudyResult
-from coupling.study.folder import REPORT, RUN
+from coupling.study.folder import RUN
 from coupling.study.robot_pool import PARTS
 from coupling.study.stored_study import StoredStudy
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
 from coupling.path.length_text import format_um
+from coupling.report.lengths import three_digits
 from coupling.report.run_tables import mode_names
 from coupling.results.outlook import Replay
 from coupling.results.run_result import RunResult
@@ -85,7 +86,7 @@ def _describe_turn(deviation: Deviation) -> str:
     arc_m = _LEVER * deviation.largest_turn
     if not arc_m > max(deviation.maximum, _TOLD):
         return ""
-    angle = f"{float(f'{UM * deviation.largest_turn:.3g}'):g} urad"
+    angle = f"{three_digits(UM * deviation.largest_turn)} urad"
     return f" and rotates by up to {angle} ({format_um(arc_m)} um at {_LEVER:g} m from the TCP)"
 
 

@@ -33,7 +33,8 @@ from elastic_robot.tool_load import symmetric
 
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
 # Robots of a cell, as their folders are called; other folders there are the user's.
-CELL = ("forming", "support")
+FORMING = "forming"
+CELL = (FORMING, "support")
 PLANT, ANCHOR, MOTORS, WRONG_BACKLASH = "plant", "anchor", "motors", "wrong_backlash"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 # Times of two tables that are the same [s].
@@ -135,7 +136,7 @@ def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
     """
     figures, gap = _read_figures(folder), None
     tables = tables or WrittenTables()
-    robots = {"forming": folder}
+    robots = {FORMING: folder}
     if (folder / f"{GAP}.csv").exists():
         if figures.pinch_gap_m is None:
             raise ResultError(f"{folder / RESULT}: expected that of two robots beside {GAP}.csv")

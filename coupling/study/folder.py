@@ -25,6 +25,7 @@ from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import (
     LIST,
+    REPORT,
     begin_folder,
     claim,
     is_of_kind,
@@ -34,7 +35,7 @@ from coupling.study.design import DESIGNS, GROWS
 from coupling.study.parameters import StudyParameters
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
-SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
+SAMPLES, BANDS, FIGURES = "samples.csv", "bands.csv", "study.json"
 RUN = "run"
 # Kind of the folder; its files, and what a killed command leaves beside the run.
 _FOLDER_KIND = "study"
