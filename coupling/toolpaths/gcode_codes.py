@@ -240,7 +240,7 @@ def are_of_printers(m: Sequence[float], letters: Collection[str]) -> bool:
     return any(value in _PRINTER_M for value in m) and _COORDINATES.isdisjoint(letters)
 
 
-def require_functions(m: Sequence[float], is_of_five_axes: bool) -> None:
+def require_functions(m: Sequence[float], is_of_five_axes: bool = False) -> None:
     """Refuse M-words that are more than a function of the machine: M0 to M99 are, but for a few.
 
     Args:
