@@ -40,8 +40,6 @@ class PlacedRobot:
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad], (joints,).
         world_from_base: Frame of its base in the world.
-        mounting: Differences of its description from its file.
-        ratings: Rated loads of its file.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
@@ -79,20 +77,13 @@ class Case:
         robots: One robot, or forming and supporting robot of a cell.
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
-        tool_path: Table [tool_path].
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
-        task: Task of the process, at the times at which it is evaluated.
-        process: Process model.
         process_table: Table [process] that it is made of.
-        coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
         controller: Commands that the robots' controllers take.
         discrepancy: Table [discrepancy]; None: the robot was not measured along the path.
         plant: Robots and load of the simulated plant; None: the model.
-        study: Table [study].
-        place: Table [place].
-        stability: Table [stability].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 

@@ -66,9 +66,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     """Read a case file (format: docs/case_file.md) and everything it names.
 
     Args:
-        path: The file.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
-        watch: Function called with what happens in the process.
 
     Raises:
         CaseError: With file, table, key, what was expected and what was got.
@@ -232,11 +230,6 @@ def _touched_off(
 
     The forming robot is commanded to the points as [part] has them, and where it rests with its sag the
     part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
-
-    Args:
-        task: Its task with the part as [part] has it.
-        process_table: Table [process].
-        robots: Robots of the case.
 
     Raises:
         CaseError: If a robot cannot touch a point.

@@ -75,10 +75,7 @@ class _PlantRobotTable(_DifferingParameters):
         """Return the robot that moves in place of a model.
 
         Args:
-            model: The model, as it stands.
             drive: Motion of its drives; as those of another description do unless that is given.
-            mounting: Mounting of the robot and of the plant's.
-            folder: Folder in which relative files begin.
 
         Raises:
             CaseError: If its file cannot be read or has no motors for servos, or joints or factors are
@@ -149,7 +146,6 @@ class PlantTable(_PlantRobotTable):
 
         Args:
             models: Description, torque curve, drive and mounting of each of the case's robots.
-            folder: Folder in which relative files begin.
 
         Raises:
             CaseError: If a robot cannot be read or does not fit, or there is no second one.

@@ -52,11 +52,7 @@ OneOfDrives = Literal["ideal", "servo"]
 
 
 def read_described_robot(description: str, folder: Path) -> Robot:
-    """Return the robot of a shipped name or a file, which is relative to a folder.
-
-    Raises:
-        CaseError: If it cannot be read.
-    """
+    """Return the robot of a shipped name or a file, which is relative to a folder."""
     try:
         return load_robot(find_robot(description, folder))
     except ElasticRobotError as cause:
@@ -172,11 +168,7 @@ class SupportTable(_MemberTable):
         return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 
     def support(self, task: Task, forming_tool_diameter: float) -> SupportingTool:
-        """Return the desired path of the supporting tool along a task's path.
-
-        Raises:
-            CaseError: If it should stay at the rim of a wall that the path does not have.
-        """
+        """Return the desired path of the supporting tool along a task's path."""
         if task.wall_angle is None and self.strategy == "fixed-height":
             raise CaseError(
                 "support: strategy: expected 'following', as the tool path has no wall, got"
@@ -273,11 +265,7 @@ class DiscrepancyTable(Schema):
     file: FilePath
 
     def along(self, desired: ToolPath) -> Discrepancy:
-        """Return the discrepancy of a path, which has to be the one that was measured.
-
-        Raises:
-            CaseError: If the file cannot be read, or was measured along another path.
-        """
+        """Return the discrepancy of a path, which has to be the one that was measured."""
         discrepancy = Discrepancy.read(self.file)
         try:
             discrepancy.require_along(desired)

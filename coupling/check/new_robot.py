@@ -54,7 +54,6 @@ class NewRobot:
     """A robot file to be written.
 
     Attributes:
-        file: Its name.
         texts: Its text and that of a URDF that had to be made, by their names.
         remarks: Sentences on what was chosen, and what is missing.
         spindle: Spindle that a robot of its class mills with.
@@ -71,8 +70,6 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
 
     Args:
         name_or_path: A URDF, xacro or MJCF file, or a name of robot_descriptions.
-        choice: Links and gears that the user has chosen.
-        folder: Folder of the file.
 
     Raises:
         RobotFileError: If the description cannot be read, or does not tell which chain is meant.

@@ -42,13 +42,9 @@ class RobotFindings:
     """Findings on a robot of a case without a run.
 
     Attributes:
-        name: Name of the robot's description.
         world_from_base: Frame of its base in the world.
         path: Desired path of its tool, in its base.
-        path_length: Length of the path [m].
         demands: Motion of the joints of the rigid robot along the path, beside their limits.
-        clearance: Clearance around the path.
-        gears: Torques and reversals of the gears.
         motors: Torques of the motors along the path; none where no joint has one.
         backlash: Deviation under the exact command with another backlash in all gears; none where no
             gear has any.
@@ -84,7 +80,6 @@ def examine_robots(
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
-        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If a robot cannot follow its path.

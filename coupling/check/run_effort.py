@@ -50,8 +50,6 @@ def estimate_run(
     """Return time and memory of a compensation by the inverse of the moving robot, in words.
 
     Args:
-        desired: Desired paths of all tools.
-        controller: Controller that takes the commands.
         rounds: Inverses at most.
         each: Time of one evaluation of the process [s], None where it was not measured.
         draws: Number of robots that are drawn.

@@ -15,7 +15,6 @@ class Spindle:
     """A spindle with holder and tool, straight before the flange; a block of even mass.
 
     Attributes:
-        mass: Mass [kg].
         reach: Distance of the tool's tip from the flange [m].
         across, length: Size of the block across and along the tool [m].
     """

@@ -21,10 +21,8 @@ class GearClass:
     """Robots with gears of a kind.
 
     Attributes:
-        about: Description of the robots.
         arm, wrist: Lowest, typical and highest stiffness of the gears of the arm and of the last three
             joints [N m/rad].
-        source: Source of the ranges.
         longest: Length of links from the first joint to the flange up to which a robot is taken for one
             of the class, if none is stated [m].
         moving_mass: Mass of the links that such a robot moves [kg], for an estimate.

@@ -143,11 +143,7 @@ def export(
 
 
 def _language(name: str) -> Language:
-    """Return a language by its name.
-
-    Raises:
-        ProgramError: If there is none.
-    """
+    """Return a language by its name."""
     from coupling.programs.languages import LANGUAGES
 
     if name not in LANGUAGES:
@@ -156,11 +152,7 @@ def _language(name: str) -> Language:
 
 
 def _targets(name: str, targets: str | None) -> Targets:
-    """Return the kind of targets of a language; its first unless given.
-
-    Raises:
-        ProgramError: If the language has none of this kind.
-    """
+    """Return the kind of targets of a language; its first unless given."""
     kinds = _language(name).targets
     kind = targets or kinds[0]
     if kind not in kinds:
@@ -171,11 +163,7 @@ def _targets(name: str, targets: str | None) -> Targets:
 def _reader(
     source: Path, robot: str | None, wrench: Path | None, command: Path | None
 ) -> Callable[[], tuple[RobotCommand, ...]]:
-    """Return what reads the commands of a run, one in place of a run's, or one by itself.
-
-    Raises:
-        ProgramError: If the options do not belong to one of these.
-    """
+    """Return what reads the commands of a run, one in place of a run's, or one by itself."""
     from coupling.export.commands import command_in_run, command_of_table, commands_of_run
 
     if source.is_dir():

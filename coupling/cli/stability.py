@@ -96,13 +96,7 @@ def stability(
 
 
 def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> None:
-    """Say whether a cut chatters and where that stands.
-
-    Args:
-        result: Its figures.
-        folder: Their folder.
-        verbose: Whether all that its report says is printed.
-    """
+    """Say whether a cut chatters and where that stands."""
     from coupling.files.written_files import REPORT
     from coupling.report.result_answers import stability_answer
     from coupling.report.stability_report import stability_summary

@@ -47,15 +47,10 @@ class RobotCommand:
     """The command of a robot, with what it needs to become a program and be judged.
 
     Attributes:
-        name: Name of its run folder or table, and of the program.
-        placed: The robot.
-        joints: Motion of its drives.
         wrench: Wrench on its tool, in the world.
         desired: Desired path of its tool at the wrench's instants, in the world; None where nobody
             knows.
-        part: Part frame in the world, the base frame of the program.
         axes: Joint angles and frames of its controller.
-        controller: Its controller.
         fmu: Kind of FMU that simulates it.
         who: The robot, for messages; empty where there is one.
         remark: Remark on the command, or empty.
@@ -75,11 +70,7 @@ class RobotCommand:
 
 
 def commands_of_run(folder: Path) -> tuple[RobotCommand, ...]:
-    """Return the commands of a run's robots.
-
-    Raises:
-        CouplingError: If the run cannot be read, or is of other robots than its case.
-    """
+    """Return the commands of a run's robots."""
     run, case = read_run(folder), load_case(folder / "case.toml")
     require_robots(folder, case, run)
     commands = []
@@ -141,13 +132,8 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     The base of the program is the controller's own robot frame.
 
     Args:
-        file: The table.
         robot: Robot file, or a shipped robot's name.
         wrench: Table of the wrench on the tool, in axes of the base; None: there is none.
-
-    Raises:
-        CouplingError: If a file cannot be read, or the table is no command of the robot.
-        RobotFileError: If the robot's cannot.
     """
     described = find_robot(robot)
     description = load_robot(described)
@@ -196,7 +182,6 @@ def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) ->
     """Return the wrench of a table at instants of a command, and at its own ones between them.
 
     Args:
-        file: The table.
         zero: Time in it that is zero of the command [s].
         instants: Rising from zero [s], (n,).
         cycle: Time before the command's end at which it may end, and is held [s].

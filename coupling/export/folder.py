@@ -27,11 +27,7 @@ EXPORT_FOLDER = FolderKind(_FOLDER_KIND, "an export", ProgramError, is_export)
 def write_export(
     folder: Path, exports: Sequence[ExportedProgram], options: ExportOptions, overwrite: bool
 ) -> None:
-    """Write programs and their summary, in the place of those that are there.
-
-    Raises:
-        ProgramError: If the folder may not be replaced or cannot be written.
-    """
+    """Write programs and their summary, in the place of those that are there."""
     contents = dict(_contents(exports, options))
     with whole_folder(folder, EXPORT_FOLDER, overwrite) as draft:
         claim(draft, contents)

@@ -61,9 +61,6 @@ def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:
 
     Args:
         overwrite: Whether what its kind of command has written there may be replaced.
-
-    Raises:
-        Exception: That of the kind.
     """
     # What a killed command has put aside is still that of the folder.
     place = folder if folder.exists() else replaced_name(folder.resolve())
@@ -98,9 +95,6 @@ def whole_folder(
     What was listed in it goes where the block fails, and where a command was killed.
 
     Args:
-        folder: The folder.
-        kind: Its kind.
-        overwrite: Whether what its kind of command has written there may be replaced.
         keep: Names in it, as of `claim`, that the next attempt finds.
         who: Function that says in words which command writes it, if another one does.
 
@@ -140,7 +134,6 @@ def exclusively(
     """Keep other commands from writing a folder; what was killed keeps nobody away.
 
     Args:
-        folder: The folder, which need not be there; the one that it is in is made.
         error: Raised where another command writes it, or no file can be made in it or beside it.
         who: Function that says which one does, in words.
 

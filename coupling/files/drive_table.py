@@ -78,9 +78,6 @@ class ServoTable(Schema):
 
         A rotor alone, without its gear, follows a rate as J w' = Kp (w_cmd - w): as far as f with
         Kp = 2 pi f J.
-
-        Raises:
-            ValueError: If one of them is no number.
         """
         rate, integral = self.rate_gain, self.integral_gain or 0.0
         if rate is None:

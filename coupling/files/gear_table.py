@@ -105,11 +105,7 @@ class GearTable(Schema):
         return 0.0 if self.efficiency is None else 1.0 / self.efficiency - 1.0
 
     def kinematic_errors(self, gear_ratio: float | None) -> tuple[KinematicError, ...]:
-        """Return the sines of the gear's kinematic error; the ratio is None where the file has none.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
+        """Return the sines of the gear's kinematic error; the ratio is None where the file has none."""
         errors = []
         for number, table in enumerate(self.kinematic_error, start=1):
             try:
@@ -197,7 +193,6 @@ def sheet_elements(width: float, stiffness: float) -> tuple[StopElement, ...]:
     """Return the elements by which a loop has a width at no load.
 
     Args:
-        width: Width beside that of the backlash [rad].
         stiffness: Stiffness of the gear [N m/rad].
     """
     each = 0.5 * stiffness * width / len(_SLIP_ANGLES)

@@ -48,11 +48,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     """Return the provenance of a robot file's numbers.
 
     Args:
-        path: The file.
         robot: The robot that it describes, whose order of joints counts beside a URDF.
-
-    Raises:
-        RobotFileError: If it or its URDF cannot be read.
     """
     data, file = read_validated(path)
     in_order = [joint.name for joint in robot.joints]

@@ -32,11 +32,7 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
     """Read the ratings of a robot file.
 
     Args:
-        path: The file.
         robot: The robot that it describes, whose order of joints counts beside a URDF.
-
-    Raises:
-        RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
     _, file = read_validated(path)
     efforts: dict[int, float] = {}

@@ -8,9 +8,5 @@ from coupling.files.written_files import is_of_kind
 
 
 def result_folder_kind(kind: str) -> FolderKind:
-    """Return the kind of the folder that a command writes.
-
-    Args:
-        kind: Its name, such as "modes".
-    """
+    """Return the kind of the folder that a command writes."""
     return FolderKind(kind, "a result", ResultError, lambda folder: is_of_kind(folder, kind))

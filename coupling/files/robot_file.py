@@ -54,11 +54,7 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
-    """Return the file of a shipped robot's name, or of a path (relative to `folder`).
-
-    Raises:
-        RobotFileError: If there is neither.
-    """
+    """Return the file of a shipped robot's name, or of a path (relative to `folder`)."""
     shipped = shipped_robots()
     if name_or_path in shipped:
         return shipped[name_or_path]
@@ -73,11 +69,7 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
 
 
 def robot_numbers(path: Path) -> tuple[str, list[Number]]:
-    """Return a robot's name and every number of its file with its source; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read or does not have a robot file's keys.
-    """
+    """Return a robot's name and every number of its file with its source; a URDF is not opened."""
     data, file = read_validated(path)
     try:
         require_places(data)
@@ -116,11 +108,7 @@ def parts_in_words(path: Path) -> list[str]:
 
 
 def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
-    """Return the content of a robot file, as it is parsed and as its keys.
-
-    Raises:
-        RobotFileError: If the file cannot be read or does not have a robot file's keys.
-    """
+    """Return the content of a robot file, as it is parsed and as its keys."""
     data = load_toml(path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     return data, validate(data, schema, RobotFileError, str(path))
@@ -128,12 +116,6 @@ def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFil
 
 def load_robot(path: str | Path) -> Robot:
     """Read a robot description (format: docs/robot_file.md) and validate it completely.
-
-    Args:
-        path: The robot.toml, all values in SI units.
-
-    Returns:
-        The robot.
 
     Raises:
         RobotFileError: With file, joint, key, what was expected and what was got.
@@ -159,11 +141,7 @@ def load_robot(path: str | Path) -> Robot:
 
 
 def _require_inertia(robot: Robot, has_urdf: bool) -> None:
-    """Refuse elastic coordinates that move no inertia.
-
-    Raises:
-        ElasticRobotError: With what a URDF lacks.
-    """
+    """Refuse elastic coordinates that move no inertia."""
     try:
         build_chain(robot)
     except ElasticRobotError as cause:
@@ -236,11 +214,7 @@ def _with_urdf(path: Path, file: UrdfRobotFile) -> Robot:
 
 
 def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
-    """Return the URDF of a robot file, and its chain of joints.
-
-    Raises:
-        RobotFileError: If it cannot be read.
-    """
+    """Return the URDF of a robot file, and its chain of joints."""
     try:
         urdf = find_urdf(file.urdf.file, path.parent)
         return urdf, read_urdf(urdf, file.urdf.base, file.tcp.link)
@@ -249,11 +223,7 @@ def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
 
 
 def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[tuple[Joint, str]]:
-    """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or "".
-
-    Raises:
-        RobotFileError: If no body has the numbers of one.
-    """
+    """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or ""."""
     keys = _by_name(file.joint, chain, path)
     parts = zip(chain.joints, chain.inertias, chain.base_from_joint, strict=True)
     for number, (joint, inertia, base_from_joint) in enumerate(parts):
@@ -299,11 +269,8 @@ def _elastic(
     """Return a joint that gives way.
 
     Args:
-        rigid: The joint that does not.
-        keys: Its table.
         base_from_file: Rotation from the axes of its tilts, and of its link, in the file, (3, 3).
         base_from_previous: Rotation from those of the link before it, (3, 3).
-        where: Its place, for messages.
     """
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):

@@ -118,11 +118,7 @@ class JointElasticity(Schema):
         return self
 
     def hysteresis(self) -> tuple[float, tuple[StopElement, ...]]:
-        """Return the half width of the gear's backlash [rad] and the elements of its hysteresis.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
+        """Return the half width of the gear's backlash [rad] and the elements of its hysteresis."""
         if self.stiffness is None:
             return self.backlash, ()
         try:
@@ -131,11 +127,7 @@ class JointElasticity(Schema):
             raise ValueError(f"gear: {cause}") from cause
 
     def kinematic_errors(self) -> tuple[KinematicError, ...]:
-        """Return the sines of the gear's kinematic error.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
+        """Return the sines of the gear's kinematic error."""
         try:
             return self.gear.kinematic_errors(None if self.drive is None else self.drive.gear_ratio)
         except ValueError as cause:

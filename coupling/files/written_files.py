@@ -78,13 +78,8 @@ def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> No
     """Make a folder in which a command lists what it writes, or go on with one.
 
     Args:
-        folder: The folder.
-        kind: Kind of what is written there, such as "run".
         known_names: Names that are the command's though no list has them, as an earlier version wrote
             them.
-
-    Raises:
-        OSError: If it cannot be made or written.
 
     Example:
         >>> import tempfile
@@ -119,11 +114,7 @@ def claim(folder: Path, names: Iterable[str]) -> None:
     What somebody else has put there under the name of a file gets another one; a folder is shared.
 
     Args:
-        folder: The folder.
         names: Names of files; of folders with the ending `WHOLE`.
-
-    Raises:
-        OSError: If the list cannot be written, or a file not renamed.
     """
     written, claimed = _Written.of(folder), frozenset(names)
     for name in claimed:
@@ -162,11 +153,7 @@ def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:
     """Remove what a command has written into a folder, and the folder where nothing else is in it.
 
     Args:
-        folder: The folder; without a list nothing is removed.
         keep: Names on the list that stay, and with them the folder.
-
-    Raises:
-        OSError: If something cannot be removed.
     """
     if not (folder / LIST).is_file():
         return
@@ -188,9 +175,6 @@ def hand_over(old: Path, new: Path) -> None:
     """Remove what a command has written into a folder that another one has replaced, and the folder.
 
     What else is in it comes into the other one, under another name where its own is taken.
-
-    Raises:
-        OSError: If something cannot be moved or removed.
     """
     remove_written(old)
     if not old.exists():

@@ -51,7 +51,6 @@ class PostureModes:
         """Return the modes of a robot.
 
         Args:
-            locked: The robot.
             q: Angles of its drives [rad], (joints,).
             wrench: Wrench on the tool, base axes [N, N m], (6,).
             contact: Stiffness of the process, base axes [N/m], (3, 3); None: none.

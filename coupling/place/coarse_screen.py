@@ -25,11 +25,7 @@ class CoarseScreen:
     (Blankenship and Falk, "Infinitely constrained optimization problems", JOTA 19 (1976) 261-281).
 
     Args:
-        screen_of: Function that looks at places.
-        stations: All places.
         ranges: Settings that the first few places are chosen for.
-        demands: Constraints on settings.
-        seed: Seed of the sample that the first few places are chosen by.
     """
 
     def __init__(

@@ -39,8 +39,6 @@ class EvaluatedSetting:
         setting: By `NAMES` [m], [rad], (9,).
         content: Text of its case file.
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
-        cost: Cost of the objective [m].
-        gears: Diagnoses of its gears.
         stability: Whether its milling cut chatters; None of another process.
     """
 
@@ -68,9 +66,7 @@ def evaluate_setting(
     The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
 
     Args:
-        placing: The case that is placed.
         setting: By `NAMES` [m], [rad], (9,).
-        process_of: Function that gives the process of a case.
 
     Raises:
         PlanningError: If the robot cannot follow.
@@ -110,11 +106,7 @@ def evaluate_setting(
 
 
 def _stability(case: Case) -> CutStability | None:
-    """Return whether a milling cut chatters.
-
-    Raises:
-        PlanningError: If the robot has no equilibrium along its path.
-    """
+    """Return whether a milling cut chatters."""
     try:
         return stability_in_brief(case)
     except StabilityError as cause:

@@ -40,15 +40,11 @@ class Placing:
     """A case to be placed.
 
     Attributes:
-        case: The case.
         robot: Its robot as its file describes it.
-        gears: Backlash and hysteresis of its gears.
         cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (9,).
-        ranges: Ranges of the settings.
         wrench: Response of its process to its desired path, part axes.
         stations: All places of that path.
-        goal: Objective and constraints.
     """
 
     case: Case
@@ -132,8 +128,6 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     """Return a case as it is to be placed, with one evaluation of its process.
 
     Args:
-        case: The case.
-        process: Its process.
         objective: Objective in place of the case's own.
 
     Raises:

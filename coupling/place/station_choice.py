@@ -26,12 +26,6 @@ def select_places(
 
     Greedily, each place is that which makes the sum of squares of what the extremes of those chosen
     miss of all, relative to their ranges, smallest.
-
-    Args:
-        screen_of: Function that makes the screen of places.
-        stations: The places to choose from.
-        ranges: Settings to sample.
-        seed: Seed of the sample.
     """
     if stations.count <= PLACES:
         return np.arange(stations.count)

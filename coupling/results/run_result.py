@@ -115,7 +115,6 @@ class ChainResult(ResultPart):
     Attributes:
         base_pose: Its base in the world: x, y, z [m], qx, qy, qz, qw.
         origins_m: Origin of each joint in the body before it.
-        axes: Axes of the joints.
         tool_pose: The TCP in the last body, as `base_pose`.
     """
 

@@ -43,9 +43,7 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        world_from_base: Frame of its base in the world.
         robot: Its simulation, in its own base frame.
-        planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model, in the world; None: nothing.
@@ -64,11 +62,7 @@ class Member:
         return path if self.touch_off is None else self.touch_off.programmed(path)
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the path that its tool takes, in the world.
-
-        Raises:
-            SimulationError: If it cannot be simulated.
-        """
+        """Return the path that its tool takes, in the world."""
         in_base = wrench.transformed(self.world_from_base.inverse())
         return self.in_world(self.robot.simulate(command, in_base, mode))
 
@@ -78,11 +72,7 @@ class Member:
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
-        """Begin a simulation that goes on window by window.
-
-        Raises:
-            SimulationError: If it cannot be simulated, or not in windows.
-        """
+        """Begin a simulation that goes on window by window."""
         if not isinstance(self.robot, MarchingRobot):
             raise SimulationError(f"{self.name}: expected a robot that can be simulated in windows")
         in_base = start.transformed(self.world_from_base.inverse())
@@ -102,11 +92,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Cell:
-    """Robots that move at the same time; paths and wrenches are in world axes.
-
-    Attributes:
-        members: The robots; the world is the base of the first one.
-    """
+    """Robots that move at the same time; paths and wrenches are in world axes."""
 
     members: tuple[Member, ...]
 
@@ -119,9 +105,6 @@ class Cell:
         """Return the joint angles of all robots whose programs have the paths of their tools.
 
         Robots that were touched off have them in the frames that their controllers show.
-
-        Raises:
-            PlanningError: If a robot cannot follow.
         """
         return self.undeflected(self.programmed(path))
 
@@ -131,11 +114,7 @@ class Cell:
         return ToolPath.of_tools([member.programmed(tool) for member, tool in pairs])
 
     def undeflected(self, path: ToolPath) -> JointPath:
-        """Return the joint angles that put the undeflected tools on their paths.
-
-        Raises:
-            PlanningError: If a robot cannot follow.
-        """
+        """Return the joint angles that put the undeflected tools on their paths."""
         motions = [
             member.planner.plan(tool.transformed(member.world_from_base.inverse()))
             for member, tool in zip(self.members, path.tools, strict=True)
@@ -146,7 +125,6 @@ class Cell:
         """Return the paths of the undeflected tools under a motion of the drives.
 
         Args:
-            joints: The motion of all robots.
             time: Rising, within the motion [s], (k,).
         """
         return ToolPath.of_tools(
@@ -157,11 +135,7 @@ class Cell:
         )
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the paths that the tools take.
-
-        Raises:
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Return the paths that the tools take."""
         return ToolPath.of_tools(
             [
                 member.simulate(motion, load, mode)
@@ -172,11 +146,7 @@ class Cell:
         )
 
     def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
-        """Begin a simulation that goes on window by window, as `MarchingRobot.march`.
-
-        Raises:
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Begin a simulation that goes on window by window, as `MarchingRobot.march`."""
         parts = zip(self.members, command.robots, start.tools, strict=True)
         marches = [member.march(motion, load, end, mode) for member, motion, load in parts]
 
@@ -194,12 +164,7 @@ class Cell:
         goal: float,
         watch: Watch = unwatched,
     ) -> InverseCommand:
-        """Return the commands that keep the moving robots' tools on their paths.
-
-        Raises:
-            PlanningError: If a path asks for more than the drives can do.
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Return the commands that keep the moving robots' tools on their paths."""
         inverses = []
         rigid = self.undeflected(desired.samples)
         for member, tool, joints, load in zip(

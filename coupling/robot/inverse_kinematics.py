@@ -60,9 +60,7 @@ class InverseKinematics:
     of their limits (`NearHome`).
 
     Args:
-        robot: Its description.
         home: Joint angles near which the path is started [rad], (n,).
-        watch: Function called with the progress of the planning.
 
     Raises:
         PlanningError: If `home` has the wrong length.
@@ -180,7 +178,6 @@ class InverseKinematics:
         """Return the path of the undeflected tool under a motion of the drives.
 
         Args:
-            joints: The motion, of this robot alone.
             time: Rising, within the motion [s], (k,).
 
         Raises:

@@ -58,8 +58,6 @@ class RobotFmu:
 
     Args:
         file: The FMU; one built with --arrays is for other masters.
-        torque_curve: "linear", "backlash" or "spline".
-        watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
 
     Attributes:
@@ -123,7 +121,6 @@ class RobotFmu:
         Args:
             command: Motion of the drives, which covers the history's times.
             wrench: Wrench on the tool; the path is given at its instants.
-            mode: "dynamic" or "quasistatic".
             robot: Robot with other numbers than the FMU's; None: the FMU's.
             what: Remark on what is simulated, for who watches.
 
@@ -145,10 +142,8 @@ class RobotFmu:
         """Begin a simulation that goes on window by window, until the FMU begins another one.
 
         Args:
-            command: Motion of the drives.
             start: Wrench on the tool in initialisation, at the start alone.
             end: Time up to which it may go on [s].
-            mode: "dynamic" or "quasistatic".
             robot: As for `simulate`.
 
         Raises:

@@ -17,13 +17,7 @@ def evaluated_process(
     watch: Watch = unwatched,
     noise_removal: NoiseRemoval | None = None,
 ) -> EvaluatedProcess:
-    """Return the process of a case, its answers checked, tried as often as its table says.
-
-    Args:
-        store: Folder of the store; None keeps nothing.
-        watch: Function called with what happens.
-        noise_removal: Removal of the noise in its answers; None: they are left as they are.
-    """
+    """Return the process of a case, its answers checked, tried as often as its table says."""
     table = case.process_table
     return EvaluatedProcess(
         case.process,

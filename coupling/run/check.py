@@ -35,12 +35,10 @@ class CheckedCommand:
     Attributes:
         case: The case; its process is without the noise that is taken off.
         kind: "couple" or "compensate".
-        cell: The robots.
         models: Simulation of each of them.
         fmus: FMUs of these and of other robots.
         correction: The command, with what it leads to.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
-        watch: Function called with the progress of the work.
         findings: Findings by the names of their checks.
         durations: Wall time by part of the run [s].
     """

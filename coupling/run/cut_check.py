@@ -25,8 +25,6 @@ class CutFinding:
 
     Attributes:
         stability: Stability of the cut; None where nothing is milled, or it is not known.
-        cut: Figures of the cut; None where nothing is milled.
-        force: Mean force across the feed, likewise.
         remarks: Reason why its stability is not known, as sentences.
     """
 

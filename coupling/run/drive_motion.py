@@ -19,7 +19,6 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 
     Args:
         command: Motion of the drives; at rest at both ends where it has no rates.
-        limits: Limits of the drives.
 
     Example:
         >>> rows, none = np.array([0.0, 1.0]), np.array([np.inf])

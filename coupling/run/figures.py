@@ -147,9 +147,6 @@ def _noise(noise: ForceNoise | None) -> NoiseResult | None:
 def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """Return what to expect on a robot that is none of the model's own.
 
-    Args:
-        before: Deviation under its uncorrected command.
-
     Returns:
         None where nothing was replayed, of a coupling, which commands nothing, and of a robot that was
         measured, of which the forecast tells.

@@ -28,12 +28,7 @@ _MOST_PROCESSES = 4
 
 
 class FmuPool:
-    """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
-
-    Args:
-        kind: Kind of the FMUs.
-        watch: Function called with the progress of a simulation.
-    """
+    """FMUs of robots, built and loaded when first asked for; a context manager that ends them."""
 
     def __init__(self, kind: str, watch: Watch = unwatched) -> None:
         self.kind = kind

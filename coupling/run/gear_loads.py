@@ -24,9 +24,6 @@ def diagnose_robots(
     No run is needed: the wrench may be what the process answers to the desired path.
 
     Args:
-        robots: The robots of a case.
-        desired: Paths of their tools, world axes.
-        wrench: Wrenches on the tools, at the same times.
         rigid: Joint angles with the undeflected tools on their paths; None: they are planned.
 
     Raises:
@@ -64,7 +61,6 @@ def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> Wren
     """Return what acts on tools at some of their times, springs included.
 
     Args:
-        wrench: Wrenches on the tools.
         path: Paths that they take, at the times of the wrenches.
         samples: Paths whose times are wanted, each one of the wrenches'.
     """

@@ -18,13 +18,7 @@ def load_warnings(
     wrench: WrenchHistory,
     gears: Sequence[Sequence[GearDiagnosis]],
 ) -> tuple[LimitWarning, ...]:
-    """Return one warning for each rated load and each gear's torque that is passed.
-
-    Args:
-        robots: The robots of a case.
-        wrench: Wrenches on their tools.
-        gears: Torques of the gears of every robot under them.
-    """
+    """Return one warning for each rated load and each gear's torque that is passed."""
     return tuple(
         warning
         for placed, load, gear_loads in zip(robots, wrench.tools, gears, strict=True)
@@ -37,14 +31,7 @@ def load_warnings(
 def exceeded(
     ratings: Ratings, wrench: WrenchHistory, gears: Sequence[GearDiagnosis], robot: str = ""
 ) -> Iterator[LimitWarning]:
-    """Yield a warning for each rating of one robot that is passed.
-
-    Args:
-        ratings: Its rated loads.
-        wrench: Wrench on its tool.
-        gears: Torques of its gears.
-        robot: Its name in a cell of several.
-    """
+    """Yield a warning for each rating of one robot that is passed."""
     force = np.linalg.norm(wrench.force[0], axis=1)
     worst = int(force.argmax())
     if ratings.payload is not None and force[worst] > ratings.payload:

@@ -50,7 +50,6 @@ def remark(place: str, key: str, value: float) -> str:
     """Return what there is to say of a value, "" where it is usual.
 
     Args:
-        place: Its place, in words.
         key: One of `EXPECTED`.
         value: In the unit there.
 
@@ -79,11 +78,7 @@ def remark(place: str, key: str, value: float) -> str:
 
 
 def out_of_range(place: str, key: str, value: float) -> str:
-    """Return that a value is unusual, whatever was meant, "" where it is usual.
-
-    Args:
-        place, key, value: As of `remark`.
-    """
+    """Return that a value is unusual, whatever was meant, "" where it is usual."""
     usual = EXPECTED[key]
     if usual.holds(value):
         return ""

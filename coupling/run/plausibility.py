@@ -120,12 +120,7 @@ def unsure_stiffness(placed: PlacedRobot) -> list[str]:
 
 
 def remarks_on_robot(robot: Robot, numbers: Sequence[Number] = ()) -> list[str]:
-    """Return a sentence for each value of a robot that is out of what is usual.
-
-    Args:
-        robot: The robot.
-        numbers: Numbers of its file.
-    """
+    """Return a sentence for each value of a robot that is out of what is usual."""
     quantities = (*quantities_of_robot(robot), *quantities_of_file(robot.name, numbers))
     said = [text for quantity in quantities if (text := quantity.remark)]
     return [*said, *_upward_gravity(robot, Rotation.identity())]

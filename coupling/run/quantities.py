@@ -42,7 +42,6 @@ class Quantity:
     """A number that has a usual range.
 
     Attributes:
-        place: Its place, in words.
         key: Its key of `EXPECTED`.
         value: In the unit there.
     """
@@ -198,7 +197,6 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
     """Yield how close a tool comes to the column of its robot, where the path is at its height.
 
     Args:
-        placed: The robot.
         points: Points of its tool in the world [m], (k, 3).
     """
     robot = placed.description

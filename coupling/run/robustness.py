@@ -28,7 +28,6 @@ class RobotVariation:
 
     Attributes:
         name: Difference from the model, in words.
-        difference: Difference of every robot.
         force: Factor of the wrench.
 
     Example:
@@ -63,10 +62,6 @@ def replayed(
     correction: Correction,
 ) -> tuple[Replay, ...]:
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
-
-    Args:
-        models: Simulation of each of them, in their order.
-        correction: The command.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
@@ -105,7 +100,6 @@ def noise_replays(
     Args:
         samples: Times at which the process is evaluated [s], (k,).
         noise: Noise of its forces as they come.
-        correction: The command, with the forces without what was taken off.
 
     Returns:
         The replay, of white noise low-passed at the lowest cutoff of what takes it off the forces; none

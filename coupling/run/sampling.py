@@ -54,9 +54,6 @@ def sampling_of(case: Case, cell: Cell, correction: Correction) -> SamplingCheck
     of other processes the force is taken as parabolas between samples instead of lines: where a process
     does not tell when its force has corners, the steeper ones.  The robots answer to either against the
     process's stiffness, where it is known, as in a coupling.
-
-    Args:
-        correction: The command, with the process's answer to the path under it.
     """
     rigid = all(placed.description.is_rigid for placed in case.robots)
     if rigid or not np.any(correction.response.wrench.wrench):
@@ -101,7 +98,6 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     No parabola reaches across a jump.
 
     Args:
-        wrench: The history, without springs.
         choice: `flatter` where corners are rows, `steeper` where they may be anywhere.
 
     Example:

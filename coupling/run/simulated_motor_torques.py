@@ -49,11 +49,7 @@ class SimulatedMotorTorques:
         )
 
     def exceeded(self, robot: str) -> Iterator[LimitWarning]:
-        """Yield a warning for each motor whose torque limit is exceeded.
-
-        Args:
-            robot: Name of the robot in a cell of several, else empty.
-        """
+        """Yield a warning for each motor whose torque limit is exceeded."""
         for joint, motor in self.torques.items():
             torque, limit = motor.motor_torque_Nm, motor.motor_torque_limit_Nm
             if limit is not None and torque > limit:

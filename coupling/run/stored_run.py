@@ -51,12 +51,10 @@ class StoredRobot(Shown):
     """One robot's files of a run.
 
     Attributes:
-        figures: Content of its result.json.
         desired, uncompensated, achieved: Paths of its tool.
         joints: Motion of its drives, in the rows of the controller.
         command: Path of its undeflected tool at these rows.
         correction: Path of the undeflected tool minus desired, at its times [m, rad], (n, 6).
-        wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
         wrong_backlash: Path of its tool on the robot whose backlash differs, where it leaves more; None
             where it was not simulated.
@@ -99,8 +97,6 @@ class StoredRun(Shown):
     """A run read back from its folder.
 
     Attributes:
-        folder: Its folder.
-        figures: Content of result.json.
         robots: Robots by name; the files of a single one are in the run's folder itself.
         gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
         workpieces: Workpieces by `figures.stages`, where the process tells.
@@ -128,7 +124,6 @@ def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
     """Read a run folder.
 
     Args:
-        folder: The folder.
         tables: Tables of it that were just written; None: all are read from their files.
 
     Raises:

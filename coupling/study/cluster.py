@@ -54,7 +54,6 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
     """Keeps a bench in a worker: loaded with its first sample, ended with the study.
 
     Args:
-        name: Name of the study on the cluster.
         work: Content of the study.
     """
 
@@ -98,10 +97,6 @@ def _version() -> str:
 def _require_same(version: str, of_workers: Mapping[str, str | Exception]) -> None:
     """Refuse workers of another version than the study's.
 
-    Args:
-        version: The study's version.
-        of_workers: Their versions by address, or why they have none.
-
     Raises:
         StudyError: If there is one; it is named.
         ModuleNotFoundError: If one lacks this package.
@@ -126,8 +121,6 @@ def simulate(
 
     Args:
         points: Values of the parameters by sample.
-        workers: Who does the work.
-        place: The study's folder.
 
     Raises:
         StudyError: If the cluster cannot be reached, has another version of

@@ -46,12 +46,8 @@ class Study:
     """A study that has begun.
 
     Attributes:
-        folder: Its folder.
-        case: Name of the case.
         source: Files that it rests on.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
-        table: Table [study].
-        parameters: Uncertain parameters.
         points: Values of the parameters, in their units, (n, k).
         run: The run of the command.
         work: Data for the workers.
@@ -107,10 +103,6 @@ def open_study(
     """Begin a study in its folder, or go on with the one that was begun there.
 
     Args:
-        folder: The study's folder, of this program alone.
-        table: Table [study].
-        run: Run folder of the command.
-        couple: Whether the process is evaluated for every sample.
         store: Store of evaluations that keeps what it answers then, if any.
 
     Raises:

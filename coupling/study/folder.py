@@ -79,11 +79,7 @@ def lock_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
 
 
 def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
-    """Write a table, columns of any unit, (rows, columns), as a whole file.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write a table, columns of any unit, (rows, columns), as a whole file."""
     text = StringIO()
     write_table(text, columns, values)
     AtomicFile(file).write([text.getvalue().encode()])

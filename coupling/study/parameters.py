@@ -23,7 +23,6 @@ class StudyParameter:
     Attributes:
         name: Its key in [study]; with a joint's number in brackets where each joint has its own, and the
             robot's name before it where there are two robots.
-        spread: Its distribution.
 
     Example:
         >>> StudyParameter("stiffness_factor", Distribution(low=0.98, high=1.02)).at(np.array([0.0, 0.5,
@@ -60,12 +59,7 @@ class StudyParameter:
 
 @dataclass(frozen=True)
 class SampledRobots:
-    """Robots and a load that a sample's values make.
-
-    Attributes:
-        differences: Difference of each robot of the case.
-        force: Factor of the process's wrench.
-    """
+    """Robots and a load that a sample's values make."""
 
     differences: tuple[RobotDifference, ...]
     force: float
@@ -76,8 +70,6 @@ class StudyParameters:
     """The uncertain parameters of a study.
 
     Attributes:
-        entries: The parameters.
-        robots: Names of the case's robots.
         joints: Number of joints of each robot.
         payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
             (3,); None: at its TCP.
@@ -127,11 +119,7 @@ class StudyParameters:
         return np.column_stack(columns) if columns else np.empty((len(shares), 0))
 
     def sampled(self, values: Sequence[float]) -> SampledRobots:
-        """Return the robots and the load of a sample.
-
-        Args:
-            values: One for each entry.
-        """
+        """Return the robots and the load of a sample."""
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):

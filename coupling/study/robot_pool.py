@@ -36,12 +36,8 @@ class StudyJob:
 
     Attributes:
         kind: Kind of the FMUs.
-        robots: Robots of the case.
-        fmus: Their FMUs.
-        parameters: Their uncertain parameters.
         desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
-        joints: The command.
         wrench: Wrenches on the model's tools, at these times.
         process: The case file, where the process is to be evaluated for every sample; else None.
         store: Store of evaluations that keeps what the process answers, if any.
