@@ -12,7 +12,6 @@ from coupling.case.plant import StudyTable
 from coupling.case.robots import CouplingTable, DiscrepancyTable, OneOfDrives
 from coupling.case.stability import StabilityTable
 from coupling.files.provenance import Provenance
-from coupling.files.ratings import Ratings
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
@@ -52,7 +51,6 @@ class PlacedRobot:
     home: np.ndarray
     world_from_base: Frame
     mounting: Mounting
-    ratings: Ratings
     drive: OneOfDrives = IDEAL
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None

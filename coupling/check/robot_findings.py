@@ -26,8 +26,7 @@ from coupling.results.outlook import Replay
 from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
 from coupling.run.fmu_pool import FmuPool
-from coupling.run.gear_loads import wanted_of
-from coupling.run.load_limits import exceeded
+from coupling.run.gear_loads import exceeded, wanted_of
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
 from coupling.run.robot_results import chain_of
 from elastic_robot.errors import RobotFileError
@@ -116,7 +115,7 @@ def examine_robots(
                     hysteresis if slips else None,
                     unknown,
                     (
-                        *exceeded(placed.ratings, motion.wrench, gears),
+                        *exceeded(placed.provenance.ratings, motion.wrench, gears),
                         *(warning for replay in motors for warning in replay.warnings),
                     ),
                     chain_of(placed),

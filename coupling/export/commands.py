@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.case.robots import drive_of
-from coupling.errors import ProgramError
+from coupling.errors import ProgramError, locate_errors
 from coupling.export.frames import controller_from_base
 from coupling.export.preconditions import (
     remark_on,
@@ -21,7 +21,7 @@ from coupling.export.preconditions import (
 )
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
-from coupling.files.ratings import load_ratings
+from coupling.files.provenance import load_provenance
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
@@ -112,10 +112,8 @@ def command_in_run(folder: Path, file: Path) -> tuple[RobotCommand, ...]:
     (command,) = commands
     table = read_command(file, len(command.placed.description.joints), ProgramError)
     start, end = float(command.joints.time[0]), float(command.wrench.time[-1])
-    try:
+    with locate_errors(str(file), ValueError, ProgramError):
         joints = replace(table.joints, time=_at(table.joints.time, (start, end)))
-    except ValueError as cause:
-        raise ProgramError(f"{file}: {cause}") from cause
     latest = float(command.joints.time[-1]) + _last_cycle(joints)
     if joints.time[0] != start or not end <= joints.time[-1] <= latest:
         raise ProgramError(
@@ -153,7 +151,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         home=joints.q[0][0],
         world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
-        ratings=load_ratings(described, description),
+        provenance=load_provenance(described, description),
         drive=drive_of(description, None),
     )
     require_poses(file, placed, joints, table.poses)
@@ -188,10 +186,8 @@ def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) ->
     """
     rows = read_table(file, ("time", *WRENCH_COLUMNS), ProgramError)
     end = float(instants[-1])
-    try:
+    with locate_errors(str(file), ValueError, ProgramError):
         stated_loads = WrenchHistory(_at(rows[:, 0] - zero, (0.0, end)), rows[:, 1:])
-    except ValueError as cause:
-        raise ProgramError(f"{file}: {cause}") from cause
     if stated_loads.time[0] > 0.0 or stated_loads.time[-1] < end - cycle:
         raise ProgramError(
             f"{file}: expected a wrench all along the command, from {zero:.9g} to {zero + end:.9g} s,"

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.errors import locate_errors
 from coupling.files.toml_file import Positive, Schema
 from elastic_robot.gear_parts import KinematicError, StopElement
 
@@ -108,10 +109,8 @@ class GearTable(Schema):
         """Return the sines of the gear's kinematic error; the ratio is None where the file has none."""
         errors = []
         for number, table in enumerate(self.kinematic_error, start=1):
-            try:
+            with locate_errors(f"kinematic_error {number}", ValueError):
                 errors.append(table.error(gear_ratio))
-            except ValueError as cause:
-                raise ValueError(f"kinematic_error {number}: {cause}") from cause
         return tuple(errors)
 
     def hysteresis_of(
@@ -207,8 +206,6 @@ def errors_in_words(errors: Sequence[KinematicError]) -> str:
 def _elements(tables: list[StopElementTable]) -> list[StopElement]:
     elements = []
     for number, table in enumerate(tables, start=1):
-        try:
+        with locate_errors(f"hysteresis {number}", ValueError):
             elements.append(StopElement(table.slip_torque, table.slip_angle))
-        except ValueError as cause:
-            raise ValueError(f"hysteresis {number}: {cause}") from cause
     return elements

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from coupling.errors import one_of
+from coupling.errors import locate_errors, one_of
 from coupling.files.balancer_table import BalancerGeometry, gas_spring_points
 from coupling.files.drive_table import drive_in_words
 from coupling.files.gear_table import errors_in_words
@@ -71,10 +71,8 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
 def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     """Return a robot's name and every number of its file with its source; a URDF is not opened."""
     data, file = read_validated(path)
-    try:
+    with locate_errors(str(path), ValueError, RobotFileError):
         require_places(data)
-    except ValueError as cause:
-        raise RobotFileError(f"{path}: {cause}") from cause
     return file.name, numbers(data)
 
 
@@ -86,11 +84,9 @@ def parts_in_words(path: Path) -> list[str]:
     """
     lines = []
     for number, joint in enumerate(read_validated(path)[1].joint, start=1):
-        try:
+        with locate_errors(f"{path}: joint {number}", ValueError, RobotFileError):
             (backlash, elements), drive = joint.hysteresis(), joint.motor()
             errors = joint.kinematic_errors()
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
         place = f"joint[{number}]"
         if elements:
             each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
@@ -169,10 +165,8 @@ def _complete(path: Path, file: RobotFile) -> Robot:
     joints, link_rotation = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
-        try:
+        with locate_errors(where, ValueError, RobotFileError):
             rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
-        except ValueError as cause:
-            raise RobotFileError(f"{where}: {cause}") from cause
         joints.append(_elastic(rigid, joint, link_rotation, link_rotation, where))
     return Robot(
         name=file.name,
@@ -215,11 +209,9 @@ def _with_urdf(path: Path, file: UrdfRobotFile) -> Robot:
 
 def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
     """Return the URDF of a robot file, and its chain of joints."""
-    try:
+    with locate_errors(str(path), RobotFileError):
         urdf = find_urdf(file.urdf.file, path.parent)
         return urdf, read_urdf(urdf, file.urdf.base, file.tcp.link)
-    except RobotFileError as cause:
-        raise RobotFileError(f"{path}: {cause}") from cause
 
 
 def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[tuple[Joint, str]]:
@@ -230,7 +222,7 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
         table = keys.get(joint.name)
         # The first body turns about its joint's axis only, unless this tilts.
         alone = number == 0 and not (table and table.tilt)
-        try:
+        with locate_errors(f"{path}: joint {joint.name!r}", ValueError, RobotFileError):
             body, remark = body_of(
                 inertia,
                 file.urdf.mass_scale,
@@ -238,8 +230,6 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
                 base_from_joint.rotation,
                 np.array(joint.axis) if alone else None,
             )
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {joint.name!r}: {cause}") from cause
         yield replace(joint, body=body), remark
 
 
@@ -274,14 +264,12 @@ def _elastic(
     """
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):
-        try:
+        with locate_errors(f"{where}: tilt {number}", ValueError, RobotFileError):
             elastic_tilt = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
-        except ValueError as cause:
-            raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
         tilts.append(
             replace(elastic_tilt, axis=tuple((base_from_file @ elastic_tilt.axis).tolist()))
         )
-    try:
+    with locate_errors(where, ValueError, RobotFileError):
         elastic = replace(
             rigid,
             stiffness=keys.stiffness,
@@ -304,8 +292,6 @@ def _elastic(
             balancer=_balancer(elastic, keys, base_from_file, base_from_previous),
             drive=keys.motor(),
         )
-    except ValueError as cause:
-        raise RobotFileError(f"{where}: {cause}") from cause
 
 
 def _balancer(
@@ -326,17 +312,13 @@ def _balancer(
         base_from_previous @ spring.base_point,
         base_from_file @ spring.link_point,
     )
-    try:
+    with locate_errors("balancer", ValueError):
         return gas_spring_points(spring, geometry, joint.limits)
-    except ValueError as cause:
-        raise ValueError(f"balancer: {cause}") from cause
 
 
 def _payload(table: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
     """Return the payload in the last body's frame."""
     if table is None:
         return None
-    try:
+    with locate_errors(f"{path}: payload", ValueError, RobotFileError):
         return table.body().placed(last_from_file.rotation, last_from_file.translation)
-    except ValueError as cause:
-        raise RobotFileError(f"{path}: payload: {cause}") from cause

@@ -74,12 +74,8 @@ def _is_name(name: object) -> bool:
     return plain not in ("", ".", "..", LIST) and not set(plain) & set("/\\\0")
 
 
-def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> None:
+def begin_folder(folder: Path, kind: str) -> None:
     """Make a folder in which a command lists what it writes, or go on with one.
-
-    Args:
-        known_names: Names that are the command's though no list has them, as an earlier version wrote
-            them.
 
     Example:
         >>> import tempfile
@@ -93,9 +89,8 @@ def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> No
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = _Written.of(folder)
-    names = written.names | set(known_names)
-    if (written.kind, written.names) != (kind, names) or not (folder / LIST).is_file():
-        _Written(kind, names).write(folder)
+    if written.kind != kind or not (folder / LIST).is_file():
+        replace(written, kind=kind).write(folder)
 
 
 def is_of_kind(folder: Path, kind: str) -> bool:

@@ -17,7 +17,7 @@ from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.gear_result import GearDiagnosis
 from coupling.run.gear_loads import diagnose_robots, wanted_of
 from coupling.stability.path_stability import stability_in_brief

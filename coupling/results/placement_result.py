@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.gear_result import GearDiagnosis
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -18,23 +17,11 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot import Advance, InverseCommand, MarchingRobot, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
-
-
-class Planner(Protocol):
-    """Kinematics of one robot, both ways."""
-
-    def plan(self, path: ToolPath) -> JointPath:
-        """Return its joint angles along the path of its tool."""
-
-    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
-        """Return the path of its undeflected tool, at times (n,) [s], under a motion of its drives."""
-
-    def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
-        """Return one warning for each joint whose maximum rate is exceeded."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +39,7 @@ class Member:
     name: str
     world_from_base: Frame
     robot: SimulatedRobot
-    planner: Planner
+    planner: InverseKinematics
     inverter: Inverter | None = None
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None

@@ -77,21 +77,9 @@ class CheckedCommand:
             return None
 
 
-def _always(command: CheckedCommand) -> bool:
-    return True
-
-
 def of_corrections(command: CheckedCommand) -> bool:
     """Return whether a command is corrected, not that of a coupling alone."""
     return command.kind == "compensate"
-
-
-def _no_warnings(command: CheckedCommand) -> Sequence[LimitWarning]:
-    return ()
-
-
-def _no_sections(figures: RunResult) -> list[Section]:
-    return []
 
 
 @dataclass(frozen=True)
@@ -110,9 +98,9 @@ class Check(Generic[Finding]):
     name: str
     compute: Callable[[CheckedCommand], Finding]
     absent: Finding
-    applies: Callable[[CheckedCommand], bool] = _always
-    warnings: Callable[[CheckedCommand], Sequence[LimitWarning]] = _no_warnings
-    sections: Callable[[RunResult], list[Section]] = _no_sections
+    applies: Callable[[CheckedCommand], bool] = lambda _: True
+    warnings: Callable[[CheckedCommand], Sequence[LimitWarning]] = lambda _: ()
+    sections: Callable[[RunResult], list[Section]] = lambda _: []
 
 
 @contextmanager

@@ -195,13 +195,9 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
 
 def _compute(command: CheckedCommand) -> PlantReplay:
     case = command.case
-    assert case.plant is not None
+    assert case.plant is not None  # else the check does not apply
     cell = plant_cell(command.cell, case.plant, command.fmus)
     return run_on_plant(case, cell, command.correction, command.watch)
-
-
-def _has_plant(command: CheckedCommand) -> bool:
-    return command.case.plant is not None
 
 
 def _sections(figures: RunResult) -> list[Section]:
@@ -224,4 +220,10 @@ def _sections(figures: RunResult) -> list[Section]:
     return [Section("On the plant", (text, *warning, deviation_table(rows)))]
 
 
-PLANT_REPLAY = Check[PlantReplay | None]("plant", _compute, None, _has_plant, sections=_sections)
+PLANT_REPLAY = Check[PlantReplay | None](
+    "plant",
+    _compute,
+    None,
+    lambda command: command.case.plant is not None,
+    sections=_sections,
+)

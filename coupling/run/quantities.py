@@ -12,7 +12,7 @@ from coupling.files.sources import Number, kind, places
 from coupling.path.histories import WrenchHistory
 from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
-from coupling.run.mistaken_units import out_of_range, remark
+from coupling.run.mistaken_units import remark
 from coupling.run.usual_ranges import EXPECTED, range_key
 from elastic_robot.body import triangle_excess
 from elastic_robot.description import Robot
@@ -44,26 +44,18 @@ class Quantity:
     Attributes:
         key: Its key of `EXPECTED`.
         value: In the unit there.
+        is_computed: Whether a formula has computed it, so that nobody was mistaken in its unit.
     """
 
     place: str
     key: str
     value: float
+    is_computed: bool = False
 
     @property
     def remark(self) -> str:
         """What there is to say of it, "" where it is usual."""
-        return remark(self.place, self.key, self.value)
-
-
-@dataclass(frozen=True)
-class ComputedQuantity(Quantity):
-    """A number that a formula has computed, in whose unit nobody was mistaken."""
-
-    @property
-    def remark(self) -> str:
-        """What there is to say of it, "" where it is usual."""
-        return out_of_range(self.place, self.key, self.value)
+        return remark(self.place, self.key, self.value, self.is_computed)
 
 
 def quantities_of_case(
@@ -80,8 +72,10 @@ def quantities_of_case(
     if cut is not None:
         yield from _of_cut(cut, case)
     if wrench is not None:
-        quantity = ComputedQuantity if case.process_table.FORMULA else Quantity
-        yield quantity("process: largest force", "answer.peak_force", wrench.peak_force)
+        is_computed = case.process_table.FORMULA
+        yield Quantity(
+            "process: largest force", "answer.peak_force", wrench.peak_force, is_computed
+        )
 
 
 def _of_tables(case: Case) -> Iterator[Quantity]:

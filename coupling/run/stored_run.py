@@ -10,7 +10,7 @@ from typing import get_args
 
 import numpy as np
 
-from coupling.errors import ResultError, reason_of
+from coupling.errors import ResultError, locate_errors, reason_of
 from coupling.files.atomic_folder import unfinished_name
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
@@ -232,7 +232,7 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
     has_anchor = (folder / f"{ANCHOR}.csv").exists()
-    try:
+    with locate_errors(str(folder), ValueError, ResultError):
         rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if has_anchor else None
         spring = (
             None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
@@ -258,8 +258,6 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
                 if (file := folder / f"{name}_{mode}.csv").is_file()
             },
         )
-    except ValueError as cause:
-        raise ResultError(f"{folder}: {cause}") from cause
     _require_one_run(folder, times)
     return robot
 

@@ -18,8 +18,7 @@ from uuid import uuid4
 import elastic_robot
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
-from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, ended_again
-from coupling.study.workers import Workers
+from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, Workers, ended_again
 from elastic_robot import fingerprint
 
 try:

@@ -24,21 +24,18 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample, StudySource
 from coupling.run.stored_run import CASE, StoredRun, read_run
-from coupling.study.design import GROWS
 from coupling.study.folder import (
     ROWS,
     begin,
     different,
-    draw_samples,
     in_short,
     points_of,
     require_same,
 )
-from coupling.study.parameters import StudyParameters
-from coupling.study.robot_pool import StudyJob, simulate_here
+from coupling.study.parameters import GROWS, StudyParameters, draw_samples
+from coupling.study.robot_pool import StudyJob, Workers, simulate_here
 from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
-from coupling.study.workers import Workers
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
@@ -28,6 +29,19 @@ from coupling.study.statistics import largest_in_parts, parts_of_path
 PARTS = 400
 # Times that a sample is tried again after the process of its FMU has ended.
 RETRIES = 3
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work.
+
+    Attributes:
+        count: Processes of a local cluster, one thread each.
+        scheduler: Address of a running cluster's scheduler; empty: a local cluster.
+    """
+
+    count: int = os.cpu_count() or 1
+    scheduler: str = ""
 
 
 @dataclass(frozen=True)
