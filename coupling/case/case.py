@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,20 @@ from coupling.case.place import PlaceTable
 from coupling.case.plant import StudyTable
 from coupling.case.robots import CouplingTable, DiscrepancyTable, OneOfDrives
 from coupling.case.stability import StabilityTable
+from coupling.events import Watch, unwatched
 from coupling.files.provenance import Provenance
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
-from coupling.process import Process, ProcessSchema
+from coupling.process import Process, ProcessSchema, ProcessTable
+from coupling.process.smoothing import NoiseRemoval
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import TouchOff
 from coupling.solve.correction import Compensation
+from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
@@ -115,6 +119,24 @@ class Case:
         """Deviation of the tool's path that the part allows [m]; None where it is not stated."""
         tolerance_mm = self.resolved["part"].get("tolerance_mm")
         return None if tolerance_mm is None else 1e-3 * tolerance_mm
+
+    def evaluated_process(
+        self,
+        store: Path | None = None,
+        watch: Watch = unwatched,
+        noise_removal: NoiseRemoval | None = None,
+    ) -> EvaluatedProcess:
+        """Return the process as commands evaluate it: checked, tried as often as its table says."""
+        table = self.process_table
+        return EvaluatedProcess(
+            self.process,
+            None if store is None else Store(store, watch),
+            watch,
+            name=str(self.resolved["process"]["model"]),
+            tries=1 + (table.retries if isinstance(table, ProcessTable) else 0),
+            identify=lambda: table.identity(self.task),
+            noise_removal=noise_removal,
+        )
 
     @property
     def untilted(self) -> UntiltedPath:

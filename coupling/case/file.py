@@ -227,9 +227,6 @@ def _touched_off(
 
     The forming robot is commanded to the points as [part] has them, and where it rests with its sag the
     part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
-
-    Raises:
-        CaseError: If a robot cannot touch a point.
     """
     tools = [task.forming]
     if file.support is not None:

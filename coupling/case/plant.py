@@ -28,7 +28,6 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 def _as_list(value: object) -> object:
-    """Return a number as a list of one."""
     return value if isinstance(value, list) else [value]
 
 

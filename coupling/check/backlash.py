@@ -46,9 +46,6 @@ def gear_replays(
 
     Returns:
         One for each variation of backlash and hysteresis, but for those that no gear has.
-
-    Raises:
-        SimulationError: If the robot cannot be simulated.
     """
     robots = [
         model.differing(variation.difference, variation.name)

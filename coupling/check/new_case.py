@@ -17,7 +17,7 @@ from coupling import files
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.new_robot import RobotChoice, new_robot
-from coupling.check.spindle import HEAVY_SPINDLE, Spindle
+from coupling.check.typical_gears import HEAVY_SPINDLE, Spindle
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.foreign_description import is_foreign

@@ -16,8 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.check.chain_ends import ChainEnds, chain_ends
-from coupling.check.spindle import Spindle
-from coupling.check.typical_gears import CLASSES, GearClass, class_of
+from coupling.check.typical_gears import CLASSES, GearClass, Spindle, class_of
 from coupling.errors import one_of
 from coupling.files.foreign_description import ForeignRobot, foreign_robot
 from coupling.files.urdf import UrdfChain, read_urdf
@@ -114,7 +113,6 @@ class _Skeleton:
     urdf: str
 
     def text(self) -> str:
-        """Return the file's text."""
         lines = [
             f"# {_printable(self.foreign.name)}, written by elastic-robot init from"
             f" {_printable(self.foreign.source)}.",

@@ -79,9 +79,6 @@ def examine_robots(
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
-
-    Raises:
-        PlanningError: If a robot cannot follow its path.
     """
     robots = []
     with FmuPool(_FMU_KIND, watch) as models:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 from coupling.errors import ProcessError
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
-from coupling.process import Process, ProcessResponse
 from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability
 from coupling.robot.inverter import Inverter
@@ -97,13 +94,6 @@ def warn_of_memory(desired: ToolPath) -> str:
         f"The path of {duration:.0f} s has {len(desired.time)} rows: this check and a compensation take"
         f" about {memory:.0f} GB of memory each; where there is less, divide the path at a rest"
     )
-
-
-def time_evaluation(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
-    """Return what a process answers to the desired path, and how long it took [s]."""
-    begin = time.perf_counter()
-    response = process.evaluate(desired)
-    return response, time.perf_counter() - begin
 
 
 def check_repeatability(process: EvaluatedProcess, first: ProcessRequest) -> str:

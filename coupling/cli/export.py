@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -104,7 +104,7 @@ def export(
     languages = {
         language: ExportOptions(
             _language(language),
-            _targets(language, targets),
+            cast("Targets", targets) if targets else _language(language).targets[0],
             name,
             1e-6 * tolerance,
             cycle,
@@ -143,21 +143,11 @@ def export(
 
 
 def _language(name: str) -> Language:
-    """Return a language by its name."""
     from coupling.programs.languages import LANGUAGES
 
     if name not in LANGUAGES:
         raise ProgramError(f"--to: {one_of(LANGUAGES, name)}")
     return LANGUAGES[name]
-
-
-def _targets(name: str, targets: str | None) -> Targets:
-    """Return the kind of targets of a language; its first unless given."""
-    kinds = _language(name).targets
-    kind = targets or kinds[0]
-    if kind not in kinds:
-        raise ProgramError(f"--targets: {name}: {one_of(kinds, kind)}")
-    return next(candidate for candidate in kinds if candidate == kind)
 
 
 def _reader(

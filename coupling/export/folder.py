@@ -38,7 +38,6 @@ def write_export(
 def _contents(
     exports: Sequence[ExportedProgram], options: ExportOptions
 ) -> Iterator[tuple[str, str]]:
-    """Yield names and texts of all files."""
     for program in exports:
         for file in program.files:
             yield file.name, file.text
@@ -52,7 +51,6 @@ def _contents(
 
 
 def _program_result(export: ExportedProgram) -> ExportedProgramResult:
-    """Return the figures of the program of one robot."""
     return ExportedProgramResult(
         robot=export.robot,
         program=export.program.name,

@@ -17,12 +17,14 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from coupling.errors import ResultError
 from coupling.files.atomic_file import require_writable_place, sync_file, sync_folder, writing
 from coupling.files.written_files import (
     begin_folder,
     claim,
     hand_over,
     is_free,
+    is_of_kind,
     listed_files,
     remove_written,
 )
@@ -45,6 +47,11 @@ class FolderKind:
     error: type[Exception]
     is_of: Callable[[Path], bool]
     is_complete: Callable[[Path], bool] = lambda _: True
+
+    @classmethod
+    def of_results(cls, name: str) -> FolderKind:
+        """Return the kind of the folders that a command writes as a whole, such as "modes"."""
+        return cls(name, "a result", ResultError, lambda folder: is_of_kind(folder, name))
 
 
 # Ending of a folder's name until it is complete.

@@ -91,11 +91,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
 
 
 def urdf_numbers(path: Path) -> list[Number]:
-    """Return the numbers that a robot takes from its URDF; none where its file names none.
-
-    Raises:
-        RobotFileError: If one of them cannot be read.
-    """
+    """Return the numbers that a robot takes from its URDF; none where its file names none."""
     _, file = read_validated(path)
     if not isinstance(file, UrdfRobotFile):
         return []

@@ -77,11 +77,7 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
 
 
 def parts_in_words(path: Path) -> list[str]:
-    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read, or a joint cannot be as it says.
-    """
+    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened."""
     lines = []
     for number, joint in enumerate(read_validated(path)[1].joint, start=1):
         with locate_errors(f"{path}: joint {number}", ValueError, RobotFileError):
@@ -161,7 +157,6 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
 
 
 def _complete(path: Path, file: RobotFile) -> Robot:
-    """Return the robot that a file describes by itself."""
     joints, link_rotation = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
@@ -234,7 +229,6 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
 
 
 def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, UrdfJoint]:
-    """Return the tables of the joints by their names in the URDF."""
     names = [joint.name for joint in chain.joints]
     keys: dict[str, UrdfJoint] = {}
     for joint in joints:
@@ -317,7 +311,6 @@ def _balancer(
 
 
 def _payload(table: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
-    """Return the payload in the last body's frame."""
     if table is None:
         return None
     with locate_errors(f"{path}: payload", ValueError, RobotFileError):

@@ -72,12 +72,7 @@ def modes_in_posture(
 
 
 def places_in_brief(case: Case) -> list[PlaceModesResult]:
-    """Return the modes along a case's path, where the TCP is softest first.
-
-    Raises:
-        PlanningError: If the robot cannot follow its path.
-        StabilityError: If it has no equilibrium at a place.
-    """
+    """Return the modes along a case's path, where the TCP is softest first."""
     return _softest_first(*_along(case.robots[0], places_of(case)))
 
 
@@ -88,10 +83,6 @@ def modes_of_case(
 
     Args:
         number: Number of the robot, from 0; the other one of a cell is as if it were rigid.
-
-    Raises:
-        PlanningError: If the robot cannot follow its path.
-        StabilityError: If it has no equilibrium at a place.
     """
     placed, places = case.robots[number], places_of(case, number)
     time, modes = _along(placed, places)

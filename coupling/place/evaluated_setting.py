@@ -70,7 +70,6 @@ def evaluate_setting(
 
     Raises:
         PlanningError: If the robot cannot follow.
-        ProcessError: If the process has no answer.
     """
     q = placing.screen(placing.stations.strongest()).batch(setting[None]).q[0, :, 0]
     if not np.isfinite(q).all():
@@ -106,7 +105,6 @@ def evaluate_setting(
 
 
 def _stability(case: Case) -> CutStability | None:
-    """Return whether a milling cut chatters."""
     try:
         return stability_in_brief(case)
     except StabilityError as cause:

@@ -102,7 +102,6 @@ def _map_result(part_map: PartMap) -> MapResult:
 def _setting(
     placing: Placing, evaluated: EvaluatedSetting, file: str | None = None
 ) -> SettingResult:
-    """Return what one setting comes to."""
     figures, goal = evaluated.figures, placing.goal
     return SettingResult(
         file=file,

@@ -50,7 +50,6 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
 
     Raises:
         PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
-        ProcessError: If the process has no answer.
     """
     durations: dict[str, float] = {}
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
@@ -104,7 +103,6 @@ def best_of(
 
     Raises:
         PlanningError: If there is none.
-        ProcessError: If the process has no answer.
     """
     count, settings_found, reasons = placing.case.place.cases, [], []
     by_stability = placing.goal.objective == "stability"

@@ -133,7 +133,6 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     Raises:
         CaseError: If nothing is free, the objective is backlash and its gears have none, nor
             hysteresis, or it is stability and the process no milling.
-        ProcessError: If the process has no answer.
     """
     require_one_robot(case)
     placed, table, resolved = case.robots[0], case.place, case.resolved
@@ -195,7 +194,6 @@ def _present(resolved: Mapping[str, Any]) -> np.ndarray:
 
 
 def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
-    """Return the ranges of settings, as the case says or by default."""
     low, high = present.copy(), present.copy()
     untilted = case.tool_path.untilted_lean_deg
     tilts = {  # where the process knows the tool's sphere

@@ -108,7 +108,6 @@ class RobotDifference:
             yield f"payload + {self.payload:g} kg"
 
     def _by_joint(self, name: str, robot: Robot) -> list[float]:
-        """Return the amounts of every joint."""
         amounts, count = self.amounts[name], len(robot.joints)
         if len(amounts) not in (1, count):
             raise ValueError(

@@ -48,10 +48,6 @@ class Inverter:
 
         Args:
             goal: Deviation of the simulated tool that needs no further improvement [m].
-
-        Raises:
-            PlanningError: If the path asks for more than the drives can do.
-            SimulationError: If the robot cannot be simulated.
         """
         limits = JointLimits.of(self.moving.robot, controller.max_acceleration)
 

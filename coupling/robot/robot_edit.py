@@ -217,7 +217,6 @@ class RobotEdit:
             del self._content[SOURCES][key]
 
     def _set_source(self, place: str, source: str) -> None:
-        """Set what [sources] says of a number."""
         self._content.setdefault(SOURCES, tomlkit.table())[place] = source
 
     def _part(self, name: str) -> tuple[str, MutableMapping[str, Any]]:

@@ -48,12 +48,10 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 
 
 def _limit(value: float) -> float | None:
-    """Return a limit, None where there is none."""
     return float(value) if np.isfinite(value) else None
 
 
 def _compute(command: CheckedCommand) -> tuple[tuple[DriveMotion, ...], ...]:
-    """Return what a command asks of the drives of every robot, and of their motors."""
     case, demands = command.case, []
     for joints, placed, motor in zip(
         command.correction.joints.robots,

@@ -20,7 +20,6 @@ from coupling.results.repeatability import Repeatability
 from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 from coupling.robot.cell import Cell
-from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
@@ -155,11 +154,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 
 
 def coupled_path(case: Case) -> ToolPath | None:
-    """Return the path on which a single robot and its process agree, base frame; None: not found.
-
-    Raises:
-        CouplingError: If the robot cannot be simulated.
-    """
+    """Return the path on which a single robot and its process agree, base frame; None: not found."""
     (robot,) = case.robots
     with FmuPool("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
@@ -176,7 +171,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
     for text in moving:
         watch(WarningEvent(text))
     require_motors_that_hold(case)
-    process = evaluated_process(case, store, watch, noise_removal(case, watch))
+    process = case.evaluated_process(store, watch, noise_removal(case, watch))
     with explained_by_motors(case, process), FmuPool(case.fmu, watch) as fmus:
         with timed("build", durations):
             cell, models = cell_of(case.robots, fmus)

@@ -132,7 +132,6 @@ def _with_robot(part: _Named, run: Run) -> _Named:
 
 
 def _noise(noise: ForceNoise | None) -> NoiseResult | None:
-    """Return the noise of the process's forces; None where it can have none."""
     if noise is None:
         return None
     return NoiseResult(

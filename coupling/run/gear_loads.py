@@ -29,9 +29,6 @@ def diagnose_robots(
 
     Args:
         rigid: Joint angles with the undeflected tools on their paths; None: they are planned.
-
-    Raises:
-        PlanningError: If a robot cannot follow.
     """
     motions = wanted_of(robots, desired, wrench, rigid)
     return tuple(

@@ -159,7 +159,6 @@ def coupled_on(
 
     Raises:
         ProcessError: If the process has no answer to the first path.
-        SimulationError: If the plant cannot be simulated.
     """
     loop = Loop(
         cell,
@@ -201,7 +200,6 @@ def _compute(command: CheckedCommand) -> PlantReplay:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command leaves on the plant beside the model."""
     plant_result = figures.plant
     if plant_result is None:
         return []

@@ -84,7 +84,6 @@ def _without_peaks(force: np.ndarray) -> np.ndarray:
 
 
 def _of_rigid_robots(case: Case) -> Iterator[str]:
-    """Yield a sentence for each robot that does not give way anywhere."""
     for robot in case.robots:
         if robot.description.is_rigid:
             yield (

@@ -185,5 +185,4 @@ def _limited_robots(
 
 
 def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
-    """Return a warning with the name of its robot where there are several."""
     return warning.of_robot(placed.name if len(case.robots) > 1 else "")

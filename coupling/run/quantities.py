@@ -79,7 +79,6 @@ def quantities_of_case(
 
 
 def _of_tables(case: Case) -> Iterator[Quantity]:
-    """Yield the numbers of a case's tables."""
     for place, value in places(case.resolved):
         key = range_key(kind(place))
         for size in _sizes(value):
@@ -124,7 +123,6 @@ def _largest(entries: Iterable[float]) -> float:
 
 
 def _of_payload(name: str, values: dict[str, object]) -> Iterator[Quantity]:
-    """Yield the weight of a payload over the load that its robot is rated for."""
     mass, rated = values.get("payload.mass"), values.get("payload_N")
     if isinstance(mass, int | float) and isinstance(rated, int | float):
         place = f"robot {name}: payload: mass of {mass:g} kg"
@@ -161,7 +159,6 @@ def quantities_of_robot(robot: Robot) -> Iterator[Quantity]:
 
 
 def _of_drive(place: str, drive: Drive) -> Iterator[Quantity]:
-    """Yield what follows from several keys of a drive."""
     inertia = drive.inertia
     bandwidth = drive.rate_gain / inertia / (2.0 * np.pi)
     yield Quantity(f"{place}: rate loop", "joint.drive.rate_bandwidth", bandwidth)
@@ -213,7 +210,6 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
 
 
 def _of_cut(cut: CutResult, case: Case) -> Iterator[Quantity]:
-    """Yield what follows from tool path and cutter of a milling case."""
     diameter = case.resolved["process"]["cutter_diameter_m"]
     depth, feed = cut.figures["depth_m"].largest, cut.figures["feed_per_tooth_m"].largest
     yield Quantity("process: axial depth", "milling.axial_depth", depth / diameter)

@@ -18,7 +18,6 @@ from coupling.process.base import ProcessRequest
 from coupling.process.noise_filter import LowPass
 from coupling.process.smoothing import ForceNoise, NoiseRemoval
 from coupling.results.repeatability import Repeatability
-from coupling.run.case_process import evaluated_process
 from coupling.solve.correction import Correction
 from coupling.solve.outcome import Outcome
 from coupling.store import EvaluatedProcess
@@ -133,4 +132,4 @@ def _anew(case: Case, longest: float, watch: Watch) -> EvaluatedProcess | None:
         return None
     if process.identity != case.process.identity:
         return None
-    return evaluated_process(replace(case, process=process), watch=watch)
+    return replace(case, process=process).evaluated_process(watch=watch)

@@ -66,9 +66,6 @@ def replayed(
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
         robots.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     if all(model.robot.is_rigid for model in models):
         return ()
@@ -104,9 +101,6 @@ def noise_replays(
     Returns:
         The replay, of white noise low-passed at the lowest cutoff of what takes it off the forces; none
         where there is no noise.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     if noise is None or not noise.significant:
         return ()
@@ -131,7 +125,6 @@ def _compute(command: CheckedCommand) -> tuple[Replay, ...]:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command leaves on robots that differ from the model."""
     if not figures.robustness:
         return []
     text = (

@@ -83,9 +83,6 @@ class RunLog:
 
         Args:
             durations: Wall time by part [s].
-
-        Raises:
-            OSError: If it cannot be written.
         """
         self._write(state="finished", waiting=None, durations_s=dict(durations))
 

@@ -162,12 +162,10 @@ class _RecordedProcess:
     identity: str = ""
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return the answer."""
         return self.response
 
 
 def _task_at(case: Case, time: np.ndarray) -> Task:
-    """Return what the tools are to do, at other times."""
     task, motion_path = case.task, _between(case.motion.path, time)
     support = task.support
     if support is not None:
@@ -179,7 +177,6 @@ def _task_at(case: Case, time: np.ndarray) -> Task:
 
 
 def _between(path: ToolPath, time: np.ndarray) -> ToolPath:
-    """Return the paths of all tools at other times."""
     return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
 
 

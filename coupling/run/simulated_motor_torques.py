@@ -71,9 +71,6 @@ def simulate_motor_torques(
 
     Returns:
         None where no joint has a motor.
-
-    Raises:
-        SimulationError: If the robot cannot be simulated.
     """
     robot = model.robot
     joints = [i for i, joint in enumerate(robot.joints) if joint.drive is not None]
@@ -172,7 +169,6 @@ def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command asks of the motors, beside their limits."""
     driven = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
     if not driven:
         return []

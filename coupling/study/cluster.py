@@ -65,13 +65,11 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
     @property
     def bench(self) -> RobotPool:
-        """The bench."""
         if self._bench is None:
             self._bench = RobotPool(self._work)
         return self._bench
 
     def teardown(self, worker: object) -> None:
-        """End it."""
         if self._bench is not None:
             self._bench.close()
             self._bench = None
@@ -94,12 +92,7 @@ def _version() -> str:
 
 
 def _require_same(version: str, of_workers: Mapping[str, str | Exception]) -> None:
-    """Refuse workers of another version than the study's.
-
-    Raises:
-        StudyError: If there is one; it is named.
-        ModuleNotFoundError: If one lacks this package.
-    """
+    """Refuse workers of another version than the study's."""
     for address, other in of_workers.items():
         if isinstance(other, ModuleNotFoundError) and other.name in _PACKAGES:
             raise other

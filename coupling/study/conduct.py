@@ -181,7 +181,6 @@ def _simulate(
 
 
 def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:
-    """Return what workers need to know."""
     robots = [run.robots[robot.name] for robot in case.robots]
     fmus = []
     with ScratchFolder() as scratch:

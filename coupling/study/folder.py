@@ -77,11 +77,7 @@ def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) 
 
 
 def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
-    """Return whether a study of this identity was begun in a folder.
-
-    Raises:
-        StudyError: If it is another one's.
-    """
+    """Return whether a study of this identity was begun in a folder."""
     file = folder / IDENTITY
     if not file.exists():
         return False
@@ -139,11 +135,7 @@ def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) 
 
 
 def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the names of the parameters and their values in all samples, in their units, (n, k).
-
-    Raises:
-        StudyError: If the table cannot be read.
-    """
+    """Return the names of the parameters and their values in all samples, in their units, (n, k)."""
     _, *names = read_header(folder / POINTS, StudyError)
     return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
 

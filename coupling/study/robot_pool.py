@@ -18,7 +18,6 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
-from coupling.run.case_process import evaluated_process
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from coupling.solve.fixed_point import Coupling
@@ -83,7 +82,7 @@ class RobotPool:
         self._case: Case | None = None
         if work.process is not None:
             case = load_case(work.process, self._stack.enter_context(ScratchFolder()))
-            self._case = replace(case, process=evaluated_process(case, work.store))
+            self._case = replace(case, process=case.evaluated_process(work.store))
 
     def __enter__(self) -> RobotPool:
         return self
