@@ -150,7 +150,7 @@ HEAD = "time_s;x_mm;y_mm;z_mm"
             "one decimal mark, got '1,234' and 'commas between cells'",
         ),
         (
-            [*(f"{k};1;2;3" for k in range(30)), HEAD, "30;1;2;3"],
+            [*(f"{k};1;2;3" for k in range(30)), HEAD, "30;1;2;3", "31;1;2;3"],
             "a row of numbers '0 1 2 3' above",
         ),
         (
