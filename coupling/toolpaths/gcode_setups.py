@@ -33,8 +33,9 @@ class Setups:
         """
         self._selected = block.tool or self._selected
         if _TOOL_CHANGE in block.m:
-            if has_moved and self._selected != self._mounted:
-                self._change = f"the change to tool {self._selected} in line {block.line}"
+            if has_moved and self._selected != (self._mounted or None):
+                tool = f"tool {self._selected}" if self._selected else "another tool"
+                self._change = f"the change to {tool} in line {block.line}"
             self._mounted = self._selected
         self._is_printer = self._is_printer or not _OF_PRINTERS.isdisjoint(block.m)
         if (number := block.values.get("E")) is not None and 187.0 not in block.g:

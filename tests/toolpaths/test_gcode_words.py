@@ -138,6 +138,7 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("M17\nG1 X20", "no moves behind M17, the end of a sub-program, in line 4"),
         ("G20 N5.1", "before its words, got N5.1, a call of blocks"),
         ("T2 M6\nG0 Y5\nG1 X20", "a cut behind the change to tool 2 in line 4"),
+        ("M6 (an end mill by hand)\nG1 X20", "a cut behind the change to another tool in line 4"),
         ('T="B" M6\nG1 X20', "a cut behind the change to tool B in line 4"),
         ("E1\nG1 X20\nE2\nG1 X30", "one offset, got E2 behind E1"),
         ("G1 X20 E0.5\nG61", "no G61 of a printer, got a place"),
