@@ -238,10 +238,6 @@ def example(name: str) -> Path:
 
     Args:
         name: Its place in the folder of examples, such as "cases/cone.toml".
-
-    Example:
-        >>> example("cases/cone.toml").is_file()
-        True
     """
     package = Path(files.__path__[0])
     checkout = package.parents[1]

@@ -14,12 +14,6 @@ def link_points(robot: Robot, q: np.ndarray) -> np.ndarray:
 
     Args:
         q: Drive angles [rad], (joints,).
-
-    Example:
-        >>> from coupling.files.robot_file import find_robot, load_robot
-        >>> robot = load_robot(find_robot("icme2008"))
-        >>> link_points(robot, np.zeros(6)).shape
-        (8, 3)
     """
     chain = build_chain(robot)
     data = chain.model.createData()

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
@@ -81,26 +81,19 @@ class PlantReplay:
     """
 
     differences: tuple[str, ...]
-    desired: ToolPath
     path: ToolPath
     wrench: WrenchHistory
     coupling: Coupling | None = None
     remark: str = ""
 
-    def deviation(self, tool: int | None = None) -> Deviation:
-        """Return the deviation of one tool from its desired path, or the worst of all."""
-        if tool is None:
-            return measure(self.path, self.desired)
-        return measure(self.path.tools[tool], self.desired.tools[tool])
-
-    def stored(self, tool: int | None = None) -> PlantResult:
-        """Return what is stored of it, of one tool, or the worst of all."""
+    def stored(self, deviation: Deviation, tool: int | None) -> PlantResult:
+        """Return what is stored of it, of one tool, or the worst of all, with its deviation."""
         coupling, wrench = self.coupling, self.wrench
         return PlantResult(
             differences=self.differences,
             wrench="model" if coupling is None else "coupled",
             remark=self.remark,
-            deviation_m=self.deviation(tool),
+            deviation_m=deviation,
             peak_force_N=(wrench if tool is None else wrench.tools[tool]).peak_force,
             coupling=None
             if coupling is None
@@ -146,7 +139,7 @@ def run_on_plant(case: Case, cell: Cell, correction: Correction, watch: Watch) -
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
     said = in_words(case.plant, case.robots)
-    return PlantReplay(said, correction.desired, path, loads.on(path), coupling, remark)
+    return PlantReplay(said, path, loads.on(path), coupling, remark)
 
 
 def coupled_on(

@@ -29,10 +29,6 @@ class RobotVariation:
     Attributes:
         name: Difference from the model, in words.
         force: Factor of the wrench.
-
-    Example:
-        >>> RobotVariation("force +5 %", force=1.05).difference is AS_THE_MODEL
-        True
     """
 
     name: str

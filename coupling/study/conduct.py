@@ -55,7 +55,6 @@ class Study:
     source: StudySource
     tolerance: float | None
     table: StudyTable
-    parameters: StudyParameters
     points: np.ndarray
     run: StoredRun
     work: StudyJob
@@ -131,7 +130,7 @@ def open_study(
         robot=case.resolved["robot"]["description"],
         run=str(run),
     )
-    return Study(folder, case.name, source, case.tolerance, table, parameters, points, stored, work)
+    return Study(folder, case.name, source, case.tolerance, table, points, stored, work)
 
 
 def simulate_samples(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:
