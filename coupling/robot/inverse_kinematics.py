@@ -139,9 +139,9 @@ class InverseKinematics:
 
     def _least_singular_value(self, q: np.ndarray) -> float:
         """Return the smallest singular value of the Jacobians at angles (joints, n)."""
-        posture = self._rigid.posture(q, np.zeros((3, q.shape[1])))
-        scaled = np.concatenate([posture.lever / self._rigid.reach, posture.axis], axis=1)
-        return float(np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min())
+        scaled = self._rigid.posture(q).jacobian
+        scaled[:, :3] /= self._rigid.reach
+        return float(np.linalg.svd(scaled, compute_uv=False).min())
 
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
         """Return joint angles (n, joints), each sample from those before it."""
