@@ -21,10 +21,12 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema, ProcessTable
 from coupling.process.smoothing import NoiseRemoval
+from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import TouchOff
 from coupling.solve.correction import Compensation
+from coupling.solve.fixed_point import Loop
 from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
@@ -136,6 +138,19 @@ class Case:
             tries=1 + (table.retries if isinstance(table, ProcessTable) else 0),
             identify=lambda: table.identity(self.task),
             noise_removal=noise_removal,
+        )
+
+    def loop(self, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
+        """Return the loop of its robots and its process, as its tables say."""
+        return Loop(
+            cell,
+            self.process,
+            self.mode,
+            self.coupling.new_scheme(),
+            self.coupling.tolerance(),
+            self.coupling.max_evaluations,
+            self.controller,
+            watch,
         )
 
     @property

@@ -67,11 +67,6 @@ class GearDiagnosis(ResultPart):
     swing: Annotated[float | None, Field(alias="swing_Nm")] = None
 
     @property
-    def bias(self) -> float:
-        """Preload that avoids reversals [N m]; 0 where there are none."""
-        return max(0.0, -self.margin)
-
-    @property
     def at_risk(self) -> bool:
         """Whether a wrong backlash would show at the tool."""
         return self.backlash_error > _NO_ERROR and (self.reversals > 0 or self.in_backlash > 0.0)

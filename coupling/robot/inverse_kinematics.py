@@ -73,8 +73,8 @@ class InverseKinematics:
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
-        redundant = self._chain.joint_count > POSE
-        self._near = NearHome(home, JointLimits.of(robot)) if redundant else None
+        self._limits = JointLimits.of(robot)
+        self._near = NearHome(home, self._limits) if self._chain.joint_count > POSE else None
         self._watch = watch
         self._planned: deque[tuple[ToolPath, JointPath]] = deque(maxlen=_KEPT_PLANS)
 
@@ -246,18 +246,13 @@ class InverseKinematics:
             )
 
     def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
-        for i, joint in enumerate(self._robot.joints):
-            if joint.limits is None:
-                continue
-            low, high = joint.limits
-            outside = np.flatnonzero((angles[:, i] < low) | (angles[:, i] > high))
-            if len(outside):
-                k = int(outside[0])
-                raise PlanningError(
-                    f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at"
-                    f" {np.rad2deg(angles[k, i]):.2f} deg; its limits are {np.rad2deg(low):.2f} to"
-                    f" {np.rad2deg(high):.2f} deg"
-                )
+        low, high = self._limits.lower, self._limits.upper
+        for i, k in np.argwhere(((angles < low) | (angles > high)).T)[:1].tolist():
+            degrees = np.rad2deg([angles[k, i], low[i], high[i]])
+            raise PlanningError(
+                f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
+                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg"
+            )
 
 
 def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:

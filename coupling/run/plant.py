@@ -23,7 +23,7 @@ from coupling.run.check import Check, CheckedCommand
 from coupling.run.fmu_pool import FmuPool
 from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
-from coupling.solve.fixed_point import Coupling, Loop
+from coupling.solve.fixed_point import Coupling
 
 
 @dataclass(frozen=True)
@@ -153,16 +153,8 @@ def coupled_on(
     Raises:
         ProcessError: If the process has no answer to the first path.
     """
-    loop = Loop(
-        cell,
-        ScaledProcess(case.process, force),
-        "dynamic",
-        case.coupling.new_scheme(),
-        case.coupling.tolerance(),
-        case.coupling.max_evaluations,
-        case.controller,
-        watch,
-    )
+    process = ScaledProcess(case.process, force)
+    loop = replace(case.loop(cell, watch), process=process, mode="dynamic")
     rows = np.searchsorted(start.time, case.desired.time)
     return couple(loop, joints, start, rows)
 
