@@ -22,8 +22,6 @@ class SampleTable:
     Args:
         file: Its file; made where there is none.  What is torn at its end is cut off.
 
-    Attributes:
-
     Raises:
         StudyError: If the file cannot be read or written.
     """
