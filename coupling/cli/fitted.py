@@ -14,10 +14,7 @@ from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
 from coupling.report.document import document
 from coupling.report.terminal import print_result
-from coupling.results.cutting_result import CuttingIdentified
-from coupling.results.identified_result import IdentifiedResult
-from coupling.results.motion_result import MotionResult
-from coupling.results.response_result import ResponseFitResult
+from coupling.results.parameter_result import FitResult
 from coupling.results.section import Answer, Section, warned
 
 _REFUSED = 1
@@ -56,7 +53,7 @@ class Findings:
     """
 
     title: str
-    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified
+    result: FitResult
     answer: Answer
     text: Callable[[], str]
     summary: Sequence[Section]

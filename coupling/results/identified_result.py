@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
-from coupling.results.base import ResultFile, ResultPart
-from coupling.results.parameter_result import EvidenceResult, ParameterResult
+from coupling.results.base import ResultPart
+from coupling.results.parameter_result import EvidenceResult, FitResult
 from coupling.results.run_result import Three
 
 
@@ -98,18 +99,16 @@ class MeasuredRowResult(ResultPart):
     weight: float
 
 
-class IdentifiedResult(ResultFile):
+class IdentifiedResult(FitResult):
     """Figures of an identification; docs/identify.md says what they are."""
 
     what = "the figures of an identification"
 
     converged: bool
     reason: str
-    refusal: str
     rows: int
     rms_m: RmsResult
     residual_over_deviation: float | None
-    parameters: tuple[ParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
     without_effect: tuple[str, ...]
@@ -121,3 +120,7 @@ class IdentifiedResult(ResultFile):
     measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
     worst: tuple[str, ...]
     loops: tuple[LoopResult, ...] = ()
+
+    def displacements(self, key: str) -> np.ndarray:
+        """Return measured or predicted displacements or left-out errors of rows [m, rad], (k, r)."""
+        return np.array([getattr(row, key) for row in self.measurements])
