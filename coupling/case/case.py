@@ -44,7 +44,6 @@ class PlacedRobot:
         description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad], (joints,).
-        world_from_base: Frame of its base in the world.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
@@ -79,8 +78,6 @@ class Case:
     Attributes:
         name: The file's name without ending.
         robots: One robot, or forming and supporting robot of a cell.
-        mode: Mode in which the robots are simulated.
-        fmu: Kind of their FMUs.
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
         process_table: Table [process] that it is made of.

@@ -43,7 +43,6 @@ class OwnFile:
 
     Attributes:
         name: Its name beside the new case.
-        value: Value of that key.
     """
 
     example: str
@@ -57,9 +56,7 @@ class Start:
     """A process to begin with.
 
     Attributes:
-        case: Example with one robot.
         cell: Example with two robots; None where the process knows one tool alone.
-        files: Files that the case needs beside it.
     """
 
     case: str

@@ -22,7 +22,6 @@ class ForeignRobot:
 
     Attributes:
         file: The URDF as it stands; None where it had to be made.
-        source: Origin, in words.
     """
 
     name: str

@@ -41,10 +41,8 @@ class Placing:
 
     Attributes:
         robot: Its robot as its file describes it.
-        cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (9,).
         wrench: Response of its process to its desired path, part axes.
-        stations: All places of that path.
     """
 
     case: Case

@@ -131,12 +131,9 @@ class Screen:
     """Computes figures of many settings of one robot with one path.
 
     Args:
-        gears: Backlash and hysteresis of its gears.
         arm: Home posture from which the tool is led to the part.
-        cell: Layout that all settings share.
 
     Attributes:
-        stations: The same.
         gear_joint: Number of the joint of each gear, from 0, (gears,).
     """
 
@@ -174,7 +171,6 @@ class Screen:
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 9).
-            report: Called with the number of settings done.
         """
         parts = []
         for start in range(0, len(settings), _AT_ONCE):

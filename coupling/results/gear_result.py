@@ -34,7 +34,6 @@ class GearDiagnosis(ResultPart):
 
     Attributes:
         backlash: Half width of its backlash [rad].
-        reversals: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
             held there by the elements of its hysteresis [s]; 0 where it has neither.
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then

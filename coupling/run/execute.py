@@ -49,7 +49,6 @@ class Run(Shown):
 
     Attributes:
         kind: "couple" or "compensate".
-        correction: Correction that the method found.
         findings: Findings of `CHECKS` by name, of those that apply.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
         remarks: Sentences on unusual values of the case or the process's response, and on what the

@@ -58,7 +58,6 @@ def figures_of(
     Verdict, iterations and evaluations of the process are those of the whole cell.
 
     Args:
-        robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
     correction, gap, plant = run.correction, run.finding_of(TOOL_GAP), run.finding_of(PLANT_REPLAY)

@@ -73,9 +73,7 @@ class PlantReplay:
     """What a command leaves on the plant.
 
     Attributes:
-        differences: Its differences from the model, in words.
         path: Paths that the plant's tools take, at the same times.
-        wrench: Wrenches that they meet.
         coupling: Coupling of plant and process; None where the wrench is the model's.
         remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
     """

@@ -35,7 +35,6 @@ class SimulatedMotorTorques:
     """What a command asks of the motors of one robot.
 
     Attributes:
-        history: Their motion and the torques that they would need for it.
         torques: Figures of these, by joint, from 0.
     """
 

@@ -43,11 +43,8 @@ class Study:
     """A study that has begun.
 
     Attributes:
-        source: Files that it rests on.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
         points: Values of the parameters, in their units, (n, k).
-        run: The run of the command.
-        work: Data for the workers.
     """
 
     folder: Path

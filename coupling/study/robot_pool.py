@@ -50,8 +50,6 @@ class StudyJob:
     """What every worker needs to know of a study; it goes to other machines as a pickle.
 
     Attributes:
-        kind: Kind of the FMUs.
-        desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
         wrench: Wrenches on the model's tools, at these times.
         process: The case file, where the process is to be evaluated for every sample; else None.
@@ -141,9 +139,6 @@ class RobotPool:
 
 def simulate_here(work: StudyJob, points: Mapping[int, Sequence[float]]) -> Iterator[StudySample]:
     """Give every sample as soon as it is done, simulated by this program, one after another.
-
-    Args:
-        points: Values of the parameters by sample.
 
     Raises:
         StudyError: If the process of an FMU ends again and again.
