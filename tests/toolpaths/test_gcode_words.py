@@ -327,7 +327,7 @@ def test_a_coordinate_without_a_point_among_pointed_ones_is_told(tmp_path):
 
 
 def test_a_tool_that_is_changed_for_itself_or_behind_the_cuts_is_one_tool(tmp_path):
-    lines = ["T1 M6", *START, "T2", "T1 M6", "G1 X20", "T2 M6", "G0 Z5", "M30"]
+    lines = ["T1 M6", *START, "T2 M6", "T1 M6", "G1 X20", "T2 M6", "G0 Z5", "M30"]
     assert ends_mm(program(tmp_path, *lines)) == [
         [10.0, 0.0, 0.0],
         [20.0, 0.0, 0.0],
