@@ -80,7 +80,7 @@ def _lag_alone(problem: MotionProblem, smoothed: SmoothedRecording) -> np.ndarra
 
 
 def misses_load(smoothed: SmoothedRecording, result: RecordingResult) -> np.ndarray:
-    """Return the motors with a residual of more than half of the slow torque while they move, (j,).
+    """Return the mask of motors that move, and leave more than half of the slow torque, (j,).
 
     These are neither friction, which is fitted, nor noise, but loads.
     """
