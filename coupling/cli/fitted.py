@@ -47,11 +47,7 @@ class Findings:
     """What a measurement has identified, as it is printed and written.
 
     Attributes:
-        title: Title of the page.
-        result: The figures.
-        answer: The first screen.
         text: Function that returns the content of the file that is fitted.
-        summary: All that the page says, beside figures.
         figures: Sections with figures that the page has below.
         warnings: Sentences that are printed below the first screen.
     """
@@ -66,10 +62,6 @@ class Findings:
 
     def write(self, target: Path, is_verbose: bool) -> None:
         """Print the first screen, write figures and page, and unless it is refused the file.
-
-        Args:
-            target: The file that is fitted; figures and page are beside it.
-            is_verbose: Whether all that the page says is printed too.
 
         Raises:
             Exit: If it is refused, with status 1.

@@ -27,13 +27,9 @@ def identify_from_motion(
     """Identify a robot from recordings of its motion.
 
     Args:
-        robot: Robot file, or name of a shipped robot.
-        files: Recordings to fit.
-        hold_out: Recordings to predict.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether each term is left out in turn.
         output: Robot file to write; None for one in the folder results.
-        is_verbose: Whether all that the report says is printed.
     """
     if leave_out and not hold_out:
         raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")

@@ -30,13 +30,9 @@ def identify_responses(
     """Identify stiffness and damping from frequency responses.
 
     Args:
-        robot: Robot file, or name of a shipped robot.
-        files: Responses or hammer tests to fit.
-        hold_out: Those to predict.
         postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
         torque_curve: "linear" or "backlash".
         output: Robot file to write; None for one in the folder results.
-        is_verbose: Whether all that the report says is printed.
     """
     if torque_curve not in ("linear", "backlash"):
         raise IdentifyError(

@@ -65,7 +65,6 @@ class CommonLossResult(ResultPart):
     Attributes:
         value_m: The loss; negative where rows deflect by more, as with backlash.
         half_m: Half width of its 95 % interval.
-        probability: Probability of so large a value by chance.
     """
 
     value_m: float
@@ -77,7 +76,6 @@ class LoopResult(ResultPart):
     """Rms errors of a loading loop [m], over all components of positions.
 
     Attributes:
-        number: Number of the loop in the table.
         fit_m: Error that the fit leaves.
         left_out_m: Error under a fit of all other loops.
         without_hysteresis_m: Error under such a fit of a robot without hysteresis.

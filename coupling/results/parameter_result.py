@@ -35,11 +35,8 @@ class ParameterResult(ResultPart):
     """An estimated parameter; None is infinite, not fitted, or not in the start or the new file.
 
     Attributes:
-        name, unit: Name in the FMU, and unit of all its values.
         start, value, written: Value in the start file, fitted value, value in the new file.
-        low, high: Ends of the 95 % interval.
         identified: Whether the measurements identify it.
-        reason: Reason why they do not; "" where they do.
         added: Whether the start file does not have it.
         term: Term of the equations of motion; None where that does not matter.
         support: Tests of what a robot may be without; None for others.
