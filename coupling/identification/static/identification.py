@@ -76,18 +76,18 @@ def _identify_single(
 ) -> Identification[StaticFit, IdentifiedResult]:
     """Return what single loads identify, with parameters that are added one after the other."""
     added: list[str] = []
-    named = [name for name in options.add if name != SUPPORTED]
+    names_to_add = [name for name in options.add if name != SUPPORTED]
     while True:
         elasticity = ElasticParameters.of(robot, options.torque_curve)
         fit = fit_static(elasticity, measured, options)
         further = {each.name: each for each in _further(fit, options)}
-        supported = [each for each in further.values() if each.supported]
-        if named:
-            name = named.pop(0)
+        with_support = [each for each in further.values() if each.supported]
+        if names_to_add:
+            name = names_to_add.pop(0)
             if name not in further:
                 raise IdentifyError(f"--add: {one_of([SUPPORTED, *further], name)}")
-        elif SUPPORTED in options.add and supported:
-            name = min(supported, key=lambda each: each.left_out_change or 0.0).name
+        elif SUPPORTED in options.add and with_support:
+            name = min(with_support, key=lambda each: each.left_out_change or 0.0).name
         else:
             break
         value = further[name].value
