@@ -10,6 +10,7 @@ from coupling.errors import ProgramError
 from coupling.files.controller_axes import ControllerAxes
 from coupling.programs.program import Configuration
 from coupling.results.export_result import NearestSingularity
+from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
@@ -57,7 +58,9 @@ class Postures:
 
     def jacobians(self, q: np.ndarray) -> np.ndarray:
         """Return Jacobians of TCP and rotation by the drive angles, (n, 6, joints)."""
-        return np.array([self._jacobian(row) for row in q])
+        posture = RigidRobot(self._robot).posture(q.T, np.zeros((3, len(q))))
+        columns = np.concatenate([posture.lever, posture.axis], axis=1)
+        return np.ascontiguousarray(columns.transpose(2, 1, 0))
 
     def configuration(self, q: np.ndarray) -> Configuration:
         """Return what tells a posture from the others with the same pose.

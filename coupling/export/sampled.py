@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from coupling.case.case import PlacedRobot
 from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, part_frame, tool_frame
-from coupling.export.postures import Postures
+from coupling.export.interpolated import NearAngles
+from coupling.export.postures import Postures, nearest_singular
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
@@ -17,6 +19,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import ProgramMove, RobotProgram
+from coupling.results.export_result import NearestSingularity
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Speed with which the tool goes to where the path begins [m/s].
@@ -34,6 +37,7 @@ class SampledCommand:
         points: Numbers of the rows that may become points, (m,).
         jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
         lever: Vector from the TCP to the wrist [m].
+        reach: Sum of the robot's lengths [m].
         base, tool: Frames of the program.
         axes: Joint angles and frames of the controller.
         postures: The robot's.
@@ -45,6 +49,7 @@ class SampledCommand:
     points: np.ndarray
     jacobians: np.ndarray
     lever: float
+    reach: float
     base: Frame
     tool: Frame
     axes: ControllerAxes
@@ -85,11 +90,25 @@ class SampledCommand:
                 np.linalg.norm(description.joints[-1].origin)
                 + np.linalg.norm(description.tcp_position)
             ),
+            reach=float(
+                sum(np.linalg.norm(joint.origin) for joint in description.joints)
+                + np.linalg.norm(description.tcp_position)
+            ),
             base=base,
             tool=tool_frame(description, axes),
             axes=axes,
             postures=postures,
         )
+
+    @cached_property
+    def nearest(self) -> NearestSingularity:
+        """Posture of the motion that is nearest to a singular one."""
+        return nearest_singular(self.postures, self.time, self.q, self.jacobians, self.reach)
+
+    @cached_property
+    def near(self) -> NearAngles | None:
+        """Angles at the points; None where they are singular."""
+        return NearAngles.of(self.q[self.points], self.jacobians[self.points])
 
     def curve(self, targets: Targets) -> SampledCurve:
         """Return the motion that points are chosen of."""
