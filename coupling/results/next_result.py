@@ -16,7 +16,6 @@ class DeviationSize:
     """Size of a deviation [m] without noise; what is faster than 15 Hz counts where it exceeds noise.
 
     Attributes:
-        maximum, rms: Largest and rms distance.
         maximum_less_constant, rms_less_constant: The same less a constant.
         doubt: Standard deviation of the square of the rms, by the noise [m^2].
         fast: Rms of what is faster than 15 Hz and more than noise, which is part of the others; else 0.
@@ -35,7 +34,6 @@ class LearningStep:
     """From which run the next command goes on, and how far.
 
     Attributes:
-        base: Number of the run that it goes on from, from 0.
         best: Number of the run that left least.
         worse: Whether the last run left more than the best one, beyond chance.
         gain: Part of the deviation that is corrected.

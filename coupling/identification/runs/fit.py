@@ -141,13 +141,13 @@ class Fitter:
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
             counted = _with_secants(self._counted(now, spectrum, over), change)
             fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
-            now = fit.linearisation
+            now = fit.experiment
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
         covariance = self._covariance(self._counted(now, spectrum, left_over.over))
         return ParameterFit(
             **vars(now.point),
             covariance=covariance,
-            converged=fit.is_settled,
+            converged=fit.converged,
             left_over=left_over,
             spectrum=spectrum,
         )
@@ -231,23 +231,23 @@ def _refined(
     here = RunLinearisation(objective, start, problem.secants(changes[0]), changes[0], slopes)
     fit = estimate(here, _free(objective), most, _SETTLED)
     for change in changes[1:]:
-        if _is_noise(objective, fit.linearisation.point):
+        if _is_noise(objective, fit.experiment.point):
             break
-        here = _with_secants(fit.linearisation, change)
+        here = _with_secants(fit.experiment, change)
         fit = estimate(here, _free(objective), most, _SETTLED)
     return fit
 
 
 def _restarted(objective: FitObjective, start: FitPoint, most: int, tries: int) -> RunLinearisation:
     """Return what is found from some unknowns and from restarts beside them."""
-    best = _refined(objective, start, most, _CHANGES).linearisation
+    best = _refined(objective, start, most, _CHANGES).experiment
     restarts = _restart_points(best)
     for _ in range(tries):
         now = best.point
         neighbour = None if _is_noise(objective, now) else next(restarts, None)
         if neighbour is None:
             break
-        other = _refined(objective, neighbour, most, _CHANGES).linearisation
+        other = _refined(objective, neighbour, most, _CHANGES).experiment
         there = other.point
         if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
             best, restarts = other, _restart_points(other)

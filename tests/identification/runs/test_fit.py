@@ -74,7 +74,7 @@ def test_processes_beside_each_other_change_no_digit(robots, example):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
             point = objective.framed(0.0 * truth)
             start = RunLinearisation(objective, point, problem.secants(0.05), 0.05).recompute()
-            points.append([estimate(start, _free(objective), 2, 0.0).linearisation.point])
+            points.append([estimate(start, _free(objective), 2, 0.0).experiment.point])
             points[-1] += _restart_points(start)
     single, both = points
     assert single[0].cost < point.cost
@@ -198,4 +198,4 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
         0.15,
     )
     assert without.over_noise(found) ** 2 < 1.05
-    assert without.over_noise(best.linearisation.point) ** 2 > 1.2
+    assert without.over_noise(best.experiment.point) ** 2 > 1.2
