@@ -31,19 +31,16 @@ class DeviationSize:
 
 @dataclass(frozen=True)
 class LearningStep:
-    """From which run the next command goes on, and how far.
+    """How the last run compares with the best one, and up to which frequency is learned.
 
     Attributes:
-        best: Number of the run that left least.
+        base: Number of the last run or, if that is worse, of the best one, from 0.
         worse: Whether the last run left more than the best one, beyond chance.
-        gain: Part of the deviation that is corrected.
         cutoff: Cutoff, at most that of the model [Hz].
     """
 
     base: int
-    best: int
     worse: bool
-    gain: float
     cutoff: float
 
 
@@ -81,7 +78,6 @@ class NextResult(ResultFile):
     step: LearningStep
     move: str
     robot: str
-    repeated: bool
     parameters_refused: str
     lowest_mode_Hz: float | None
     correction: PathCorrectionResult | None

@@ -25,7 +25,7 @@ from coupling.robot.robot_fmu import RobotFmu
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
-_FRAME_ITERATIONS, _FITTED = 3, 1
+_FRAME_ITERATIONS = 3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
 
@@ -58,6 +58,21 @@ class FitPoint:
     def cost(self) -> float:
         """Half the sum of squares [1]."""
         return 0.5 * self.squares
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Where a fit may begin again.
+
+    Attributes:
+        point: Unknowns of which a few were changed.
+        z: The others fitted to these, by derivatives [1, m, rad, s], (U,).
+        cost: Cost that is predicted there [1].
+    """
+
+    point: FitPoint
+    z: np.ndarray
+    cost: float
 
 
 @cache
@@ -215,8 +230,8 @@ class FitObjective:
 
     def fit_others(
         self, now: FitPoint, slopes: Sequence[np.ndarray], step: np.ndarray, fmu: RobotFmu
-    ) -> FitPoint:
-        """Return what a step comes to with all that it does not change fitted to it.
+    ) -> Restart:
+        """Return a step, and what is predicted where all that it does not change is fitted to it.
 
         Args:
             now: The point it begins at.
@@ -228,15 +243,11 @@ class FitObjective:
         z[: len(step)] += step
         after = self.at(z, now.scale, fmu)
         free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
-        for _ in range(_FITTED):
-            matrix, right = self.equations(after, slopes)
-            z = after.z.copy()
-            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
-            further = self.try_at(z, now.scale, fmu)
-            if further is None or further.cost >= after.cost:
-                break
-            after = further
-        return after
+        matrix, right = self.equations(after, slopes)
+        change = np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+        z = after.z.copy()
+        z[free] += change
+        return Restart(after, z, after.cost - 0.5 * float(right[free] @ change))
 
     def framed(self, x: np.ndarray) -> FitPoint:
         """Return what given parameters leave behind the frame that fits them best.
@@ -281,7 +292,7 @@ class RunLinearisation:
         objective: Their objective.
         point: Residuals and cost there.
         derivatives: Derivatives of the poses of every run by log factors.
-        reach: Change of a log factor over which they hold [1].
+        reach: Changes of the log factors over which they hold [1], (P,).
         slopes: Derivatives of the slow rows of every run by log factors [m], (k, c, P).
         exact_at: Log factors where those were computed [1], (P,); None: nowhere.
     """
@@ -289,7 +300,7 @@ class RunLinearisation:
     objective: FitObjective
     point: FitPoint
     derivatives: Sequence[PoseDerivatives]
-    reach: float
+    reach: np.ndarray
     slopes: Sequence[np.ndarray] = ()
     exact_at: np.ndarray | None = None
 
@@ -317,7 +328,7 @@ class RunLinearisation:
         if self.exact_at is None:
             return False
         count = len(self.exact_at)
-        return bool(np.abs(self.x[:count] - self.exact_at).max() <= self.reach)
+        return bool(np.all(np.abs(self.x[:count] - self.exact_at) <= self.reach))
 
     def cost(self, weighted: RunLinearisation) -> float:
         """Return half the squares of residuals and prior [1], by the scale around other values."""
