@@ -62,7 +62,9 @@ def spline_points(
         """
         nonlocal known
         rows = candidates[chosen]
-        near = _near(chosen, np.setxor1d(chosen, known) if len(known) else chosen)
+        near = _near(
+            chosen, np.setxor1d(chosen, known, assume_unique=True) if len(known) else chosen
+        )
         samples = np.flatnonzero(np.append(np.repeat(near, np.diff(rows)), near[-1]))
         known = chosen
         if len(samples):
