@@ -39,11 +39,7 @@ class CheckedProgram:
 
 @dataclass(frozen=True)
 class ExportJob:
-    """The export of one robot.
-
-    Attributes:
-        member: The robot in its cell.
-    """
+    """The export of one robot."""
 
     command: RobotCommand
     member: Member

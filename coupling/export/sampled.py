@@ -37,8 +37,6 @@ class SampledCommand:
         points: Numbers of the rows that may become points, (m,).
         jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
         lever: Vector from the TCP to the wrist [m].
-        reach: Sum of the robot's lengths [m].
-        base, tool: Frames of the program.
     """
 
     time: np.ndarray
@@ -47,7 +45,6 @@ class SampledCommand:
     points: np.ndarray
     jacobians: np.ndarray
     lever: float
-    reach: float
     base: Frame
     tool: Frame
     axes: ControllerAxes
@@ -57,11 +54,7 @@ class SampledCommand:
     def of(
         cls, robot: PlacedRobot, axes: ControllerAxes, part: Frame, command: JointPath, cycle: float
     ) -> SampledCommand:
-        """Sample a command.
-
-        Args:
-            part: Part frame, the base frame of the program.
-        """
+        """Sample a command."""
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
         time = np.interp(np.arange(2 * steps + 1) / 2, np.arange(steps + 1), rows)
@@ -84,10 +77,6 @@ class SampledCommand:
                 np.linalg.norm(description.joints[-1].origin)
                 + np.linalg.norm(description.tcp_position)
             ),
-            reach=float(
-                sum(np.linalg.norm(joint.origin) for joint in description.joints)
-                + np.linalg.norm(description.tcp_position)
-            ),
             base=base,
             tool=tool_frame(description, axes),
             axes=axes,
@@ -97,7 +86,7 @@ class SampledCommand:
     @cached_property
     def nearest(self) -> NearestSingularity:
         """Posture of the motion that is nearest to a singular one."""
-        return nearest_singular(self.postures, self.time, self.q, self.jacobians, self.reach)
+        return nearest_singular(self.postures, self.time, self.q, self.jacobians)
 
     @cached_property
     def near(self) -> NearAngles | None:
@@ -119,8 +108,6 @@ class SampledCommand:
 
         Args:
             rows: Numbers of the rows, the first and the last among them, (k,).
-            spline: Whether a spline goes through them.
-            posture: Whether poses state it.
         """
         angles = [tuple(row) for row in self.axes.controller_angles(self.q[rows]).tolist()]
         durations = np.diff(self.time[rows]).tolist()
