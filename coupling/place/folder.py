@@ -133,10 +133,12 @@ class StoredPlacement(Shown):
     """A placement read back from its folder.
 
     Attributes:
+        folder: Its folder.
         figures: Content of place.json.
         maps: Its maps.
     """
 
+    folder: Path
     figures: PlacementResult
     maps: tuple[PartMap, ...]
 
@@ -149,7 +151,7 @@ def read_placement(folder: Path) -> StoredPlacement:
     """
     figures = PlacementResult.read(folder / FIGURES, ResultError)
     if not figures.maps:
-        return StoredPlacement(figures, ())
+        return StoredPlacement(folder, figures, ())
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
@@ -158,7 +160,7 @@ def read_placement(folder: Path) -> StoredPlacement:
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
-    return StoredPlacement(figures, tuple(maps))
+    return StoredPlacement(folder, figures, tuple(maps))
 
 
 def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:

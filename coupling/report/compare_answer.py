@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from coupling.report.background import case_of
+from coupling.report.background import tolerance_of
 from coupling.report.comparison import Comparison
 from coupling.report.lengths import in_words, judged
 from coupling.report.report_file import name_path
 from coupling.report.run_answer import ExpectedDeviation
-from coupling.report.run_report import answer_of
+from coupling.report.run_report import run_report
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.run.stored_run import StoredRun
 
@@ -21,8 +21,7 @@ def comparison_answer(comparison: Comparison) -> Answer:
     """Return the first screen: which run leaves least, and what to do with it."""
     standings = [_Standing.of(comparison, number) for number in range(len(comparison.runs))]
     best = min(standings, key=lambda standing: standing.order)
-    own_answer, tolerance_mm = answer_of(best.run), case_of(best.run).part.tolerance_mm
-    tolerance = None if tolerance_mm is None else 1e-3 * tolerance_mm
+    own_answer, tolerance = run_report(best.run).answer, tolerance_of(best.run)
     good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
     if best.kind == _MEASURED_KIND:
         good = None if tolerance is None else best.deviation <= tolerance

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.run_result import RunResult
-from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Gears that are named on the first screen.
@@ -44,16 +43,15 @@ class RunContext:
     tolerance: float | None = None
 
 
-def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = None) -> Answer:
+def run_answer(figures: RunResult, context: RunContext) -> Answer:
     """Return the first screen of a run.
 
     Args:
         figures: Content of result.json.
         context: Names and tolerance of the run.
-        scene: Its picture in space.
     """
     if figures.kind == "couple":
-        return _coupling_answer(figures, context, scene)
+        return _coupling_answer(figures, context)
     expected = ExpectedDeviation.of(figures)
     fits = None if context.tolerance is None else _fits(expected, context.tolerance)
     good = fits if figures.converged and figures.gains and figures.is_stable else False
@@ -81,7 +79,6 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
             ),
         ),
         steps=list(_steps(figures, context, good)),
-        scene=scene,
     )
 
 
@@ -265,7 +262,7 @@ def _steps(figures: RunResult, context: RunContext, good: bool | None) -> Iterat
         )
 
 
-def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | None) -> Answer:
+def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
     """Return the first screen of a run without a correction."""
     before = figures.deviation_before_m
     size = in_words(before.maximum)
@@ -301,5 +298,4 @@ def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | Non
             KeyFigure("Largest force", f"{figures.peak_force_N:.3g} N", "on the tool"),
         ),
         steps=steps,
-        scene=scene,
     )

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
-from coupling.report.document import document
+from coupling.report.lengths import in_words, state_tolerance
 from coupling.report.modes_report import in_joints, part_map
-from coupling.report.result_answers import stability_answer
+from coupling.report.modes_scene import modes_scene
+from coupling.report.result_report import ResultReport
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 from coupling.results.stability_result import (
     ChartResult,
     StabilityPoint,
@@ -45,8 +47,19 @@ _SENSITIVE = Note(
 )
 
 
-def stability_page(result: StabilityResult) -> str:
-    """Return the page of a case's stability as one self-contained HTML text."""
+def stability_report(result: StabilityResult) -> ResultReport:
+    """Return what is told of a case's stability."""
+    return ResultReport(
+        "stability",
+        result.case,
+        stability_answer(result),
+        summary=partial(stability_summary, result),
+        sections=partial(_sections, result),
+        warnings=warned((), result.remarks),
+    )
+
+
+def _sections(result: StabilityResult) -> list[Section]:
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
@@ -67,7 +80,61 @@ def stability_page(result: StabilityResult) -> str:
             )
         ]
         sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections, stability_answer(result))
+    return sections
+
+
+def stability_answer(result: StabilityResult) -> Answer:
+    """Return the first screen of a case's stability."""
+    case = result.case_file
+    worst, tolerance = result.points[result.worst], result.tolerance_m
+    is_stable = all(point.stable for point in result.points)
+    limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"
+    moved = max(point.moved_m for point in result.points)
+    steps = [] if tolerance is not None else [state_tolerance(case)]
+    steps.append(NextStep.by("Correct the command:", "compensate", case))
+    good: bool | None = None
+    if not is_stable:
+        good, sentence = False, "This cut will chatter: do not run it."
+        if result.instead_of is not None:
+            sentence += " No command was computed."
+        rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
+        speeds = f", or at a speed of {rpm} 1/min" if rpm else ""
+        place = ("place", case, "--optimise", "stability")
+        steps = [
+            NextStep(f"Cut less than {limit} deep{speeds}."),
+            NextStep.by("Or find a place where it is stable:", *place),
+        ]
+        if result.instead_of is not None:
+            words = (result.instead_of, case, "--despite-chatter")
+            steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
+    elif tolerance is None:
+        sentence = (
+            f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}."
+        )
+    else:
+        good = True if moved <= tolerance else None
+        sentence = (
+            f"This cut will not chatter; its force moves the tool by up to {in_words(moved)}, your"
+            f" tolerance is {in_words(tolerance)}{'' if good else ': correct the command'}."
+        )
+    where = f"Nearest to chatter{'' if worst.time is None else f' at t = {worst.time:.2f} s'}"
+    rigid = (
+        "" if result.tool_modes else " The tool is taken as rigid: its own vibration is not seen."
+    )
+    return Answer(
+        sentence=sentence,
+        reason=f"{where}: {1e3 * worst.depth_m:.3g} mm deep at {worst.rpm:.0f} 1/min.{rigid}",
+        good=good,
+        figures=(
+            KeyFigure(
+                "Stable up to", limit, f"programmed {1e3 * worst.depth_m:.3g} mm, where it is worst"
+            ),
+            KeyFigure("Vibration", f"{worst.frequency_Hz:.3g} Hz", "the slowest to decay"),
+            KeyFigure("Moved by the force", in_words(moved), "on average over a turn, uncorrected"),
+        ),
+        steps=steps,
+        scene=None if result.swinging is None else modes_scene(result.swinging, worst.frequency_Hz),
+    )
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:

@@ -20,6 +20,7 @@ class StoredStudy(Shown):
     """A finished study.
 
     Attributes:
+        folder: Its folder.
         figures: Content of study.json.
         names: Names of the parameters.
         points: Values of the parameters, in their units, (n, k).
@@ -28,6 +29,7 @@ class StoredStudy(Shown):
         band: Columns of bands.csv by name [m], (m,).
     """
 
+    folder: Path
     figures: StudyResult
     names: tuple[str, ...]
     points: np.ndarray
@@ -47,6 +49,7 @@ def read_study(folder: Path) -> StoredStudy:
     table = read_table(folder / SAMPLES, (*names, *MEASURES), StudyError)
     time, *band = read_table(folder / BANDS, BAND_COLUMNS, StudyError).T
     return StoredStudy(
+        folder,
         figures,
         names,
         table[:, : len(names)],

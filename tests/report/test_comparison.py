@@ -15,7 +15,7 @@ from coupling.errors import ResultError
 from coupling.path.length_text import format_um
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
-    comparison_page,
+    comparison_report,
     comparison_scene,
     comparison_summary,
 )
@@ -96,7 +96,7 @@ def test_lines_and_page_tell_both(runs):
     assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
-    page = comparison_page(found)
+    page = comparison_report(found).page
     assert len(page) < 3_000_000
     for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):
         assert text in page
@@ -164,7 +164,7 @@ def test_any_number_of_runs_and_what_was_measured_are_in_one_scene(runs, measure
     *_, last = [track for track in comparison_scene(found).tracks if "measured" in track.name]
     assert np.linalg.norm(last.deviation, axis=1).max() == pytest.approx(5e-5, rel=0.05)
     assert found.measured[0].run.clock == pytest.approx(-0.03, abs=2e-3)
-    assert "third: after compensation" in comparison_page(found)
+    assert "third: after compensation" in comparison_report(found).page
     assert len(comparison_summary(found)[1].parts[0].columns) == 4
 
 

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from first_screens import GLOSSARY, printed, words_of
 
 from coupling.path.deviation import Deviation
-from coupling.report.result_answers import (
-    modes_answer,
-    next_answer,
-    place_answer,
-    refused_answer,
-    stability_answer,
-    study_answer,
-)
+from coupling.place.folder import StoredPlacement
+from coupling.report.modes_report import modes_answer
+from coupling.report.next_report import next_answer, refused_answer
+from coupling.report.place_report import place_answer
+from coupling.report.stability_report import stability_answer
+from coupling.report.study_report import study_answer
 from coupling.results.cut_stability import CutStability
 from coupling.results.forecast import RunForecast
 from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult
@@ -107,7 +106,7 @@ def place_screen(
         free=("x", "yaw"),
         forced=True,
     )
-    return place_answer(figures, "results/cone_placed")
+    return place_answer(StoredPlacement(Path("results/cone_placed"), figures, ()))
 
 
 def study_screen(
@@ -138,7 +137,9 @@ def study_screen(
         ),
     )
     empty = np.empty(0)
-    return study_answer(StoredStudy(figures, (), empty, {"maximum": deviations}, empty, {}))
+    return study_answer(
+        StoredStudy(Path("study"), figures, (), empty, {"maximum": deviations}, empty, {})
+    )
 
 
 def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:

@@ -18,11 +18,11 @@ from reported import compensated
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
-from coupling.report.run_report import robot_page
+from coupling.report.run_report import run_report
 from coupling.report.run_tables import deviations
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
+from coupling.report.stored_result import write_report
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
@@ -86,11 +86,11 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
         wrench=WrenchHistory(time, rng.normal(size=(len(time), 6))),
         other={"before compensation": before.displaced(np.full(6, 2e-3))},
     )
-    return replace(stored, robots={"forming": robot}), robot
+    return replace(stored, figures=robot.figures, robots={"forming": robot}), robot
 
 
 def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
-    for page in ((finished[2] / "report.html").read_text(), robot_page(*long)):
+    for page in ((finished[2] / "report.html").read_text(), run_report(long[0]).page):
         assert len(page) < LARGEST_PAGE
         own = re.sub(r"<(script|style)[^>]*>.*?</\1>", "", page, flags=re.DOTALL)
         assert not re.search(r'(src|href)="(?!data:,")', own)
@@ -98,7 +98,7 @@ def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
 
 
 def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
-    after = drawn_in(robot_page(*long))["deviation"]["data"][2]
+    after = drawn_in(run_report(long[0]).page)["deviation"]["data"][2]
     assert after["name"] == "after compensation, moving robot"
     assert max(after["y"]) == pytest.approx(4.0, rel=1e-4)
     assert len(after["y"]) < 4000
@@ -277,7 +277,7 @@ def test_inputs_and_cost_are_told(finished):
     log = {"state": "finished", "answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
     log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
     (out / "run.json").write_text(json.dumps(log))
-    page = robot_page(read_run(out), read_run(out).first)
+    page = run_report(read_run(out)).page
     assert "2 evaluations: 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
     assert "the paper [Flexible2008]" in page
     assert (out / "case.toml").read_text().split("\n")[0] in page
