@@ -113,7 +113,7 @@ def check(
         *warnings,
         Section("", others),
     ]
-    answer = check_answer(robots, loaded.resolved, case, chatter)
+    answer = check_answer(robots, loaded.resolved, case, loads, chatter)
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
         report = check_report(loaded.name, robots, loaded.resolved, sections, warnings, answer)

@@ -69,6 +69,7 @@ def check_answer(
     robots: Sequence[RobotFindings],
     case: Mapping[str, Any],
     file: Path,
+    loads: str,
     chatter: Sequence[str] = (),
 ) -> Answer:
     """Return the first screen of a case that was checked.
@@ -77,6 +78,7 @@ def check_answer(
         robots: Findings on its robots.
         case: Content of the case.
         file: The case file, as it was named.
+        loads: Loads of the robots, in words.
         chatter: Sentences on a cut that chatters; none where it does not.
     """
     limits = [
@@ -85,8 +87,8 @@ def check_answer(
         for demand in robot.demands
         if demand.exceeded
     ]
-    loads = [str(warning) for robot in robots for warning in robot.warnings]
-    problems = [*limits, *chatter, *loads]
+    overloads = [str(warning) for robot in robots for warning in robot.warnings]
+    problems = [*limits, *chatter, *overloads]
     margin = min(
         (d.margin for robot in robots for d in robot.demands if d.margin is not None),
         default=np.inf,
@@ -103,10 +105,12 @@ def check_answer(
         sentence = "This cut will chatter: do not run it."
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
-    elif loads:
+    elif overloads:
         sentence = "The robot reaches the whole path, but is loaded beyond its rating."
     else:
         sentence = "The robot reaches the whole path within its limits."
+        if not np.isfinite(margin):
+            sentence = "The robot reaches the whole path; its file states no limits of the joints."
         if felt:
             sentence += (
                 f" Its gears have to be known well: an error of their backlash alone leaves up to"
@@ -130,10 +134,15 @@ def check_answer(
             KeyFigure(
                 "If backlash is 20 % off",
                 in_words(max(wrong)) if wrong else "nothing",
-                "largest deviation of the tool",
+                f"largest deviation of the tool, under {loads}",
             ),
         ),
-        steps=_steps(bool(chatter), bool(problems), bool(gears), file),
+        steps=_steps(
+            chatters=bool(chatter),
+            is_beyond=bool(problems),
+            is_to_place=len(robots) == 1 and bool(gears or problems),
+            case=str(file),
+        ),
     )
 
 
@@ -154,15 +163,15 @@ def _say_of_gears(gears: Sequence[Any]) -> str:
     )
 
 
-def _steps(chatters: bool, is_beyond: bool, reverses: bool, file: Path) -> list[NextStep]:
+def _steps(chatters: bool, is_beyond: bool, is_to_place: bool, case: str) -> list[NextStep]:
     if chatters:
-        words = "Find a depth, a speed and a place that do not chatter:"
-        return [NextStep.by(words, "stability", str(file))]
-    place = NextStep.by("Find a better place for the part:", "place", str(file))
-    if is_beyond:
-        return [place]
-    steps = [NextStep.by("Correct the command:", "compensate", str(file))]
-    return [*steps, place] if reverses else steps
+        return [
+            NextStep.by("Find a depth, a speed and a place that do not chatter:", "stability", case)
+        ]
+    steps = [] if is_beyond else [NextStep.by("Correct the command:", "compensate", case)]
+    if is_to_place:
+        steps.append(NextStep.by("Find a better place for the part:", "place", case))
+    return steps
 
 
 def check_summary(robots: Sequence[RobotFindings], loads: str) -> list[Section]:
@@ -306,5 +315,16 @@ def joint_table(demands: Sequence[DriveMotion]) -> Table:
         )
         for demand in demands
     ]
-    angles = ("[deg, s]", "lowest", "highest", "from", "to", "margin")
-    return Table((*angles, "rate", "limit", "acceleration", "limit", "BEYOND LIMIT"), rows)
+    columns = (
+        *("", "lowest", "highest", "from", "to", "margin"),
+        *("rate", "limit", "acceleration", "limit", "BEYOND LIMIT"),
+    )
+    groups = [
+        ("", 1),
+        ("angle [deg]", 2),
+        ("limits [deg]", 3),
+        ("[deg/s]", 2),
+        ("[deg/s²]", 2),
+        ("", 1),
+    ]
+    return Table(columns, rows, groups=groups)

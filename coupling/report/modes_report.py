@@ -77,7 +77,7 @@ def modes_answer(result: ModesResult) -> Answer:
     moved = None if softest.softest_m_N is None else _PRESSED * softest.softest_m_N
     slowest = f"{softest.modes[0].frequency_Hz:.3g} Hz" if softest.modes else "none"
     reason = (
-        f"The motors are locked, as brakes and small vibrations leave them; {result.loads} acts."
+        f"Under {result.loads}, with the motors locked, as brakes and small vibrations leave them."
     )
     if softest.modes:
         energy = softest.modes[0].energy_by_joint
@@ -132,7 +132,7 @@ def modes_summary(result: ModesResult) -> list[Section]:
     )
     posture = ", ".join(f"{angle:.1f}" for angle in place.posture_deg)
     under = f"{result.robot} (torque curve {result.torque_curve}) under {result.loads}"
-    columns = ("[Hz]", "damping [%]", "direction x, y, z", "joints (share of the energy)")
+    columns = ("frequency [Hz]", "damping [%]", "direction x, y, z", "joints (share of the energy)")
     table = [
         (
             f"{mode.frequency_Hz:.2f}",
@@ -284,11 +284,11 @@ def _maps(part: PartModesResult) -> tuple[go.Figure, ...]:
 def part_map(
     x: tuple[float, ...], y: tuple[float, ...], values: Grid, title: str, unit: str
 ) -> go.Figure:
-    """Draw numbers over the part [m]; what is not there is white."""
+    """Draw numbers over places of the part [m]; what is not there is white."""
     heat = {
         "type": "heatmap",
-        "x": x,
-        "y": y,
+        "x": 1e3 * np.array(x),
+        "y": 1e3 * np.array(y),
         "z": [[np.nan if v is None else v for v in line] for line in values],
         "colorscale": "Viridis",
         "colorbar": {"title": unit, "thickness": 14},
@@ -298,7 +298,7 @@ def part_map(
         [heat],
         420,
         margin={"t": 46},
-        xaxis={"title": "x of the part [m]"},
-        yaxis={"title": "y of the part [m]"},
+        xaxis={"title": "x in the part [mm]"},
+        yaxis={"title": "y in the part [mm]"},
         title=heading,
     )

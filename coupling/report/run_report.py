@@ -168,9 +168,7 @@ def _robot_sections(run: StoredRun, robot: StoredRobot) -> list[Section]:
         *check_sections(figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
-        Section(
-            "Wrench along the path", [_wrench_note(robot)], "wrench", [run_figures.wrench(robot)]
-        ),
+        _wrench(robot),
     ]
 
 
@@ -236,7 +234,7 @@ _ABOVE = Note(
 )
 _FLANKS = Note(
     "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
-    " each gear are labelled."
+    " each gear are labelled where they can be seen."
 )
 _PART_AXES = Note(
     "Actual minus desired TCP: normal to the part, positive away from it, along the feed, and across"
@@ -253,7 +251,9 @@ _THINNED = Note(
 _GAP = Note(
     "Gap between the surfaces of both tools, across the sheet; it varies with the deviations of both."
 )
-_TEETH = Note("Force on the tool as long as a few teeth pass, where it is largest.")
+_TEETH = Note(
+    "Force on the tool as long as a few teeth pass, where it is largest; dashed: means over this time."
+)
 _CUT = Note(
     "Section of the workpiece along the part's x axis; dotted: the lowest surface that a tool on the"
     " desired path sweeps."
@@ -277,8 +277,10 @@ def _deviation_note(run: StoredRobot) -> Note:
     return Note(text)
 
 
-def _wrench_note(run: StoredRobot) -> Note:
+def _wrench(run: StoredRobot) -> Section:
+    title = "Force on the tool along the path"
+    if not run.wrench.wrench.any():
+        return Section(title, [Note("None: no process acts on the tool.")])
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return Note(
-        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time."
-    )
+    note = f"Force and moment at the TCP along the {which}, base axes; dashed: means over time."
+    return Section(title, [Note(note)], "wrench", [run_figures.wrench(run)])

@@ -63,7 +63,7 @@ def study_answer(study: StoredStudy) -> Answer:
     share = f"{100 * figures.coverage:g} %"
     good = None if tolerance is None else most <= tolerance
     sentence = judged(
-        f"{share} of the robots that are possible stay within {in_words(most)} of the path",
+        f"{share} of robots drawn from the stated ranges stay within {in_words(most)} of the path",
         good,
         tolerance,
     )
@@ -76,22 +76,26 @@ def study_answer(study: StoredStudy) -> Answer:
     elif figures.failed:
         good = False
         sentence = (
-            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots that are possible"
-            f" cannot follow the command at all; {share} of the others stay within {in_words(most)}."
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots drawn from the stated"
+            f" ranges cannot follow the command at all; {share} of the others stay within"
+            f" {in_words(most)}."
         )
     if figures.ordered:
         worst, shares = figures.ordered[0]
         reasons.append(
-            f"{worst.name} decides most: {100 * shares['maximum'].share:.0f} % of the scatter comes from"
-            " it alone."
+            f"Most of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
+            f" {worst.name.replace('_', ' ')} alone."
         )
+    reasons.append(
+        "What the robot file leaves out is not in it: see the page of the command's run."
+    )
     third = KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated")
     if tolerance is not None:
         within = 100.0 * np.sum(study.measures["maximum"] <= tolerance) / figures.samples
         third = KeyFigure(
             "Keep your tolerance",
             f"{within:.0f} %",
-            f"of {figures.samples} robots that are possible",
+            f"of {figures.samples} robots from these ranges",
         )
     steps = [] if tolerance is not None else [state_tolerance(source.case)]
     if not figures.command.converged:

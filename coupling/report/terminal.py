@@ -47,7 +47,9 @@ def _print_warnings(console: Console, texts: Sequence[Part]) -> None:
     for text in texts[:_WARNINGS]:
         console.print(Text(str(text)), style="yellow")
     if len(texts) > _WARNINGS:
-        console.print(f"{len(texts) - _WARNINGS} more warnings and remarks: see the page, or -v")
+        console.print(
+            f"Warnings and remarks beside these: {len(texts) - _WARNINGS}; see the page, or -v"
+        )
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

@@ -249,7 +249,7 @@ CASES = {
     ),
     "study: good": (study_screen(0.99, 2e-4), True, "GOOD ENOUGH: 95 %", "export"),
     "study: not enough": (study_screen(0.7, 2e-4), False, "NOT GOOD ENOUGH: 95 %", "identify"),
-    "study: not stated": (study_screen(0.99, None), None, "95 % of the robots", ""),
+    "study: not stated": (study_screen(0.99, None), None, "95 % of robots", ""),
     "study: not finished": (
         study_screen(0.99, 2e-4, converged=False),
         False,
@@ -264,7 +264,7 @@ CASES = {
     ),
     "cut: good": (stability_screen(True, 1e-4, 2e-4), True, "This cut will not", "compensate"),
     "cut: soft": (stability_screen(True, 3e-4, 2e-4), None, "This cut will not", "compensate"),
-    "cut: not stated": (stability_screen(True, 3e-4, None), None, "This cut will not", ""),
+    "cut: not stated": (stability_screen(True, 3e-4, None), True, "This cut will not", ""),
     "cut: chatters": (stability_screen(False, 1e-4, 2e-4), False, "This cut will chatter", ""),
 }
 

@@ -178,7 +178,7 @@ function showScene(place, scene, colours) {
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
     const ideal = new THREE.LineSegments2(segments(track.desired), new THREE.LineMaterial({ color: 0x77818b, linewidth: 1.2, ...behind }));
     const line = new THREE.LineSegments2(new THREE.LineSegmentsGeometry(), new THREE.LineMaterial({ vertexColors: true, linewidth: 3.5 }));
-    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.012 * size, 16, 12), new THREE.MeshLambertMaterial({ color: 0xffffff }));
+    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.012 * size, 16, 12), new THREE.MeshLambertMaterial());
     const layer = 1 + names.indexOf(track.name);
     line.layers.set(layer);
     dot.layers.set(layer);
@@ -196,7 +196,9 @@ function showScene(place, scene, colours) {
       track.line.geometry.dispose();
       track.line.geometry = segments(points, tints);
     }
-    if (!state.field) labelled(state.component === 3 ? 0 : -scale, scale, length, state.component === 3 ? "onesided" : "");
+    if (state.field) return;
+    const toward = (value) => `${length(Math.abs(value))} ${value < 0 ? "into the part" : "away"}`;
+    labelled(state.component === 3 ? 0 : -scale, scale, state.component ? length : toward, state.component === 3 ? "onesided" : "");
   }
   // Writes the ends of the scale of colours, and marks the tolerance on that of deviations.
   function labelled(low, high, words, kind) {
@@ -338,6 +340,7 @@ function showScene(place, scene, colours) {
     }
     for (const track of tracks) {
       const where = at(track.time, state.time);
+      track.dot.material.color.set(dark.matches ? 0xffffff : 0x1c2329);
       track.dot.position.set(...mixed(track.desired, where)).addScaledVector(new THREE.Vector3(...mixed(track.deviation, where)), state.exaggeration);
     }
     const wide = stage.clientWidth, high = stage.clientHeight;
