@@ -35,7 +35,9 @@ _ALONE = Note(
 _WITH_TOOL = Note(
     "The grey line is the robot alone, by the quick estimate: where it is higher, the tool decides."
 )
-_PATH = Note("Programmed depth and limit along the path; orange crosses chatter.")
+_PATH = Note(
+    "Programmed depth and limit along the path; orange crosses chatter. No line: no limit."
+)
 _FEED = Note("Limit with the feed turned about the part's z axis, at the worst place.")
 _PART = Note(
     "Limit at the programmed speed, where there is one, and the depth that no speed falls below (by the"

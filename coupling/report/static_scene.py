@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.report.lengths import in_words
+from coupling.report.thinning import rows_within
 from coupling.results.scene import Scene, SceneRobot, SceneTrack
 
 # Size of a picture, its margin [px], and from where it is seen, in axes of the part.
@@ -16,6 +17,8 @@ _WIDTH, _HEIGHT, _MARGIN = 480, 300, 14
 _EYE = np.array([0.45, -0.9, 0.75])
 # Steps of the colours to each side, and the largest number of pieces of a path.
 _STEPS, _PIECES = 8, 1500
+# What is not seen, as a part of an extent, and at least [m].
+_UNSEEN, _LEAST = 1e-3, 1e-9
 # The largest deviation is drawn as this part of the path's extent.
 _SHOWN = 0.1
 # Into the part, none, away from it: apart for colour-blind eyes.
@@ -50,9 +53,14 @@ def stills(scene: Scene, pieces: int = _PIECES) -> list[str]:
 
 
 def _thinned(track: SceneTrack, pieces: int) -> SceneTrack:
+    """Return a track with the rows that show most of it, the largest deviation among them."""
     if len(track.time) <= pieces:
         return track
-    rows = np.unique(np.linspace(0, len(track.time) - 1, pieces).astype(int))
+    drawn = np.hstack([track.desired, track.deviation])
+    extent = np.ptp(drawn, axis=0).reshape(2, 3).max(axis=1)
+    least = np.repeat(np.maximum(_UNSEEN * extent, _LEAST), 3)
+    rows = rows_within(track.time, drawn, least, pieces)
+    rows = np.union1d(rows, np.linalg.norm(track.deviation, axis=1).argmax())
     arrays = {key: getattr(track, key)[rows] for key in ("time", "desired", "deviation", "signed")}
     return replace(track, **arrays)
 
@@ -86,7 +94,8 @@ def _paths(
         shapes += _draw_coloured(place(points), track.signed[:, 0] / scale)
     shapes += _bar(scale)
     largest = max(float(np.linalg.norm(track.deviation, axis=1).max()) for track in tracks)
-    words = f"{name}: up to {in_words(largest)}, drawn {factor:,.0f} times larger"
+    size = f"{factor:,.0f} times larger" if factor > 1.0 else "to scale"
+    words = f"{name}: up to {in_words(largest)}, drawn {size}"
     return _picture(words, shapes)
 
 

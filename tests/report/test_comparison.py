@@ -84,7 +84,7 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
     assert name.endswith(".toml")
     assert found.inputs() == [("forming robot, file arm.urdf", "-", "sha256 0")]
     said = " ".join(map(str, verdict(found.runs[1].figures, "a wall").parts))
-    assert "known as a range (1e+05 to 3e+06 N m/rad)." in said
+    assert "known as a range (100000 to 3000000 N m/rad)." in said
 
 
 def test_lines_and_page_tell_both(runs):

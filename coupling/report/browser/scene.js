@@ -190,6 +190,7 @@ function showScene(place, scene, colours) {
   function drawTracks() {
     scale = largest((track) => state.whole || state.shown.has(track.name), pick());
     for (const track of tracks) {
+      track.line.material.linewidth = state.field ? 0.7 : 3.5;  // a field is seen between thin lines
       const points = track.desired.map((point, k) => point.map((v, i) => v + state.exaggeration * track.deviation[k][i]));
       const tints = track.signed.map((row) => (state.field ? ends[1].map((v) => 0.5 * v / 255) : diverging(valued(row) / scale))
         .map((v) => new THREE.Color().setRGB(v, v, v, "srgb").r));
@@ -254,7 +255,8 @@ function showScene(place, scene, colours) {
       piece.mesh.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(tints), 3));
     });
     const unit = state.field?.split("[")[1]?.replace("]", "") ?? "";
-    if (given.length) labelled(low, high, (value) => `${Number(value.toPrecision(3))} ${unit}`, "rising");
+    const words = (value) => unit === "mm" ? length(1e-3 * value) : `${Number(value.toPrecision(3))} ${unit}`;
+    if (given.length) labelled(low, high, words, "rising");
   }
   function recolour() {
     drawTracks();
