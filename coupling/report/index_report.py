@@ -31,7 +31,7 @@ class IndexedResult:
     Attributes:
         folder: Its folder.
         changed: Time of the last change [s since 1970].
-        report: What is told of it; None where it cannot be read.
+        report: First screen and sections; None where it cannot be read.
         picture: Picture as SVG; empty for none.
         is_run: Whether it is a run, which can be compared with others.
         trouble: Reason why it cannot be read.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from first_screens import GLOSSARY, words_of
 from line_case import line_case
+from outlooks import outlook
 
 from coupling.errors import ResultError
 from coupling.path.length_text import format_um
@@ -182,6 +184,21 @@ def test_what_was_measured_decides_which_run_is_best(runs, measured):
         "second.csv",
     ]
     assert not GLOSSARY.search(words_of(answer))
+
+
+def test_a_run_that_is_expected_to_leave_less_than_what_was_measured_is_to_be_measured(
+    runs, measured
+):
+    """The first run was measured to leave 98 um; the second is expected to leave 10 um."""
+    found = Comparison.of([runs[0], measured[0], runs[1]])
+    better = {"outlook": outlook(("backlash -20 %", 1e-5, 1e-5))}
+    second = replace(found.runs[1], figures=found.runs[1].figures.model_copy(update=better))
+    answer = comparison_answer(replace(found, runs=(found.runs[0], second)))
+    assert answer.sentence.startswith("Of what was measured first leaves least, up to")
+    assert "second is to leave" in answer.sentence
+    step = answer.steps[-1]
+    assert step.words == "Run second and measure it as well:"
+    assert step.command.split()[1] == "export"
 
 
 def test_a_measured_path_without_its_run_is_refused(runs, measured):

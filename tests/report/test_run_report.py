@@ -141,7 +141,10 @@ def test_before_and_after_have_one_scale_of_colours(long):
     assert np.nanmin(near) < 1e-6
 
 
-def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finished, long):
+def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike_that_is_seen(
+    finished, long
+):
+    """Spikes of a command's micrometre are not, beside the millimetres of the uncorrected path."""
     labels = {note.text: (note.x, note.y) for note in deviation(long[1]).layout.annotations}
     time = long[1].desired.time
     assert set(labels) == {"joint 2", "joint 5"}
@@ -149,9 +152,8 @@ def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finishe
     heights = {(note.text, round(note.y, 1)) for note in deviation(long[1]).layout.annotations}
     assert heights == {("joint 2", 1.0), ("joint 2", 4.0), ("joint 5", 2.0)}
     stored = read_run(finished[2]).first
-    gears = {f"joint {change.joint}" for change in stored.figures.reversals}
-    assert gears
-    assert {note.text for note in deviation(stored).layout.annotations} == gears
+    assert stored.figures.reversals
+    assert not deviation(stored).layout.annotations
 
 
 def test_shares_are_those_of_the_paths(long):
@@ -284,16 +286,20 @@ def test_inputs_and_cost_are_told(finished):
 
 
 @NEEDS_CHROMIUM
-def test_the_report_in_a_browser(finished, tmp_path):
+def test_the_report_in_a_browser(finished, long, tmp_path):
     """No network, no error, nothing overlaps or is cut, wide and narrow; dark; printed; by keyboard."""
     page = finished[2] / "report.html"
     with chromium(tmp_path) as driver:
         colours = []
-        for width, scheme in ((390, "dark"), (1280, "light")):
-            opened(driver, page, width, scheme)
+        (tmp_path / "long.html").write_text(run_report(long[0]).page)
+        for shown, width, scheme in (
+            (tmp_path / "long.html", 390, "dark"),
+            (page, 1280, "light"),
+        ):
+            opened(driver, shown, width, scheme)
             boxes, labels, named, count = driver.execute_script(OVERLAPS)
             assert (boxes, labels) == (0, 0)
-            assert named >= 1
+            assert (named >= 1) is (shown != page)
             assert count > 10
             assert driver.execute_script("return document.documentElement.scrollWidth") <= width
             ground = "return getComputedStyle(document.body).backgroundColor"

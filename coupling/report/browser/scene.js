@@ -53,6 +53,7 @@ function showScene(place, scene, colours) {
   // ---------------------------------------------------------------- robots
   const metal = new THREE.MeshLambertMaterial({ color: 0xd98324, side: THREE.DoubleSide });
   const iron = new THREE.MeshLambertMaterial({ color: 0x9aa4ae, side: THREE.DoubleSide });
+  const steel = iron.clone();
   const upward = new THREE.Vector3(0, 1, 0);
   function rod(from, to, wide, narrow, material) {
     const way = new THREE.Vector3().subVectors(to, from);
@@ -110,9 +111,9 @@ function showScene(place, scene, colours) {
     const tip = new THREE.Vector3(robot.tool && robot.tool.is_round ? -wide : 0, 0, 0);
     const grip = new THREE.Vector3(...robot.tool_pose.slice(0, 3)).length();
     const shaft = new THREE.Vector3(-Math.max(Math.min(grip, 0.2 * reach), 8 * wide), 0, 0);
-    tool.add(rod(shaft, tip, wide, wide, iron));
+    tool.add(rod(shaft, tip, wide, wide, steel));
     if (robot.tool && robot.tool.is_round) {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(wide, 24, 16), iron);
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(wide, 24, 16), steel);
       ball.position.copy(tip);
       tool.add(ball);
     }
@@ -291,14 +292,17 @@ function showScene(place, scene, colours) {
     },
     above: () => look(centre, partUp.clone().addScaledVector(partY, -1e-3).normalize(), 2.1 * size),
     robot: () => {
-      const reach = Math.max(...robots.map((robot) => robot.reach), size), middle = new THREE.Vector3();
-      for (const robot of robots) middle.addScaledVector(robot.node.position, 1 / robots.length);
-      const to = centre.clone().sub(middle);
-      middle.lerp(all.length ? centre : middle, 0.5);
-      middle.z += 0.12 * reach;
+      world.updateMatrixWorld(true);
+      const box = new THREE.Box3(), base = new THREE.Vector3();
+      for (const robot of robots) {
+        box.expandByObject(robot.node);
+        base.addScaledVector(robot.node.position, 1 / robots.length);
+      }
+      const to = centre.clone().sub(base), middle = box.expandByPoint(centre).getCenter(new THREE.Vector3());
+      const extent = box.getSize(new THREE.Vector3());
       const side = new THREE.Vector3(to.y, -to.x, 0);
       if (side.length() < 1e-3) side.set(0.3, -1, 0);
-      look(middle, side.normalize().addScaledVector(upward.set(0, 0, 1), 0.35).normalize(), 2.1 * reach);
+      look(middle, side.normalize().addScaledVector(upward.set(0, 0, 1), 0.35).normalize(), 1.15 * Math.max(extent.x, extent.y, extent.z));
       upward.set(0, 1, 0);
     },
   };
@@ -427,8 +431,14 @@ function showScene(place, scene, colours) {
     recolour();
     moved();
   }
+  // Seen from near the robot would hide its part; its tool stays.
+  function showRobots(show) {
+    const gears = robots.flatMap((robot) => robot.gears.map((gear) => gear.material));
+    for (const material of [metal, iron, ...gears]) material.visible = show;
+  }
   function look_at(name) {
     view = name;
+    showRobots(name === "robot" || name === "all");
     for (const button of place.querySelectorAll("[data-view]")) {
       button.setAttribute("aria-pressed", String(button.dataset.view === name));
     }
