@@ -47,7 +47,6 @@ def place(
     from coupling.place.placing import placing, require_one_robot
     from coupling.report.place_report import place_report
     from coupling.report.terminal import print_report
-    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
     from coupling.run.new_folder import logged_folder
 
@@ -64,7 +63,7 @@ def place(
     ):
 
         def process_of(case: Case) -> Process:
-            return evaluated_process(case, evaluations, watch)
+            return case.evaluated_process(evaluations, watch)
 
         loaded = load_case(case, work, watch)
         require_one_robot(loaded)

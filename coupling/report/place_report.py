@@ -16,7 +16,7 @@ from coupling.report.lengths import in_words, state_tolerance
 from coupling.report.report_file import name_path
 from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import (
     UM,

@@ -16,7 +16,7 @@ from coupling.report.next_report import next_answer, refused_answer
 from coupling.report.place_report import place_answer
 from coupling.report.stability_report import stability_answer
 from coupling.report.study_report import study_answer
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.forecast import RunForecast
 from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
