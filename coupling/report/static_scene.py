@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.report.lengths import in_words
-from coupling.report.thinning import rows_within
 from coupling.results.scene import Scene, SceneRobot, SceneTrack
 
 # Size of a picture, its margin [px], and from where it is seen, in axes of the part.
@@ -17,8 +16,6 @@ _WIDTH, _HEIGHT, _MARGIN = 480, 300, 14
 _EYE = np.array([0.45, -0.9, 0.75])
 # Steps of the colours to each side, and the largest number of pieces of a path.
 _STEPS, _PIECES = 8, 1500
-# What is not seen, as a part of an extent, and at least [m].
-_UNSEEN, _LEAST = 1e-3, 1e-9
 # The largest deviation is drawn as this part of the path's extent.
 _SHOWN = 0.1
 # Into the part, none, away from it: apart for colour-blind eyes.
@@ -53,13 +50,10 @@ def stills(scene: Scene, pieces: int = _PIECES) -> list[str]:
 
 
 def _thinned(track: SceneTrack, pieces: int) -> SceneTrack:
-    """Return a track with the rows that show most of it, the largest deviation among them."""
+    """Return a track with so many rows, the largest deviation among them."""
     if len(track.time) <= pieces:
         return track
-    drawn = np.hstack([track.desired, track.deviation])
-    extent = np.ptp(drawn, axis=0).reshape(2, 3).max(axis=1)
-    least = np.repeat(np.maximum(_UNSEEN * extent, _LEAST), 3)
-    rows = rows_within(track.time, drawn, least, pieces)
+    rows = np.linspace(0, len(track.time) - 1, pieces).astype(int)
     rows = np.union1d(rows, np.linalg.norm(track.deviation, axis=1).argmax())
     arrays = {key: getattr(track, key)[rows] for key in ("time", "desired", "deviation", "signed")}
     return replace(track, **arrays)
@@ -157,11 +151,10 @@ def _shapes(scene: Scene) -> str:
         points = place(chain)
         shapes.append(_line(points, "#56606b", 6.0))
         shapes += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#d98324"/>' for x, y in points]
-    names = [
-        *(robot.name for robot in scene.robots),
-        *(line.name for line in scene.lines),
-        *(surface.name for surface in scene.surfaces),
-    ]
+    for number, (name, color) in enumerate({line.name: line.color for line in scene.lines}.items()):
+        x, y = _MARGIN, _MARGIN + 4 + 16 * number
+        shapes += [_line(np.array([[x, y], [x + 18, y]]), color, 3.0), _text(x + 24, y + 4, name)]
+    names = [robot.name for robot in scene.robots] + [surface.name for surface in scene.surfaces]
     return _picture(" and ".join(dict.fromkeys(names)), shapes)
 
 
