@@ -72,7 +72,7 @@ def next_screen(expected: float | None, worse: bool = False, tolerance: float | 
         tolerance_m=tolerance,
         sentences=("",),
         runs=(last,),
-        step=LearningStep(0, 0, worse, 1.0, 2.0),
+        step=LearningStep(0, worse, 1.0),
         parameters_refused="the run excites nothing",
         forecast=None if expected is None else forecast(expected),
     )
