@@ -354,12 +354,3 @@ def test_a_path_beyond_a_limit_is_refused_with_joint_time_value_and_limit():
         PlanningError, match=r"joint 3: expected an angle of -1 to 0.02 rad, got 0.02"
     ):
         rigid_command(LINK, rows_of(0.004, 5), DriveLimits(3, lower=-1.0, upper=0.02))
-
-
-def test_a_path_cut_in_motion_is_not_forced_to_rest():
-    """Quintic rows alone can start and end in motion."""
-    begin, end = 0.3, 0.5
-    rows = CommandRows(begin, 0.004, 50, 5, rest=(False, False))
-    command = rigid_command(LINK, rows, FREE)
-    times = np.linspace(begin, end, 301)
-    np.testing.assert_allclose(command.at(times), LINK.at(times), atol=1e-8)
