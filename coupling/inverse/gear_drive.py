@@ -189,7 +189,7 @@ class GearDrive:
         wind_up = self.in_c.wind_ups(coefficients, misses)
         a, before = elements.slip_angle, self.memory
         start = np.clip(wind_up[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
-        held = self.in_c.held(elements.in_c, wind_up, start)
+        held = self.in_c.held(elements.struct, wind_up, start)
         memory = Memory(wind_up, *held)
         return replace(self, memory=memory)
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.native.desk_elements import DeskElements
 from coupling.native.desk_library import loaded_library
 from coupling.native.desk_robot import address, finite_numbers, numbers
 
@@ -227,12 +226,12 @@ class DeskDrive:
         return self._filled("er_gear_rows", coefficients, misses, shape)
 
     def held(
-        self, elements: DeskElements, wind_up: np.ndarray, start: np.ndarray
+        self, elements: ctypes.Structure, wind_up: np.ndarray, start: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what elements of a hysteresis do along a motion, and about it.
 
         Args:
-            elements: The elements, e of them.
+            elements: The elements as C has them, e of them.
             wind_up: Wind-up at the quarters [rad], (count, parts, 5).
             start: Elongations at the first of them [rad], (e,).
 
@@ -241,14 +240,14 @@ class DeskDrive:
             wind-up at the quarters [N m s/rad], (count, parts, 2, 5); elongations at the starts of the
             steps [rad], (count, parts, e).
         """
-        shape, count = (self.of.count, self.of.parts), elements.count
+        shape, count = (self.of.count, self.of.parts), len(start)
         path = numbers("wind-ups", wind_up, (*shape, _QUARTERS))
         begin = numbers("elongations", start, (count,))
         filled = np.empty((*shape, _HALVES)), np.empty((*shape, _HALVES, _QUARTERS))
         elongation, room = np.empty((*shape, count)), np.empty(2 * count)
         self._library.er_elements_hold(
             ctypes.byref(self.struct),
-            ctypes.byref(elements.struct),
+            ctypes.byref(elements),
             *map(address, (path, begin, *filled, elongation, room)),
         )
         return (*filled, elongation)
