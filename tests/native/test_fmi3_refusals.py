@@ -1,4 +1,4 @@
-"""What FMI 3.0 alone has to refuse; the rest: test_life_cycle.py and tests/fmu/hosts/clauses.py."""
+"""What FMI 3.0 alone has to refuse; what both refuse stands in tests/fmu."""
 
 from __future__ import annotations
 
