@@ -31,15 +31,6 @@ def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
         assert {file.name for file in (place / "run").iterdir()} == {"notes.txt", LIST}
 
 
-def test_a_study_of_an_earlier_version_has_no_list_and_goes_on(tmp_path):
-    for name in ("study.toml", "rows.jsonl", "notes.txt"):
-        (tmp_path / name).write_text("")
-    with lock_folder(tmp_path, overwrite=False):
-        assert {"study.toml", "rows.jsonl", "notes.txt"} < {f.name for f in tmp_path.iterdir()}
-    with lock_folder(tmp_path, overwrite=True):
-        assert {file.name for file in tmp_path.iterdir()} == {LIST, "notes.txt"}
-
-
 @pytest.mark.parametrize("ends", [RETRIES, RETRIES + 1])
 def test_a_robot_that_ends_its_process_is_tried_three_times_more(monkeypatch, ends):
     """Each sample anew: what is said where it ends once more is a sentence."""
