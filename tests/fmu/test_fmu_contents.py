@@ -52,6 +52,13 @@ def test_fmpy_validates_it(fmu):
     assert fmpy.validation.validate_fmu(str(fmu.file)) == []
 
 
+def test_every_real_has_a_defined_unit(fmu):
+    defined = {u.get("name") for u in fmu.description.findall("UnitDefinitions/Unit")}
+    used = [v.find("Real").get("unit") for v in fmu.variables if v.find("Real") is not None]
+    assert None not in used
+    assert set(used) == defined
+
+
 def test_units_are_made_of_base_units(fmu):
     """m/N times N is m; N.m/rad times rad is N.m; N.m.s/rad times rad/s is N.m; all others by name."""
     units = {}
@@ -82,6 +89,13 @@ def test_every_variable_is_described_and_explicit(fmu):
     assert all(texts)
     assert len(set(texts)) == len(texts)
     assert all(v.get("variability") and v.get("causality") for v in fmu.variables)
+
+
+def test_outputs_are_reals_without_start(fmu):
+    for number in fmu.of_causality("output"):
+        variable = fmu.variables[number - 1]
+        assert variable.get("initial") == "calculated"
+        assert variable.find("Real").get("start") is None
 
 
 def test_ranges_are_given_where_they_mean_something(fmu):
@@ -127,6 +141,18 @@ def test_capabilities_are_declared(fmu):
     assert flags["canBeInstantiatedOnlyOncePerProcess"] == "false"
 
 
+def test_libraries_bear_the_identifier(fmu):
+    identifier = fmu.description.find("CoSimulation").get("modelIdentifier")
+    assert f"binaries/linux64/{identifier}.so" in fmu.content
+    assert f"binaries/win64/{identifier}.dll" in fmu.content
+    assert identifier == "ElasticRobot"
+
+
+def test_archive_is_compressed_and_clean(fmu):
+    assert all(info.compress_type == zipfile.ZIP_DEFLATED for info in fmu.archive.infolist())
+    assert not [n for n in fmu.content if "__pycache__" in n or n.endswith(".pyc") or "\\" in n]
+
+
 def test_documentation_icon_licences_and_environment_are_there(fmu):
     class Page(HTMLParser):
         text = ""
@@ -164,6 +190,18 @@ def test_the_model_is_the_installed_package(fmu):
     }
     installed.pop("coupling.py")  # the desk side
     assert inside == installed
+
+
+def test_start_values_are_exact(fmu, example):
+    starts = {
+        v.get("name"): v.find("Real").get("start")
+        for v in fmu.variables
+        if v.get("causality") == "parameter" and v.find("Real") is not None
+    }
+    for i, joint in enumerate(example.joints, 1):
+        if joint.stiffness is not None:
+            assert float(starts[f"joint[{i}].stiffness"]) == joint.stiffness
+            assert float(starts[f"joint[{i}].backlash"]) == joint.backlash
 
 
 def test_the_same_input_gives_the_same_bytes(example, tmp_path, monkeypatch):

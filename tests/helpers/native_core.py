@@ -33,6 +33,7 @@ def library() -> ctypes.CDLL:
     lib.probe_create.restype = ctypes.c_void_p
     lib.probe_failure.restype = ctypes.c_char_p
     lib.probe_next_kink.restype = ctypes.c_double
+    lib.probe_newton.restype = ctypes.c_double
     lib.probe_contact.restype = ctypes.c_long
     for name in (
         "reset",
@@ -40,6 +41,7 @@ def library() -> ctypes.CDLL:
         "outputs",
         "run",
         "drives",
+        "read",
         "take_file",
         "uri",
         "watch_growth",
@@ -55,6 +57,12 @@ def _load(values) -> ctypes.c_void_p:
 
 class CoreError(Exception):
     """The core's sentence."""
+
+
+def read_data(file: Path) -> None:
+    """Read an FMU's robot.txt, the robot and the variables, as an instance does."""
+    if not library().probe_read(file.read_bytes()):
+        raise CoreError(library().probe_failure().decode())
 
 
 def folder_from_uri(uri: str, windows: bool) -> str | None:
@@ -109,6 +117,13 @@ class Core:
         self._lib.probe_loads(self._model, *arrays)
         return load.T
 
+    def pull(self, theta, wrench, m: int) -> tuple[np.ndarray, np.ndarray]:
+        """TCP of LANES states, (LANES, 3), and what a wrench on it adds to their loads, (LANES, m)."""
+        position, load = np.zeros((3, LANES)), np.zeros((m, LANES))
+        lanes = [np.ascontiguousarray(values.T) for values in (theta, wrench)]
+        self._lib.probe_pull(self._model, *map(_array, (*lanes, position, load)))
+        return position.T, load.T
+
     def tangent(self, motion, wrench, directions, wrench_direction, m: int) -> np.ndarray:
         """Derivative of the loads of LANES states, (LANES, m); motion and directions: (3, LANES, n)."""
         load = np.zeros((m, LANES))
@@ -118,11 +133,29 @@ class Core:
         self._lib.probe_tangent(self._model, *arrays)
         return load.T
 
+    def newton(self, matrices: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, float]:
+        """One pass from rest by complex (2, m, m), residual (LANES, m): accelerations, their length."""
+        m = residual.shape[1]
+        acceleration, lanes = np.zeros((m, LANES)), np.ascontiguousarray(residual.T)
+        parts = [np.ascontiguousarray(part) for part in (matrices.real, matrices.imag)]
+        arrays = [_array(values) for values in (*parts, lanes, acceleration)]
+        length = self._lib.probe_newton(self._model, m, *arrays)
+        return acceleration.T, length
+
     def contact(self) -> tuple[np.ndarray, float, int]:
         """Wrench of the contact (6,), depth in its plane [m], tries of the last step."""
         wrench, depth = np.zeros(6), np.zeros(1)
         tries = self._lib.probe_contact(self._model, _array(wrench), _array(depth))
         return wrench, float(depth[0]), tries
+
+    def columns(self, end, q, load, m: int, accuracy: float) -> tuple[np.ndarray, int]:
+        """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""
+        x, v = np.zeros((2, 6, m))
+        values = ctypes.c_double(end), _array(np.array(q)), _load(load)
+        accurate = ctypes.c_double(accuracy)
+        passes = self._lib.probe_columns(self._model, *values, accurate, _array(x), _array(v))
+        self._require(passes > 0)
+        return np.hstack([x, v]), passes
 
     def curve(self, kind: str, x: np.ndarray, region: int = OWN_REGION) -> list[np.ndarray]:
         """Torque, slope and deflection of that torque at x (m, k)."""
@@ -162,6 +195,12 @@ class Core:
     def watch_growth(self) -> bool:
         """Have the growth of a small shift watched from now on; whether one has grown beyond measure."""
         return self._lib.probe_watch_growth(self._model)
+
+    def spring_of_matrices(self) -> np.ndarray:
+        """Stiffness of the contact spring in the matrices of Newton's method: xx, xy, xz, yy, yz, zz."""
+        stiffness = np.zeros(6)
+        self._lib.probe_spring_of_matrices(self._model, _array(stiffness))
+        return stiffness
 
     def outputs(self, m: int) -> dict[str, np.ndarray]:
         sizes = {

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from complex_robot import Numbers, acceleration
-from pendulum import held, pendulum
-from random_robots import make_robot
+from complex_robot import Numbers, acceleration, evaluate
+from derivative_errors import random_spring
+from pendulum import dynamics_of, held, pendulum
+from random_robots import hardly_loaded, make_robot
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from elastic_robot.errors import ParameterError
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import ContactSpring, Load, symmetric
+from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import ContactSpring, Load, ToolLoad, symmetric
+from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
 WEIGHTLESS = {"gravity": (0.0, 0.0, 0.0)}
@@ -29,6 +34,17 @@ def upright(height=0.0, rate=0.0, stiffness=SPRING) -> ContactSpring:
 
 def push(force: float) -> np.ndarray:
     return np.array([0.0, 0.0, force, 0.0, 0.0, 0.0])
+
+
+def random_load(rng, tcp, spread=3e-3) -> ToolLoad:
+    """Return a wrench, and a spring of rank 1 to 3, 1 to 1e8 N/m, anchored some millimetres off."""
+    wrench = rng.normal(size=6) * [500, 500, 500, 50, 50, 50]
+    return ToolLoad(wrench, tcp + spread * rng.normal(size=3), symmetric(random_spring(rng)))
+
+
+def rigid_tcp(dynamics, q) -> np.ndarray:
+    chain = dynamics.chain
+    return base_from_tool(chain, dynamics.data, chain.theta(q)).translation.copy()
 
 
 # A robot of one joint.
@@ -113,7 +129,85 @@ def test_gear_in_its_backlash_rests_against_the_spring():
         assert robot.deflection()[0] == pytest.approx(expected, abs=1e-13)
 
 
+def test_gear_that_nothing_holds_rests_in_the_middle_of_its_backlash():
+    """Weight and spring along the axis: neither support nor force, or rounding, so no flank."""
+    robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
+    along = ContactSpring(np.array([1.0, 0.4, 0.3]), np.zeros(3), np.diag([0.0, 1e8, 0.0]))
+    for force in (0.0, 5e-7, -5e-7):
+        robot.reset(0.0, held([0.0]), Load(push(force), along))
+        assert robot.deflection()[0] == 0.0
+    robot.reset(0.0, held([0.0]), Load(push(-1e-3), along))
+    assert robot.deflection()[0] == pytest.approx(1e-3 + 1e-7, abs=1e-9)
+
+
+def test_of_two_rests_the_one_nearer_to_the_anchor_is_taken():
+    """An upright arm falls either way in its backlash; 1 N/m does not hold it up, but tells the side."""
+    robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
+    for side in (1.0, -1.0):
+        for lean in (5e-4, -5e-4):
+            anchor = ContactSpring(np.array([side * 1e-2, 0.0, 1.0]), np.zeros(3), np.eye(3))
+            robot.reset(0.0, held([-np.pi / 2 + lean]), Load(spring=anchor))
+            assert np.sign(robot.deflection()[0]) == side
+            assert abs(robot.deflection()[0]) > 2e-3
+            assert np.sign(robot.tcp()[0]) == side
+
+
 # Random robots.
+
+
+@pytest.mark.parametrize("kind", sorted(TORQUE_CURVES))
+def test_equilibria_balance_torques_of_an_independent_model(kind):
+    """Newton's and Euler's laws at rest, spring included; what a spring rounds to is left."""
+    for seed in range(40):
+        robot = make_robot(seed, 1 + seed % 8)
+        dynamics, parameters = dynamics_of(robot)
+        curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(seed)
+        q = rng.uniform(-3, 3, dynamics.chain.joint_count)
+        acting = random_load(rng, rigid_tcp(dynamics, q))
+        x = equilibrium(dynamics, curve, q, acting)
+        numbers = Numbers(
+            drives=np.array([q, 0 * q, 0 * q]),
+            motion=np.array([x, 0 * x, 0 * x]),
+            wrench=acting.wrench,
+            gravity=parameters.gravity,
+            stiffness=parameters.stiffness,
+            damping=parameters.damping,
+            backlash=parameters.backlash,
+            anchor=acting.anchor,
+            spring=acting.stiffness[np.triu_indices(3)],
+        )
+        if len(x):
+            torque = -evaluate(robot, numbers).loads.real
+            np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=2e-6)
+
+
+@pytest.mark.parametrize("kind", sorted(TORQUE_CURVES))
+def test_hanging_gears_rest_in_balance(example, kind):
+    """Lined-up postures with hardly loaded gears on springs of every stiffness: none is without rest."""
+    dynamics, parameters = dynamics_of(example)
+    curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
+    for _ in range(200 if kind == "backlash" else 40):
+        q, wrench = hardly_loaded(rng, 6)
+        far = 10.0 ** rng.uniform(-6.0, -1.0)
+        acting = replace(random_load(rng, rigid_tcp(dynamics, q), far), wrench=wrench)
+        x = equilibrium(dynamics, curve, q, acting)
+        torque = dynamics.static_torque(dynamics.chain.theta(q, x), acting)
+        np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=1.5e-6)
+
+
+def test_a_stiff_spring_pins_the_tool(example):
+    """What is left falls with 1 / K: the robot gives way by 0.1 mm, the spring by its force over K."""
+    q = [0.3, -0.4, 0.5, 0.2, 0.6, 0.1]
+    robot = ElasticRobot(example, "backlash", quasistatic=True)
+    robot.reset(0.0, held(q), Load())
+    aim = robot.tcp()[:3] + np.array([1e-4, -5e-5, 8e-5])
+    left = []
+    for stiffness in (1e8, 1e9, 1e10):
+        spring = ContactSpring(aim, np.zeros(3), stiffness * np.eye(3))
+        robot.reset(0.0, held(q), Load(push(-300.0), spring))
+        left.append(np.linalg.norm(robot.tcp()[:3] - aim))
+    assert left[0] < 1e-5
+    np.testing.assert_allclose(left[1:], np.array([0.1, 0.01]) * left[0], rtol=5e-2)
 
 
 @pytest.mark.parametrize("seed", range(3))

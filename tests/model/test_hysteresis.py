@@ -162,6 +162,20 @@ def test_gears_rest_where_they_balance_their_load_along_monotone_ways(robot, see
         assert left < 2e-6 + 1e-10 * np.abs(torque).max(initial=0.0)
 
 
+@given(robots(), SEEDS, CURVES)
+def test_elements_without_torque_are_not_there(robot, seed, curve):
+    """To the digit, at rest, with springs and contacts as well."""
+    model, plain = hysteretic(robot, seed, curve), ElasticRobot(robot, curve, quasistatic=True)
+    model.parameters = replace(model.parameters, hysteresis=0.0 * model.parameters.hysteresis)
+    q = np.random.default_rng(seed).uniform(-3.0, 3.0, len(robot.joints))
+    for k, load in enumerate(loads(plain, q, seed)):
+        for one in (model, plain):
+            one.reset(0.0, held(q), load) if k == 0 else one.step(float(k), held(q), load)
+        assert model.deflection().tobytes() == plain.deflection().tobytes()
+        assert model.gear_torque().tobytes() == plain.gear_torque().tobytes()
+        assert model.compliance().tobytes() == plain.compliance().tobytes()
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_elements_that_never_slip_are_a_stiffer_spring(seed):
     robot = make_robot(seed, 5)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from pendulum import held, pendulum
-from random_robots import make_robot
+from pendulum import dynamics_of, held, pendulum
+from random_robots import hardly_loaded, make_robot, robots
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
@@ -18,13 +18,37 @@ from elastic_robot.body import Body
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Tilt
 from elastic_robot.errors import ElasticRobotError, EquilibriumError
-from elastic_robot.kinematics import pose_of
+from elastic_robot.kinematics import base_from_tool, pose_of
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
+from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 SEEDS = st.integers(0, 10**6)
+
+
+@given(robots(), SEEDS, st.sampled_from(sorted(TORQUE_CURVES)))
+def test_equilibrium_balances_springs_and_loads(robot, seed, curve_name):
+    """S(x) = J^T w - g, with J^T w from finite differences of the pose: an independent path."""
+    dynamics, parameters = dynamics_of(robot)
+    chain, rng = dynamics.chain, np.random.default_rng(seed)
+    assume(chain.elastic_count > 0)
+    curve = TORQUE_CURVES[curve_name].build(parameters)
+    q, wrench = rng.uniform(-3, 3, chain.joint_count), rng.normal(size=6) * 300.0
+    x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
+    model, data = chain.model, chain.model.createData()
+    for k in range(chain.elastic_count):
+        step = 1e-6 * np.eye(chain.elastic_count)[k]
+        above, below = chain.theta(q, x + step), chain.theta(q, x - step)
+        potential = pin.computePotentialEnergy(model, data, above)
+        potential -= pin.computePotentialEnergy(model, data, below)
+        high, low = base_from_tool(chain, data, above).copy(), base_from_tool(chain, data, below)
+        work = wrench[:3] @ (high.translation - low.translation)
+        work += wrench[3:] @ pin.log3(high.rotation @ low.rotation.T)
+        torque = (work - potential) / 2e-6
+        # 1e-6 rad steps of energies of 1e4 J leave 1e-6 N m of rounding.
+        assert curve.torque(x)[k] == pytest.approx(torque, abs=1e-4 + 1e-8 * abs(torque))
 
 
 def test_loaded_pendulum_rests_where_the_closed_form_says():
@@ -74,6 +98,21 @@ def test_of_two_flanks_the_less_loaded_one_is_taken():
         lambda e: 1e4 * (e + 2e-3) - 50 * 9.81 * np.sin(e + 5e-4), -0.1, 0, xtol=1e-15
     )
     assert e == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("kind", TORQUE_CURVES)
+def test_hardly_loaded_gears_rest_in_balance(example, kind):
+    """Lined-up postures, in which Newton's method alone sends a gear round the world.
+
+    To what a gear may carry in the middle of its gap, 1e-6 N m, and the rounding of 1e4 N m.
+    """
+    dynamics, parameters = dynamics_of(example)
+    curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
+    for _ in range(120):
+        q, wrench = hardly_loaded(rng, 6)
+        x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
+        torque = dynamics.static_torque(dynamics.chain.theta(q, x), ToolLoad(wrench))
+        np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=1e-6)
 
 
 @given(SEEDS)

@@ -13,7 +13,7 @@ from random_robots import make_robot
 from scipy.optimize import brentq
 from touching import KINDS, Independent, Touching, onto
 
-from elastic_robot.errors import ParameterError
+from elastic_robot.errors import ElasticRobotError, ParameterError
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
@@ -154,6 +154,27 @@ def test_below_the_friction_limit_the_tool_creeps_and_above_it_it_slides(kind):
 
 
 # An independent integrator.
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
+@pytest.mark.parametrize(("dissipation", "friction", "radius"), [(0.0, 0.0, 0.0), (0.5, 0.3, 0.05)])
+def test_a_falling_arm_bounces_as_in_an_independent_integrator(
+    stiffness, dissipation, friction, radius
+):
+    """10 mm down on a wall of 1e5 to 1e9 N/m, seen every millisecond: as DOP853 has it, to 1e-6 m."""
+    plane = PlaneContact(stiffness, dissipation, radius, friction)
+    load, independent = (
+        onto(plane, (0.0, 0.0, -0.01 - radius)),
+        Independent(pendulum(), np.zeros(1)),
+    )
+    expected = independent.run(load, np.zeros(1), np.arange(1, 81) * 1e-3)
+    assert len(independent.events) == (1 if stiffness == 1e5 else 2)
+    for kind in KINDS:
+        robot = Touching(kind, pendulum(), [0.0])
+        robot.reset(onto(plane, (0.0, 0.0, -0.01 - radius), force=(0.0, 0.0, MASS * 9.81)))
+        rows = np.array(run(robot, load, 1e-3, 80))
+        np.testing.assert_allclose(rows[:, 1], expected[:, 0], rtol=0, atol=1e-6, err_msg=kind)
+        assert rows[:, 5].max() > 1e3
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -300,3 +321,17 @@ def test_loads_in_contact_have_the_slopes_that_are_told(seed):
 def test_numbers_that_are_none_are_refused(numbers, said):
     with pytest.raises(ParameterError, match=said):
         PlaneContact(**({"stiffness": 1e6} | numbers))
+
+
+@pytest.mark.parametrize("quasistatic", [True, False])
+def test_absurd_contacts_are_errors_and_leave_the_state(quasistatic, example):
+    """Deep in a wall beyond all measure: a sentence, not a crash, and the robot is where it was."""
+    q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+    robot = ElasticRobot(example, "backlash", quasistatic)
+    robot.reset(0.0, q, Load())
+    before = robot.tcp()
+    for height, stiffness in ((1e6, 1e12), (1e200, 1e200), (1e150, 1e300)):
+        load = onto(PlaneContact(stiffness), (0.0, 0.0, height))
+        with pytest.raises(ElasticRobotError, match=r"contact of"), np.errstate(all="ignore"):
+            robot.step(0.01, q, load)
+        assert np.array_equal(robot.tcp(), before)

@@ -142,6 +142,38 @@ def go_on(model: ExchangedRobot, time: float, started: bool = True) -> None:
     model.step(time + 0.03, drives, Load())
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_elements_that_never_slip_are_a_stiffer_spring_in_motion(seed):
+    robot = make_robot(seed, 4)
+
+    def changed(**change) -> Robot:
+        joints = tuple(
+            j if j.stiffness is None else replace(j, **{k: f(j) for k, f in change.items()})
+            for j in robot.joints
+        )
+        return replace(robot, joints=joints)
+
+    never = moving(changed(hysteresis=lambda _: (StopElement(3e5, 1.0), StopElement(6e5, 2.0))))
+    stiffer = moving(changed(stiffness=lambda j: j.stiffness + 6e5))
+    np.testing.assert_allclose(never.deflection(), stiffer.deflection(), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(never.velocity(), stiffer.velocity(), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
+def test_elements_without_torque_change_no_motion(curve):
+    """To the digit: they end no piece, and so no step."""
+    robot = make_robot(1, 4)
+    model, plain = (
+        ExchangedRobot(with_hysteresis(robot, 1), curve, tolerance=1e-9),
+        moving(robot, curve),
+    )
+    model.parameters = replace(model.parameters, hysteresis=0.0 * model.parameters.hysteresis)
+    go_on(model, 0.0, started=False)
+    assert model.chain.elements.count > 2
+    for name in ("deflection", "deflection_rate", "gear_torque"):
+        assert getattr(model, name)().tobytes() == getattr(plain, name)().tobytes()
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_state_space_is_that_of_differences(seed):
     """Sticking elements follow a change of x, slipping ones do not; by the slip torque as well."""

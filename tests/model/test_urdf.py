@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from places import EXAMPLES
 from random_urdfs import RandomUrdf, make_urdf
 
 from coupling.files.robot_file import load_robot
+from coupling.files.urdf import find_urdf
 from elastic_robot.chain import Chain, build_chain
+from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool
 
 SEEDS = range(25)
@@ -84,6 +88,30 @@ def test_the_chain_is_pinocchios_model_of_the_urdf_with_its_tilts_written_out(tm
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_the_rigid_chain_is_mujocos_model_of_the_urdf(tmp_path, seed):
+    """A second parser: frames, branches and merged inertias as MuJoCo reads them, to 1e-10."""
+    mujoco = pytest.importorskip("mujoco")
+    urdf = make_urdf(seed, 1 + seed % 7)
+    chain = build_chain(load_robot(robot_file(tmp_path, urdf)))
+    model = mujoco.MjModel.from_xml_string(urdf.plain)
+    data = mujoco.MjData(model)
+    rows = [model.joint(name).dofadr[0] for name in urdf.joints]
+    q = np.random.default_rng(seed).uniform(-3.0, 3.0, len(rows))
+    data.qpos[rows] = q
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    for k, column in enumerate(np.eye(model.nv)):
+        mujoco.mj_mulM(model, data, full[k], column)
+    tool = data.body("tool")
+    placement = pin.SE3(tool.xmat.reshape(3, 3).copy(), tool.xpos.copy())
+    other = full[np.ix_(rows, rows)], data.qfrc_bias[rows], placement
+    mass, gravity, base_from_tcp = ours(chain, chain.theta(q))
+    drives = chain.drive
+    mine = mass[np.ix_(drives, drives)], gravity[drives], base_from_tcp
+    assert largest_difference(mine, other) < 1e-10
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_base_within_the_chain_leaves_out_what_is_before_it(tmp_path, seed):
     """Joints from link 1 on move as in the whole robot with joint 1 at zero, seen from link 1."""
     urdf = make_urdf(seed, 2 + seed % 6)
@@ -131,6 +159,24 @@ def test_tcp_and_payload_are_given_in_the_tip_links_frame(tmp_path):
     assert largest_difference(ours(chain, theta), other) < 1e-12
 
 
+def test_a_kuka_kr210_is_pinocchios_model_of_its_urdf(tmp_path):
+    pytest.importorskip(
+        "rtbdata", reason="needs the package rtb-data, which is in the extra 'test'"
+    )
+    # Without scale, spindle and tool length, so that only the URDF is left.
+    file = EXAMPLES / "robots" / "kuka_kr210.toml"
+    bare = tmp_path / "kuka.toml"
+    text = file.read_text().replace("position = [0.30, 0.0, 0.0]", "").replace("= 0.27", "= 1.0")
+    bare.write_text(text[: text.index("[payload]")])
+    chain = build_chain(load_robot(bare))
+    urdf = find_urdf(tomllib.loads(text)["urdf"]["file"], file.parent)
+    names = [joint.name for joint in load_robot(bare).joints]
+    rng = np.random.default_rng(0)
+    for theta in rng.uniform(-3.0, 3.0, (20, 6)):
+        other = pinocchios(urdf, names, theta, tip="tool0")
+        assert largest_difference(ours(chain, theta), other) < 1e-12
+
+
 def test_names_limits_rates_and_elasticities_arrive(tmp_path):
     urdf = make_urdf(2, 6)
     file = robot_file(tmp_path, urdf)
@@ -162,3 +208,9 @@ def test_mass_scale_is_a_density_and_unnamed_joints_are_rigid(tmp_path):
         assert lighter.body.mass == 0.25 * joint.body.mass
         assert lighter.body.com == joint.body.com
         np.testing.assert_allclose(lighter.body.inertia, 0.25 * np.array(joint.body.inertia))
+
+
+def test_json_round_trip_is_exact(tmp_path):
+    for seed in SEEDS:
+        robot = load_robot(robot_file(tmp_path, make_urdf(seed, 6)))
+        assert Robot.from_json(robot.to_json()) == robot

@@ -6,8 +6,10 @@
 
 #include "chain.h"
 #include "file.h"
+#include "interface.h"
 #include "model.h"
 #include "outputs.h"
+#include "sensitivity.h"
 #include "trajectory_build.h"
 
 static er_failure failure;
@@ -55,6 +57,20 @@ er_model *probe_create(const char *text)
         model = er_model_create(robot);
     free(robot);
     return model;
+}
+
+/* Whether these are the data of an FMU. */
+bool probe_read(const char *text)
+{
+    er_robot *robot = malloc(sizeof *robot);
+    er_interface *interface = malloc(sizeof *interface);
+    er_lines lines;
+    bool good;
+    er_lines_start(&lines, text, &failure);
+    good = er_robot_parse(robot, &lines) && er_interface_parse(interface, robot, &lines);
+    free(interface);
+    free(robot);
+    return good;
 }
 
 /* The folder that a URI names, cut to 200 bytes; false if it names none. */
@@ -129,6 +145,33 @@ void probe_loads(const er_model *model, const double *reference, const double *t
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
+/* Position of the TCP in four states, by [axis][state]; theta and wrench by [angle or axis][state].  And the
+ * loads that a wrench of each state adds. */
+void probe_pull(const er_model *model, const double *theta, const double *wrench, double *position,
+                double *load)
+{
+    const er_robot *robot = &model->robot;
+    er_motion motion;
+    ER_ALIGNED er_lanes result[ER_MAX_ANGLES], without[ER_MAX_ANGLES];
+    ER_ALIGNED er_vector reach;
+    ER_ALIGNED er_pull pull;
+    memset(&motion, 0, sizeof motion);
+    for (int i = 0; i < robot->angles; i++)
+        for (int l = 0; l < ER_LANES; l++) {
+            motion.sine[i][l] = sin(theta[i * ER_LANES + l]);
+            motion.cosine[i][l] = cos(theta[i * ER_LANES + l]);
+        }
+    memcpy(pull, wrench, sizeof pull);
+    model->kernel.reach(robot, &motion, ER_LANES, reach);
+    memcpy(position, reach, sizeof reach);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, NULL, NULL, without);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, NULL,
+                        (const er_lanes *)pull, result);
+    for (int k = 0; k < robot->elastics; k++)
+        for (int l = 0; l < ER_LANES; l++)
+            load[k * ER_LANES + l] = result[k][l] - without[k][l];
+}
+
 /* Derivative of these loads along directions, by [angle][state], and a change of the wrench. */
 void probe_tangent(const er_model *model, const double *theta, const double *rate,
                    const double *acceleration, const double *wrench, const double *direction,
@@ -154,6 +197,48 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
     memset(result, 0, sizeof result);
     model->kernel.tangent(robot, &links, &along, wrench_direction, NULL, result);
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
+}
+
+/* One pass of Newton's method from rest: matrices by [pair][row][column], of which the lower triangles count;
+ * residual and acceleration by [x][stage].  Returns the length of the change, NaN if they are singular. */
+double probe_newton(const er_model *model, int n, const double *re, const double *im,
+                    const double *residual, double *acceleration)
+{
+    ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_factor inverse[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes given[ER_MAX_ANGLES], change[ER_MAX_ANGLES];
+    double length = NAN;
+    for (int i = 0; i < n * n; i++)
+        for (int p = 0; p < ER_PAIRS; p++) {
+            matrix[i].re[p] = i % n <= i / n ? re[p * n * n + i] : NAN;
+            matrix[i].im[p] = i % n <= i / n ? im[p * n * n + i] : NAN;
+        }
+    memcpy(given, residual, (size_t)n * sizeof *given);
+    memset(change, 0, sizeof change);
+    if (model->kernel.invert(n, matrix, inverse))
+        length = model->kernel.improve(n, inverse, (const er_lanes *)given, change);
+    memcpy(acceleration, change, (size_t)n * sizeof *change);
+    return length;
+}
+
+/* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of
+ * the column that took most, 0 if it fails. */
+int probe_columns(er_model *model, double end, const double *q, const double *load_values,
+                  double accuracy, double *x, double *v)
+{
+    const er_state state = model->memory.state;
+    const er_load load = load_of(load_values);
+    int m = model->robot.elastics;
+    const er_command command = standing(model, q);
+    bool good;
+    er_sensitivity_start(&model->sensitivity, &model->robot, ER_BY_WRENCH, ER_BY_WRENCH, state.time);
+    model->sensitivity.accuracy = accuracy;
+    good = er_model_follow(model, &state, &model->memory.past, end, &command, &load, &failure);
+    for (int column = 0; column < 6; column++) {
+        memcpy(x + column * m, model->sensitivity.x[column], (size_t)m * sizeof *x);
+        memcpy(v + column * m, model->sensitivity.v[column], (size_t)m * sizeof *v);
+    }
+    return good && model->sensitivity.reason == NULL ? model->sensitivity.passes : 0;
 }
 
 void probe_curve(er_model *model, int kind, int region, int count, const double *x, double *torque,
@@ -217,6 +302,13 @@ bool probe_watch_growth(er_model *model)
 {
     model->watches_growth = true;
     return model->growth.has_grown;
+}
+
+/* Stiffness of the contact spring in the matrices of Newton's method. */
+void probe_spring_of_matrices(const er_model *model, double *stiffness)
+{
+    memcpy(stiffness, model->memory.state.linearisation.anchor,
+           sizeof model->memory.state.linearisation.anchor);
 }
 
 bool probe_outputs(er_model *model, double *tcp, double *velocity, double *rigid,

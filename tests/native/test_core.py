@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 import pytest
 from conftest import reference
-from native_core import CURVES, LANES, Core
+from native_core import CURVES, LANES, Core, library
 from places import REFERENCE
 from random_robots import make_robot
 
@@ -20,6 +21,13 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 
 NO_LOAD = np.zeros(6)
 REFERENCE_CURVES = {"nobacklash": "linear", "backlash": "backlash"}
+# Gauss collocation of four stages: nodes, their Lagrange polynomials, and the integrals of these.
+NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0]
+LAGRANGE = [
+    np.polynomial.Polynomial.fromroots(others) / np.prod(node - others)
+    for node, others in ((node, np.delete(NODES, k)) for k, node in enumerate(NODES))
+]
+A1 = np.array([basis.integ(1)(NODES) for basis in LAGRANGE]).T
 
 
 def _assert_relative(found, expected, tolerance):
@@ -83,6 +91,84 @@ def test_curves_agree_with_python(example, kind):
         np.testing.assert_allclose(
             torque[:, switching], expected[:, switching], rtol=1e-12, atol=1e-9
         )
+
+
+def test_the_gauss_coefficients_are_integrals_of_lagrange_polynomials():
+    """Node by node, the Bernstein form of the quintic, and the eigenvectors of A1 as an identity."""
+
+    def constant(name, *shape):
+        values = (np.ctypeslib.ctypes.c_double * int(np.prod(shape))).in_dll(library(), name)
+        return np.array(values).reshape(shape)
+
+    for name, expected in (
+        ("node", NODES),
+        ("once", A1.T),
+        ("twice", (A1 @ A1).T),
+        ("end_rate", np.array([basis.integ(1)(1.0) for basis in LAGRANGE])),
+        ("end_position", np.array([basis.integ(2)(1.0) for basis in LAGRANGE])),
+        ("end_acceleration", np.array([basis(1.0) for basis in LAGRANGE])),
+    ):
+        found = constant(f"er_gauss_{name}", *expected.shape)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=2e-15)
+    # Position over a step from x_0, h v_0 and h^2 a_j: 1, s, and the second integrals.
+    quintic = [np.polynomial.Polynomial([1.0]), np.polynomial.Polynomial([0.0, 1.0])]
+    quintic += [basis.integ(2) for basis in LAGRANGE]
+    s = np.linspace(0.0, 1.0, 6)
+    bernstein = np.array([comb(5, k) * s**k * (1.0 - s) ** (5 - k) for k in range(6)]).T
+    values = np.array([polynomial(s) for polynomial in quintic]).T
+    found = constant("er_gauss_bernstein", 6, 6)
+    np.testing.assert_allclose(bernstein @ found, values, rtol=0, atol=2e-15)
+    nodes = np.concatenate([[0.0], NODES, [1.0]])
+    controls = constant("er_gauss_bernstein_from_value", 6, 6)
+    basis = [comb(5, k) * nodes**k * (1.0 - nodes) ** (5 - k) for k in range(6)]
+    np.testing.assert_allclose(controls @ np.transpose(basis), np.eye(6), rtol=0, atol=2e-14)
+    eigen = constant("er_gauss_eigen_re", 2) + 1j * constant("er_gauss_eigen_im", 2)
+    to, back = constant("er_gauss_to_pairs", 4, 4).T, constant("er_gauss_from_pairs", 4, 4) / 2.0
+    to, back = to[:2] + 1j * to[2:], back[:2] - 1j * back[2:]
+    rebuilt = sum(2.0 * (eigen[p] * np.outer(back[p], to[p])).real for p in range(2))
+    np.testing.assert_allclose(rebuilt, A1, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(to @ back.T, np.eye(2), rtol=0, atol=1e-14)
+    powers = constant("er_gauss_power_from_stage", 4, 4)
+    np.testing.assert_allclose(
+        NODES[:, None] ** np.arange(4) @ powers, np.eye(4), rtol=0, atol=1e-14
+    )
+
+
+@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize("m", [1, 2, 3, 11, 12, 36])
+def test_a_pass_of_newtons_method_solves_the_collocation_equations(example, m, plain):
+    """Linear ones, of any size: the stages' equations written out, (4 m x 4 m) real."""
+    random, h = np.random.default_rng(m), 0.004
+    root = random.normal(size=(m, m))
+    mass = root @ root.T / m + np.eye(m)
+    damping, stiffness = (
+        np.diag(random.uniform(0.0, 300.0, m)),
+        np.diag(random.uniform(0.0, 1e6, m)),
+    )
+    eigenvalues = np.linalg.eigvals(A1)
+    eigenvalues = sorted(eigenvalues[eigenvalues.imag > 0.0], key=lambda value: value.imag)
+    matrices = np.array([mass + h * u * damping + (h * u) ** 2 * stiffness for u in eigenvalues])
+    residual = random.normal(size=(4, m))
+    whole = sum(
+        np.kron(stages, part)
+        for stages, part in (
+            (np.eye(4), mass),
+            (h * A1, damping),
+            (h * h * A1 @ A1, stiffness),
+        )
+    )
+    found, length = Core(example, plain).newton(matrices, residual)
+    expected = -np.linalg.solve(whole, residual.ravel()).reshape(4, m)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * m * np.abs(expected).max())
+    np.testing.assert_allclose(length, np.linalg.norm(expected), rtol=1e-13 * m)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_a_singular_matrix_is_told(example, plain):
+    """Its last pivot is exactly zero."""
+    singular = np.array([np.eye(3), np.ones((3, 3)) + np.diag([0.0, 1.0, 0.0])]) + 0j
+    _, length = Core(example, plain).newton(singular, np.ones((4, 3)))
+    assert np.isnan(length)
 
 
 @pytest.mark.parametrize("plain", [True, False])

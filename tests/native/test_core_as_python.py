@@ -6,15 +6,69 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from native_core import CURVES, Core
+from native_core import CURVES, Core, CoreError
 from native_derivatives import random_stiffness
 from pendulum import held
-from random_robots import make_robot, with_hysteresis
+from random_robots import hardly_loaded, make_robot, with_hysteresis
 from touching import entries
 
+from elastic_robot.errors import EquilibriumError
 from elastic_robot.gear_parts import StopElement
+from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load, symmetric
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def require_same(python: ElasticRobot, core: Core) -> None:
+    """Compare all outputs at rest."""
+    out = core.outputs(python.chain.elastic_count)
+    expected = {"x": python.deflection()}
+    expected |= {name: getattr(python, name)() for name in ("tcp", "rigid", "deviation")}
+    for name, values in expected.items():
+        np.testing.assert_allclose(out[name], values, rtol=0, atol=1e-12, err_msg=name)
+    upper = python.compliance()[np.triu_indices(3)]
+    scale = np.abs(upper).max()
+    np.testing.assert_allclose(out["compliance"], upper, rtol=1e-8, atol=1e-7 * scale)
+
+
+def loads(robot: ElasticRobot, rng: np.random.Generator) -> list[Load]:
+    """Wrenches, alone, with a spring at the TCP, and with a plane there; anchors that move."""
+    wrench, found = rng.normal(size=6) * 300.0, []
+    for k in range(6):
+        place = robot.tcp()[:3] + 1e-4 * rng.normal(size=3)
+        stiffness = symmetric(random_stiffness(rng)) * (k % 3 == 1)
+        plane = PlaneContact(1e6 * (k % 3 == 2), 0.0, 0.0, 0.0, 1e-3, UP)
+        anchor = ContactSpring(place, 1e-4 * rng.normal(size=3), stiffness)
+        found.append(Load(wrench * rng.uniform(-2.0, 2.0), anchor, contact=plane))
+    return found
+
+
+@pytest.mark.parametrize("has_elements", [False, True])
+@pytest.mark.parametrize("kind", CURVES)
+def test_random_robots_rest_as_in_python(kind, has_elements):
+    """One equilibrium after another, upright and unloaded gears among them.
+
+    Where Python finds none the core finds none.
+    """
+    for seed in range(28):
+        rng, robot = np.random.default_rng(seed), make_robot(seed, 1 + seed % 8)
+        robot = with_hysteresis(robot, seed) if has_elements else robot
+        n = len(robot.joints)
+        q = hardly_loaded(rng, n)[0] if seed % 2 else rng.uniform(-3.0, 3.0, n)
+        python, core = ElasticRobot(robot, kind, quasistatic=True), Core(robot)
+        python.reset(0.0, held(q), Load())
+        core.reset(kind, 0.0, q, np.zeros(6), quasistatic=True)
+        for k, load in enumerate(loads(python, rng), start=1):
+            try:
+                python.step(float(k), held(q), load)
+            except EquilibriumError:
+                with pytest.raises(CoreError, match="no static equilibrium"):
+                    core.step(float(k), q, entries(load))
+                break
+            core.step(float(k), q, entries(load))
+            require_same(python, core)
 
 
 @pytest.mark.parametrize("plain", [True, False])

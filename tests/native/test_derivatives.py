@@ -58,6 +58,31 @@ def test_tangents_of_the_loads_are_those_of_pinocchio(plain):
         np.testing.assert_allclose(found, np.sum(terms, axis=0), rtol=0, atol=1e-12 * scale)
 
 
+@pytest.mark.parametrize("length", [0.001, 0.004, 0.012])
+@pytest.mark.parametrize("curve", ["linear", "backlash"])
+def test_refinements_gain_three_digits_each(example, curve, length):
+    """The wrench's columns, solved with the matrix of the step's start once, refined once and twice.
+
+    The curve `spline` bends within the step, and gains less.
+    """
+    core, m = Core(example), build_chain(example).elastic_count
+    core.reset(curve, 0.0, POSTURE, np.zeros(6))
+    core.step(0.02, POSTURE, LOAD)
+
+    def columns(accuracy: float) -> tuple[np.ndarray, int]:
+        return core.columns(0.02 + length, POSTURE, LOAD, m, accuracy)
+
+    exact, _ = columns(1e-13)
+    for accuracy, solutions, left in ((2.0, 1, 1e-3), (1e-2, 2, 1e-6), (1e-9, 3, 1e-9)):
+        found, passes = columns(accuracy)
+        assert passes <= solutions
+        assert np.abs(found - exact).max() < left * np.abs(exact).max()
+    # With this one, for the accelerations, the FMU works.
+    found, passes = columns(1e-11)
+    assert passes <= 4
+    assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max()
+
+
 def _example_case(example, **changes) -> Case:
     inputs = np.concatenate([LOAD, POSTURE, [0.05] * 6, [0.3] * 6, np.zeros(SPRING_INPUTS)])
     given = Case(

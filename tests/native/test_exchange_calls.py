@@ -156,6 +156,82 @@ def test_quasistatic_mode_has_no_states_and_is_refused(exchange, capfd):
     assert np.abs(exchange.derivatives()).max() < 1e-6
 
 
+def test_what_cannot_be_is_refused_and_changes_nothing(exchange, capfd):
+    exchange.start()
+    state, fmu = exchange.state, exchange.fmu
+    for sentence, call in (
+        ("continuous states: expected 22 values, got 21", lambda: _set(exchange, state[:21])),
+        ("continuous state 5: expected a finite", lambda: _set(exchange, _with_nan(state, 4))),
+        ("time: expected a finite number, got nan s", lambda: fmu.setTime(float("nan"))),
+        ("event indicators: expected 11 values", lambda: fmu.getEventIndicators(_vector(9), 9)),
+        ("derivatives of continuous states: expected", lambda: fmu.getDerivatives(_vector(1), 1)),
+        ("tcp.x is an output and cannot be set", lambda: exchange.set("tcp", [0.0] * 7)),
+        (
+            "der(deflection[1]) is computed and cannot be set",
+            lambda: exchange.set("deflection_derivative", [0.0] * 11),
+        ),
+        (
+            "expected event mode before a parameter changes, got continuous-time mode",
+            lambda: exchange.set("gravity", [0.0, 0.0, -1.62]),
+        ),
+        ("force.x: expected a finite number", lambda: exchange.set("wrench", [np.nan] * 6)),
+        (
+            "derivative: expected an input, a tunable parameter, time or, behind initialisation, a",
+            lambda: exchange.jacobian(["tcp"], "tcp"),
+        ),
+    ):
+        _refused(capfd, sentence, call)
+    np.testing.assert_array_equal(exchange.state, state)
+    exchange.set("anchor_stiffness", [-1e5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    _refused(capfd, "contact spring (anchor.kxx to anchor.kzz): expected no", exchange.derivatives)
+    exchange.set("anchor_stiffness", [0.0] * 6)
+    assert np.abs(exchange.derivatives()).max() < 1e-6
+
+
+def _set(exchange: Exchange, values: np.ndarray) -> None:
+    exchange.state = values
+
+
+def _with_nan(values: np.ndarray, place: int) -> np.ndarray:
+    changed = values.copy()
+    changed[place] = np.nan
+    return changed
+
+
+def test_parameters_change_at_events_and_act_at_once(exchange, capfd):
+    """Weight that vanishes leaves the springs' torque: x'' jumps; a stiffness of zero is refused."""
+    exchange.start()
+    exchange.fmu.enterEventMode()
+    exchange.set("gravity", [0.0, 0.0, 0.0])
+    assert np.abs(exchange.derivatives()).max() > 1.0
+    exchange.set("gravity", [0.0, 0.0, -9.81])
+    assert np.abs(exchange.derivatives()).max() < 1e-6
+    stiffness = exchange.get("stiffness")
+    _refused(
+        capfd,
+        "joint[1].stiffness: expected a number > 0",
+        lambda: exchange.set("stiffness", [0.0, *stiffness[1:]]),
+    )
+    np.testing.assert_array_equal(exchange.get("stiffness"), stiffness)
+    assert np.abs(exchange.derivatives()).max() < 1e-6
+
+
+def test_states_and_time_may_be_set_as_variables_too(exchange):
+    """As CasADi does, in event mode, where it stays."""
+    exchange.start()
+    exchange.fmu.enterEventMode()
+    rng = np.random.default_rng(0)
+    x, v = 1e-3 * rng.normal(size=11), 0.1 * rng.normal(size=11)
+    exchange.set("deflection", x)
+    exchange.set("deflection_rate", v)
+    np.testing.assert_array_equal(exchange.state, [*x, *v])
+    found = exchange.get("deflection_derivative", "rate_derivative")
+    exchange.fmu.enterContinuousTimeMode()
+    exchange.state = np.zeros(22)
+    exchange.state = np.array([*x, *v])
+    np.testing.assert_array_equal(exchange.derivatives(), found)
+
+
 def test_saved_states_go_back_bit_for_bit_within_and_between_instances(example, pair):
     one, other = (Exchange(example, pair.folder2).start() for _ in range(2))
     rng = np.random.default_rng(0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange import DERIVATIVES, exchange_of
+from exchange import DERIVATIVES, STATES, Exchange, exchange_of
 from exchanged_robot import ExchangedRobot
 from fmpy.fmi2 import FMU2Slave
 from native_derivatives import random_stiffness
@@ -24,6 +24,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
 CURVES = tuple(TORQUE_CURVES)
+INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
+IDENTITY = np.array([1.0, 0.0, 0.0, 1.0, 0.0, 1.0])
 
 
 class Setting:
@@ -128,6 +130,34 @@ def test_derivatives_by_time_follow_the_trajectory(tmp_path, example):
     assert np.abs(found[-11:]).min() > 1e-3
     for name in ("q_cmd", "qd_cmd", "qdd_cmd"):
         assert not exchange.jacobian(unknowns, name).any()
+
+
+def test_what_arrays_are_declared_to_follow_is_all_that_they_do(pair, example):
+    """Outputs, derivatives and event indicators by inputs, states and time, from their Jacobians."""
+    exchange = Exchange(example, pair.folder2).start(torque_curve="spline")
+    rng = np.random.default_rng(0)
+    for name in INPUTS[:5]:
+        exchange.set(name, rng.normal(size=len(exchange.references[name])))
+    exchange.set("anchor_stiffness", 1e5 * IDENTITY)
+    exchange.state = 1e-2 * rng.normal(size=22)
+    description = pair.description
+    listed = [*description.outputs, *description.derivatives, *description.eventIndicators]
+    elements = {v.valueReference: int(np.prod(v.shape or 1)) for v in description.modelVariables}
+    followed = 0
+    for unknown in listed:
+        reference = unknown.variable.valueReference
+        asked = list(range(reference, reference + elements[reference]))
+        declared = {d.valueReference for d in unknown.dependencies}
+        for known in description.modelVariables:
+            first = known.valueReference
+            is_state = known.name.split("[")[0] in STATES
+            if first in declared or not (known.causality == "input" or is_state):
+                continue
+            knowns = list(range(first, first + elements[first]))
+            found = exchange.fmu.getDirectionalDerivative(asked, knowns, [1.0] * len(knowns))
+            assert not np.any(found), f"{unknown.variable.name} by {known.name}"
+            followed += 1
+    assert followed > 50
 
 
 def _tabled(robot: Robot) -> Robot:

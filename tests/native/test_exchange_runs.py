@@ -17,6 +17,7 @@ from places import DOCS, REFERENCE
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import StopElement
 
 TCP = {"2": ["tcp.x", "tcp.y", "tcp.z"], "3": ["tcp.position"]}
 CURVES = {"nobacklash": "linear", "backlash": "backlash"}
@@ -232,3 +233,39 @@ def test_kinks_of_a_trajectory_are_time_events(gear, tmp_path):
         found.append(now)
         exchange.fmu.setTime(now)
     assert found == time[1:-1]
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+@pytest.mark.parametrize("curve", ["linear", "backlash"])
+def test_cvode_follows_gears_that_slip_and_stick(example, tmp_path, fmi, curve):
+    """-2000 N on 0.05 <= t < 0.15 s on a robot with hysteresis: as by co-simulation to 1e-9 m."""
+    stops = tuple(StopElement(40.0, angle) for angle in (2e-5, 6e-5, 1.5e-4))
+    joints = tuple(replace(j, hysteresis=stops if j.stiffness else ()) for j in example.joints)
+    fmu = build_fmu(
+        replace(example, joints=joints), tmp_path / "R.fmu", BuildOptions("native", fmi=fmi)
+    )
+    force = np.array(
+        [(0.0, 0.0), (0.05, 0.0), (0.05, -2000.0), (0.15, -2000.0), (0.15, 0.0), (0.3, 0.0)],
+        dtype=[("time", float), ("force.z", float)],
+    )
+    posture = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
+    start = {f"q_cmd[{i}]": q for i, q in enumerate(posture, start=1)}
+    elongations = [f"elongation[{k}]" for k in range(1, 16)]
+    found = [
+        simulate_fmu(
+            str(fmu),
+            fmi_type=kind,
+            stop_time=0.3,
+            output_interval=1e-3,
+            relative_tolerance=1e-9,
+            start_values={**start, **own, "torque_curve": curve},
+            input=force,
+            output=["tcp.x", "tcp.z", *elongations],
+            record_events=False,
+        )
+        for kind, own in (("ModelExchange", {}), ("CoSimulation", {"tcp_tolerance": 1e-9}))
+    ]
+    for name in ("tcp.x", "tcp.z", *elongations):
+        np.testing.assert_allclose(found[0][name], found[1][name], rtol=0, atol=1e-9)
+    assert np.ptp(found[1]["tcp.z"]) > 1e-3
+    assert sum(np.ptp(found[1][name]) > 3e-5 for name in elongations) > 5

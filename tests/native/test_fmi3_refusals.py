@@ -1,4 +1,4 @@
-"""What FMI 3.0 alone has to refuse; what both refuse stands in tests/fmu."""
+"""What FMI 3.0 alone has to refuse; the rest: test_life_cycle.py and tests/fmu/hosts/clauses.py."""
 
 from __future__ import annotations
 
@@ -69,6 +69,24 @@ def test_a_refused_call_says_why_and_changes_nothing(pair, capfd, name):
     slave.doStep(0.0, STEP)
 
 
+def test_a_spring_that_pushes_away_is_refused_at_the_step(pair, capfd):
+    """And only there, since the six entries may be set one after another."""
+    slave, twin = pair.started(), pair.started()
+    pair.set(slave, "anchor.stiffness", [0.0, 0.0, 2e5, 0.0, 0.0, 0.0])
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    said = capfd.readouterr().err
+    assert "(anchor.kxx to anchor.kzz): expected no eigenvalue below 0, got -200000" in said
+    assert pair.get(slave, "tcp.position") == pair.get(twin, "tcp.position")
+    # Rounding is no matter: a spring along one axis.
+    axis = [0.1, 0.7, -0.3]
+    entries = [1e5 * axis[i] * axis[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
+    for one in (slave, twin):
+        pair.set(one, "anchor.stiffness", entries)
+        one.doStep(0.0, STEP)
+    assert pair.everything(slave) == pair.everything(twin)
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -81,3 +99,14 @@ def test_an_instance_that_cannot_be_is_refused_with_a_sentence(pair, capfd, opti
     with pytest.raises(Exception, match="Failed to instantiate"):
         pair.fmi3(**options)
     assert sentence in capfd.readouterr().err
+
+
+def test_sentences_go_to_the_masters_log_where_it_is_on(pair, capfd):
+    said = []
+    slave = pair.fmi3(loggingOn=True, logMessage=lambda *message: said.append(message))
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    assert len(said) == 1
+    assert said[0][2] == b"logStatusError"
+    assert b"expected initialisation's end before a step" in said[0][3]
+    assert "initialisation" not in capfd.readouterr().err

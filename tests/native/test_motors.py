@@ -6,6 +6,7 @@ import itertools
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from fmpy.fmi1 import FMICallException
 from native_motors import Both, built, one_joint
@@ -17,7 +18,9 @@ from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.chain import build_chain
 from elastic_robot.drive import Drive
+from elastic_robot.parameters import Parameters
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
 LOOPS = {"position_gain": 20.0, "rate_gain": 2e3}
@@ -126,6 +129,23 @@ def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
     np.testing.assert_allclose(behind, [0.2 / 20.0, 0.0], rtol=0, atol=1e-7)
 
 
+def test_a_torque_turns_rotor_and_link_together(tmp_path):
+    """Without gravity q'' = (tau - F) / (J + I) once friction slips; less than F moves nothing far."""
+    drive = Drive(30.0, **LOOPS, friction=20.0)
+    fmu = built(one_joint(drive), tmp_path)
+    slave = fmu.start(fmu.slave(), [0.0], drive="torque")
+    rates, step = [], 1e-3
+    for k in range(3000):
+        fmu.set(slave, {"torque_cmd[1]": 10.0 if k < 1000 else 100.0})
+        slave.doStep(k * step, step)
+        rates.append(fmu.get(slave, "motor_rate[1]", "motor_angle[1]", "motor_torque[1]"))
+    rate, angle, torque = np.array(rates).T
+    assert np.abs(angle[:1000]).max() < 2e-5  # the friction's slip angle
+    assert set(torque) == {10.0, 100.0}
+    # About the joint: 7.5 kg m^2 at the centre of mass and 10 kg at 0.5 m.
+    np.testing.assert_allclose(np.diff(rate[2500:]).mean() / step, 80.0 / 40.0, rtol=1e-4)
+
+
 def test_a_limited_servo_goes_on_without_winding_up(tmp_path):
     """A command too fast for it: the torque stays at its limit, the angle overshoots little."""
     drive = Drive(10.0, **LOOPS, integral_gain=2e4, torque_limit=50.0)
@@ -140,6 +160,48 @@ def test_a_limited_servo_goes_on_without_winding_up(tmp_path):
     assert np.abs(torque).max() == 50.0
     assert angle.max() < 0.13
     np.testing.assert_allclose(angle[-1], 0.1, rtol=0, atol=1e-6)
+
+
+def test_free_motors_keep_their_energy(tmp_path):
+    """Kinetic energy of links and rotors and that of the springs, without damping, to 1e-7."""
+    rng = np.random.default_rng(4)
+    robot = driven(make_robot(4, 3), rng)
+    free = tuple(
+        replace(
+            j,
+            damping=0.0,
+            hysteresis=(),
+            tilt=tuple(replace(t, damping=0.0) for t in j.tilt),
+            drive=j.drive and replace(j.drive, friction=0.0, viscous=0.0),
+        )
+        for j in robot.joints
+    )
+    robot = replace(robot, joints=free, gravity=(0.0, 0.0, 0.0))
+    fmu = built(robot, tmp_path)
+    q, chain = rng.uniform(-0.5, 0.5, 3), build_chain(robot)
+    data, stiffness = chain.model.createData(), Parameters.of(robot).stiffness
+    slave = fmu.start(fmu.slave(), q, 1e-9, drive="torque", torque_curve="linear")
+    m, names = chain.elastic_count, []
+    for name in ("deflection", "deflection_rate"):
+        names += [f"{name}[{k + 1}]" for k in range(m)]
+    for name in ("motor_angle", "motor_rate"):
+        names += [f"{name}[{i + 1}]" for i in range(3)]
+    inertia = np.array([j.drive.inertia if j.drive else 0.0 for j in robot.joints])
+
+    def energy() -> float:
+        x, v, angle, rate = np.split(np.array(fmu.get(slave, *names)), [m, 2 * m, 2 * m + 3])
+        theta, moving = chain.theta(angle, x), chain.theta(rate, v)
+        links = pin.computeKineticEnergy(chain.model, data, theta, moving)
+        return links + 0.5 * (inertia @ rate**2) + 0.5 * stiffness @ x**2
+
+    for k in range(10):  # pushed, then free
+        fmu.set(slave, {"force.z": 500.0 if k < 9 else 0.0, "force.x": 200.0 if k < 9 else 0.0})
+        slave.doStep(k * 4e-3, 4e-3)
+    before = energy()
+    for k in range(10, 60):
+        slave.doStep(k * 4e-3, 4e-3)
+    assert before > 0.1
+    np.testing.assert_allclose(energy(), before, rtol=1e-7)
 
 
 def test_a_saved_state_continues_identically(tmp_path):

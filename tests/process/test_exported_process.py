@@ -5,13 +5,38 @@ from __future__ import annotations
 import sys
 import zipfile
 
+import numpy as np
 import pytest
 from left_behind import left_behind
 from places import HOSTS
-from wall_fmu import STIFFNESS, task
+from wall_fmu import STIFFNESS, process, task
 
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.process import ElasticWallTable
+
+
+def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
+    """The FMU that this project writes of a process, read back as one."""
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    path = task().desired
+    file = build_process_fmu(wall, path, tmp_path / "Wall.fmu")
+    answer = (
+        process(
+            file,
+            frame="base",
+            inputs={name: f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
+            outputs={f"f{axis}": f"force.{axis}" for axis in "xyz"},
+            parameters={},
+        )
+        .evaluate(path)
+        .wrench
+    )
+    np.testing.assert_allclose(answer.wrench, wall.evaluate(path).wrench.wrench, rtol=0, atol=1e-9)
+
+
+def test_our_own_exported_process_may_refuse_many_times(exported, run_host):
+    said = run_host("process_refusals", exported)
+    assert said.count("tcp.y: expected a finite number, got nan") == 50
 
 
 def test_our_own_exported_process_goes_back_to_its_states_bit_for_bit(exported, run_host):

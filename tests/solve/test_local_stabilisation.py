@@ -64,3 +64,24 @@ def test_a_gear_that_was_carried_too_far_comes_back(hard):
     """Near its place the process is ten times as stiff as its last moves told."""
     path = places(0.1 * TRUE, 100.0 * TRUE, most=25, hard=hard)
     assert path[-1] < 1e-9
+
+
+def test_a_gear_that_turns_off_its_way_is_carried_no_farther():
+    """Two moves along one axis, then one at a right angle: nothing is known of that direction."""
+    settling = LocalStabilisation.initial(np.array([[TRUE]]))
+    for move in ([1e-5, 0, 0], [1e-5, 0, 0], [9e-6, 0, 0], [8e-6, 0, 0]):
+        settling = settling.after(np.array([[move]]), usual=TRUE)
+    assert settling.factor > 1.0
+    turned = settling.after(np.array([[[0.0, 8e-6, 0.0]]]), usual=TRUE)
+    assert turned.factor == 1.0
+    assert turned.most < settling.factor
+    assert turned.hold == TRUE
+
+
+def test_another_coupling_begins_with_what_is_held():
+    """What hung in one pass hangs in the next; how far it was from its place is another matter."""
+    settling = LocalStabilisation.initial(np.array([[TRUE]]))
+    for move in (1e-5, 1e-5, 9e-6, 8e-6):
+        settling = settling.after(np.array([[[move, 0.0, 0.0]]]), usual=TRUE)
+    again = settling.restarted()
+    assert (again.hold, again.factor, again.evaluations) == (TRUE, 1.0, 0)
