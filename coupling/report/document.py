@@ -7,6 +7,7 @@ import gzip
 import html
 import json
 import math
+import re
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
+_NOT_FINITE = re.compile("nan|-?inf")
 # Level of gzip: 9 takes three times as long as 6 for a hundredth less.
 _COMPRESSION = 6
 _BROWSER = Path(__file__).with_name("browser")
@@ -285,9 +287,10 @@ def _text(value: Any) -> str:
             return _text(flat.reshape(sizes))
         return f"{{{','.join(f'{json.dumps(key)}:{_text(item)}' for key, item in value.items())}}}"
     if isinstance(value, np.ndarray):
-        if value.ndim == 1 and value.dtype.kind == "f" and np.isfinite(value).all():
-            # All numbers of a curve at once.
-            return f"[{','.join([_NUMBER] * len(value))}]" % tuple(value.tolist())
+        if value.dtype.kind == "f":
+            return _numbers_text(value)
+        if value.dtype.kind in "iu":
+            return json.dumps(value.tolist(), separators=(",", ":"))
         value = list(value)
     if isinstance(value, list | tuple):
         return f"[{','.join(map(_text, value))}]"
@@ -295,3 +298,12 @@ def _text(value: Any) -> str:
     if isinstance(item, float):
         return _NUMBER % item if math.isfinite(item) else "null"
     return json.dumps(item)
+
+
+def _numbers_text(values: np.ndarray) -> str:
+    """Return an array as JSON, all its numbers at once."""
+    template = _NUMBER
+    for size in reversed(values.shape):
+        template = f"[{','.join([template] * size)}]"
+    text = template % tuple(values.ravel().tolist())
+    return text if np.isfinite(values).all() else _NOT_FINITE.sub("null", text)
