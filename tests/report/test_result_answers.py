@@ -14,7 +14,7 @@ from coupling.place.folder import StoredPlacement
 from coupling.report.modes_report import modes_answer
 from coupling.report.next_report import next_answer, refused_answer
 from coupling.report.place_report import place_answer
-from coupling.report.stability_report import stability_answer
+from coupling.report.stability_report import stability_answer, stability_report
 from coupling.report.study_report import study_answer
 from coupling.results.cut_result import CutStability
 from coupling.results.forecast import RunForecast
@@ -22,7 +22,12 @@ from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesRes
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer
-from coupling.results.stability_result import StabilityPoint, StabilityResult
+from coupling.results.stability_result import (
+    FeedChartResult,
+    PartChartResult,
+    StabilityPoint,
+    StabilityResult,
+)
 from coupling.results.study_result import (
     InfluenceResult,
     ShareResult,
@@ -142,7 +147,7 @@ def study_screen(
     )
 
 
-def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+def stability_result(stable: bool, moved: float, tolerance: float | None) -> StabilityResult:
     point = StabilityPoint(
         time=1.0,
         posture_deg=(0.0,),
@@ -158,7 +163,7 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         unloaded_joints=(),
         moved_m=moved,
     )
-    result = StabilityResult(
+    return StabilityResult(
         case="slot",
         case_file="my cases/slot.toml",
         robot="",
@@ -173,7 +178,10 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         stable_rpm=((3300.0, 3500.0),),
         version="0",
     )
-    return stability_answer(result)
+
+
+def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+    return stability_answer(stability_result(stable, moved, tolerance))
 
 
 def modes_screen(softest: float | None, in_case: bool = True):
@@ -319,6 +327,21 @@ def test_a_place_where_the_cut_chatters_is_none():
     answer = place_screen(setting(1e-4, 1.0, stability=cut.model_dump()), None, 2e-4)
     assert answer.good is False
     assert "x 1.25 m, yaw 30 deg. The cut chatters" in answer.reason
+
+
+def test_a_cut_without_a_limit_has_no_empty_pictures():
+    """Over the feed and the part, as far as there is one."""
+    result = stability_result(True, 1e-4, None)
+    for limit, names in ((None, {"part"}), (1e-3, {"feed", "part"})):
+        part = PartChartResult(x_m=(0.0,), y_m=(0.0,), limit_m=((limit,),), least_m=((1e-3,),))
+        charts = {
+            "over_feed": FeedChartResult(feed_deg=(0.0,), limit_m=(limit,)),
+            "over_part": part,
+        }
+        sections = stability_report(result.model_copy(update=charts)).sections()
+        drawn = {section.name: len(section.figures) for section in sections if section.figures}
+        assert set(drawn) == names
+        assert drawn["part"] == (1 if limit is None else 2)
 
 
 def test_the_share_of_robots_that_keep_the_tolerance_counts_those_that_fail():
