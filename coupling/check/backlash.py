@@ -42,15 +42,10 @@ def gear_replays(
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
-        model: The same robot, simulated.
         motion: Path, joint angles of the undeflected robot along it and wrench on the tool.
-        watch: Function called with the progress of the work.
 
     Returns:
         One for each variation of backlash and hysteresis, but for those that no gear has.
-
-    Raises:
-        SimulationError: If the robot cannot be simulated.
     """
     robots = [
         model.differing(variation.difference, variation.name)
@@ -72,11 +67,7 @@ def gear_replays(
 def exact_command(
     moving: MovingRobot, motion: DesiredMotion, watch: Watch = unwatched
 ) -> JointPath:
-    """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
-
-    Args:
-        watch: Function called with the progress of the work.
-    """
+    """Return the motion of the drives that keeps the tool on its path, row by row as solved for."""
     task = moving.task(motion)
 
     def progress(completed: int, total: int) -> None:

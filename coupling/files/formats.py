@@ -19,7 +19,6 @@ class FileFormat:
         name: Noun with its article.
         kind: The kind of tool path that reads it; None if there is none.
         remedy: Advice where it is not read, an imperative.
-        pattern: Matches somewhere in the first lines of such a file.
     """
 
     name: str
@@ -171,7 +170,6 @@ def other_format(content: bytes, kinds: Collection[str]) -> str | None:
     """Return what a file is and what to do, "got X: do Y", if it is of none of these kinds.
 
     Args:
-        content: Its first bytes, or all.
         kinds: Kinds of tool path that a reader takes.
 
     Returns:

@@ -33,11 +33,7 @@ def placed_file(number: int) -> str:
 
 
 def write_placement(folder: Path, placement: CasePlacement) -> None:
-    """Write all files but the report into an existing folder.
-
-    Raises:
-        ResultError: If a file cannot be written.
-    """
+    """Write all files but the report into an existing folder."""
     case = placement.placing.case.name
     try:
         for number, setting in enumerate(placement.best, start=1):
@@ -106,7 +102,6 @@ def _map_result(part_map: PartMap) -> MapResult:
 def _setting(
     placing: Placing, evaluated: EvaluatedSetting, file: str | None = None
 ) -> SettingResult:
-    """Return what one setting comes to."""
     figures, goal = evaluated.figures, placing.goal
     return SettingResult(
         file=file,
@@ -130,12 +125,7 @@ def _setting(
 
 @dataclass(frozen=True)
 class StoredPlacement(Shown):
-    """A placement read back from its folder.
-
-    Attributes:
-        figures: Content of place.json.
-        maps: Its maps.
-    """
+    """A placement read back from its folder."""
 
     figures: PlacementResult
     maps: tuple[PartMap, ...]

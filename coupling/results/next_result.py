@@ -16,7 +16,6 @@ class DeviationSize:
     """Size of a deviation [m] without noise; what is faster than 15 Hz counts where it exceeds noise.
 
     Attributes:
-        maximum, rms: Largest and rms distance.
         maximum_less_constant, rms_less_constant: The same less a constant.
         doubt: Standard deviation of the square of the rms, by the noise [m^2].
         fast: Rms of what is faster than 15 Hz and more than noise, which is part of the others; else 0.

@@ -28,7 +28,6 @@ class RobotVariation:
 
     Attributes:
         name: Difference from the model, in words.
-        difference: Difference of every robot.
         force: Factor of the wrench.
 
     Example:
@@ -64,16 +63,9 @@ def replayed(
 ) -> tuple[Replay, ...]:
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
-    Args:
-        models: Simulation of each of them, in their order.
-        correction: The command.
-
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
         robots.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     if all(model.robot.is_rigid for model in models):
         return ()
@@ -105,14 +97,10 @@ def noise_replays(
     Args:
         samples: Times at which the process is evaluated [s], (k,).
         noise: Noise of its forces as they come.
-        correction: The command, with the forces without what was taken off.
 
     Returns:
         The replay, of white noise low-passed at the lowest cutoff of what takes it off the forces; none
         where there is no noise.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     if noise is None or not noise.significant:
         return ()
@@ -137,7 +125,6 @@ def _compute(command: CheckedCommand) -> tuple[Replay, ...]:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command leaves on robots that differ from the model."""
     if not figures.robustness:
         return []
     text = (

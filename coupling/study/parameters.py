@@ -1,4 +1,4 @@
-"""Uncertain parameters of robots and load, and the robots that their values make."""
+"""Uncertain parameters of robots and load, the robots that their values make, and designs of samples."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ class StudyParameter:
     Attributes:
         name: Its key in [study]; with a joint's number in brackets where each joint has its own, and the
             robot's name before it where there are two robots.
-        spread: Its distribution.
 
     Example:
         >>> StudyParameter("stiffness_factor", Distribution(low=0.98, high=1.02)).at(np.array([0.0, 0.5,
@@ -60,12 +59,7 @@ class StudyParameter:
 
 @dataclass(frozen=True)
 class SampledRobots:
-    """Robots and a load that a sample's values make.
-
-    Attributes:
-        differences: Difference of each robot of the case.
-        force: Factor of the process's wrench.
-    """
+    """Robots and a load that a sample's values make."""
 
     differences: tuple[RobotDifference, ...]
     force: float
@@ -76,8 +70,6 @@ class StudyParameters:
     """The uncertain parameters of a study.
 
     Attributes:
-        entries: The parameters.
-        robots: Names of the case's robots.
         joints: Number of joints of each robot.
         payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
             (3,); None: at its TCP.
@@ -127,11 +119,7 @@ class StudyParameters:
         return np.column_stack(columns) if columns else np.empty((len(shares), 0))
 
     def sampled(self, values: Sequence[float]) -> SampledRobots:
-        """Return the robots and the load of a sample.
-
-        Args:
-            values: One for each entry.
-        """
+        """Return the robots and the load of a sample."""
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
@@ -185,3 +173,38 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     amounts[joint] += 0.5
     difference = RobotDifference({variation.name: tuple(amounts)})
     return bool(difference.values(robot.description, robot.torque_curve, robot.drive))
+
+
+def sobol(count: int, width: int, seed: int) -> np.ndarray:
+    """Return the first points of a scrambled Sobol sequence, (count, width).
+
+    More points of the same seed begin with these: a study can grow.
+
+    Example:
+        >>> bool(np.all(sobol(9, 2, seed=1)[:5] == sobol(5, 2, seed=1)))
+        True
+    """
+    from scipy.stats import qmc
+
+    power = max(int(np.ceil(np.log2(count))), 0)
+    points: np.ndarray = qmc.Sobol(width, scramble=True, rng=seed).random_base2(power)
+    return points[:count]
+
+
+def latin_hypercube(count: int, width: int, seed: int) -> np.ndarray:
+    """Return a Latin hypercube: a point in each of `count` slices of every axis, (count, width).
+
+    Another number of points is another design.
+    """
+    from scipy.stats import qmc
+
+    return qmc.LatinHypercube(width, rng=seed).random(count)
+
+
+DESIGNS = {"sobol": sobol, "latin-hypercube": latin_hypercube}
+GROWS = ("sobol",)
+
+
+def draw_samples(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
+    """Return the values of the parameters of a design's samples, in their units, (count, k)."""
+    return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))

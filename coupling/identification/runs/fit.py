@@ -154,13 +154,13 @@ class Fitter:
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
             counted = _with_secants(self._counted(now, spectrum, over))
             fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
-            now = fit.linearisation
+            now = fit.experiment
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
         covariance = self._covariance(self._counted(now, spectrum, left_over.over))
         return ParameterFit(
             **vars(now.point),
             covariance=covariance,
-            converged=fit.is_settled,
+            converged=fit.converged,
             left_over=left_over,
             spectrum=spectrum,
             seconds=seconds,
@@ -238,7 +238,7 @@ def _refined(objective: FitObjective, start: FitPoint) -> RunLinearisation:
     # Far from the solution derivatives of the gears' equation lead towards it.
     slopes = objective.slopes(start.z, objective.problem.effects)
     here = RunLinearisation(objective, start, (), np.zeros(0), slopes)
-    return estimate(_with_secants(here), _free(objective), _STEPS, _SETTLED).linearisation
+    return estimate(_with_secants(here), _free(objective), _STEPS, _SETTLED).experiment
 
 
 def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float) -> bool:

@@ -16,7 +16,6 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.special import gammaincinv
 
 from coupling.errors import SimulationError
-from coupling.identification.estimate import Trial
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
 from coupling.identification.runs.residual import Residual, noise_of
@@ -319,11 +318,6 @@ class RunLinearisation:
         return factor, -solve_triangular(factor, right, trans="T")
 
     @property
-    def cost(self) -> float:
-        """Half the squares of residuals and prior [1]."""
-        return self.point.cost
-
-    @property
     def unit(self) -> float:
         """Decrease of the cost that makes the measurement likelier by e."""
         return 1.0
@@ -336,26 +330,30 @@ class RunLinearisation:
         count = len(self.exact_at)
         return bool(np.all(np.abs(self.x[:count] - self.exact_at) <= self.reach))
 
-    def try_step(self, step: np.ndarray) -> FitPoint | None:
-        """Return the residual after a step [1, m, rad, s], (U,); None of a robot that gives way."""
-        return self.objective.try_at(self.x + step, self.point.scale)
+    def cost(self, weighted: RunLinearisation) -> float:
+        """Return half the squares of residuals and prior [1], by the scale around other values."""
+        point = self.point
+        return 0.5 * self.objective.rescaled(point.z, point.rows, weighted.point.scale)[1]
 
-    def move_to(self, trial: Trial) -> RunLinearisation:
-        """Return the runs around a trial, with derivatives that explain the step [Broyden1965]."""
-        assert isinstance(trial, FitPoint)
+    def at(self, x: np.ndarray) -> RunLinearisation | None:
+        """Return the runs around other values [1, m, rad, s], (U,); None of a robot that gives way.
+
+        Their derivatives explain the step [Broyden1965].
+        """
+        point = self.objective.try_at(x)
+        if point is None:
+            return None
         count = len(self.objective.problem.parameters)
         slopes = []
         for number, before in enumerate(self.slopes):
             columns = self.objective.columns(self.point, number, before)
-            step = (trial.z - self.x)[self.objective.unknowns_of(number)]
-            unexplained = self.point.slow[number] - trial.slow[number] - columns @ step
+            step = (x - self.x)[self.objective.unknowns_of(number)]
+            unexplained = self.point.slow[number] - point.slow[number] - columns @ step
             size = np.linalg.norm(before, axis=(0, 1))
             share = size**2 * step[:count]
             length = float(share @ step[:count])
             share = share / length if length > 0.0 else 0.0 * share
             slopes.append(before + unexplained[:, :, None] * share)
-        scale, squares = self.objective.rescaled(trial.z, trial.rows)
-        point = replace(trial, scale=scale, squares=squares)
         return replace(self, point=point, slopes=slopes)
 
     def recompute(self) -> RunLinearisation:

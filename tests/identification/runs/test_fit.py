@@ -209,4 +209,4 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
         0.15,
     )
     assert without.over_noise(found) ** 2 < 1.05
-    assert without.over_noise(best.linearisation.point) ** 2 > 1.2
+    assert without.over_noise(best.experiment.point) ** 2 > 1.2
