@@ -36,7 +36,7 @@ _WORSE, _DEVIATIONS = 1.1, 2.0
 _VALUES = 6.0
 # Cutoffs of the first correction and of all [Hz]: above these has a correction more noise than signal;
 # and where gears pass through a backlash that was not learned, which fast corrections make them do.
-_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.4, 1.5)
+_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.8, 1.5)
 # A place is worse where its mean square is so many times the best one's, and converges where it is such
 # a part of that; least gain.
 _WORSE_PLACE, _CONVERGES, _LEAST_GAIN = 2.0, 0.5, 0.25

@@ -191,7 +191,7 @@ class Fitter:
         simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
         but not what other gears do meanwhile.
         """
-        secants = self.problem.secants(np.full(len(self.problem.parameters), _CHANGE))
+        secants = self.problem.secants(_CHANGE)
         by_secants, by_equation = (
             np.linalg.inv(
                 now.objective.equations(now.point, now.objective.slopes(now.x, derivatives))[0]
@@ -293,8 +293,7 @@ def _best_restart(now: RunLinearisation) -> Restart | None:
     All else is fitted to these with derivatives that are known, which tells the best gear and side.
     """
     problem = now.objective.problem
-    secants = problem.secants(np.full(len(problem.parameters), _CHANGE))
-    shown = {int(k) for secant in secants for k in secant.shown}
+    shown = {int(k) for secant in problem.secants(_CHANGE) for k in secant.shown}
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
         return now.objective.fit_others(now.point, now.slopes, step, fmu)

@@ -134,7 +134,7 @@ def test_the_cutoff_doubles_after_every_run_that_is_not_worse():
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
     assert [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)] == [1.5, 3.0, 3.0, 3.0]
     cautious = [step_after(runs[:count], is_cautious=True).cutoff for count in (1, 2, 3, 4)]
-    assert cautious == [0.4, 0.8, 1.5, 1.5]
+    assert cautious == [0.8, 1.5, 1.5, 1.5]
     assert learning_step(sizes_of(runs), False, NextOptions(cutoff=0.7)).cutoff == 0.7
 
 

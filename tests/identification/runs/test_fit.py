@@ -158,7 +158,7 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_s
         np.sqrt(
             np.diag(np.linalg.inv(objective.equations(point, objective.slopes(point.z, own))[0]))
         )
-        for own in (problem.effects, problem.secants(np.full(len(truth), 0.05)))
+        for own in (problem.effects, problem.secants(0.05))
     )
     own = np.sqrt(np.diag(found.covariance))
     stiff = [k for k, p in enumerate(robots.parameters) if p.kind == "stiffness"]
@@ -203,7 +203,7 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
     change = np.full(len(fast.parameters), 0.01)
     best = estimate(
-        RunLinearisation(without, start, problem.secants(change), change).recompute(),
+        RunLinearisation(without, start, problem.secants(0.01), change).recompute(),
         _free(without),
         12,
         0.15,
