@@ -73,24 +73,10 @@ def test_processes_beside_each_other_change_no_digit(robots, example):
         for fmus in (problem.fmus, (*problem.fmus, other)):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
             start = objective.framed(0.0 * truth)
-            points.append(_restarted(objective, start, 1).point)
+            points.append(_restarted(objective, start).point)
     single, both = points
     assert single.cost < start.cost
     np.testing.assert_array_equal(single.z, both.z)
-
-
-def test_a_fit_ends_where_a_run_is_no_longer_predictable(robots):
-    """A tool that leaves its path by 0.3 mm a second from 3 s on: parameters are those of before."""
-    truth = robots.factors(backlash=1.2, damping=0.9)
-    run = robots.measured(robots.moved(truth), every=3)
-    since = np.maximum(run.measured.time - run.measured.time[0] - 3.0, 0.0)
-    shaken = 3e-4 * np.sign(np.sin(2.0 * np.pi * 3.0 * since)) * (since > 0.0)
-    position = run.measured.position + shaken[:, None] * [0.0, 0.6, 0.8]
-    seen = replace(run, measured=replace(run.measured, position=position))
-    fit = robots.fitter(seen).fit(0.0 * truth)
-    assert 2.0 < fit.seconds < 3.7
-    gear = [p.name for p in robots.parameters].index("joint[1].backlash")
-    assert fit.z[gear] == pytest.approx(truth[gear], abs=0.05)
 
 
 def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
