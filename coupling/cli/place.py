@@ -16,6 +16,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED
 from coupling.errors import CaseError, one_of
 from coupling.events import Progress
 
@@ -82,6 +83,9 @@ def place(
     answer, sections = place_answer(figures, name_path(folder)), place_summary(figures)
     print_result(console, answer, sections, warned(place_warnings(figures)), verbose)
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
+    best = figures.best[0].stability
+    if best is not None and not best.stable:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _objective(word: str | None) -> Objective | None:

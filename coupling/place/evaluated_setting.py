@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, StabilityError
+from coupling.inverse.inversion import DesiredMotion
 from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
@@ -41,6 +42,8 @@ class EvaluatedSetting:
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
         cost: Cost of the objective [m].
         gears: Diagnoses of its gears.
+        placed: Its robot.
+        motion: Path, joint angles and wrench there.
         stability: Whether its milling cut chatters; None of another process.
     """
 
@@ -49,6 +52,8 @@ class EvaluatedSetting:
     figures: ScreenFigures
     cost: float
     gears: tuple[GearDiagnosis, ...]
+    placed: PlacedRobot
+    motion: DesiredMotion
     stability: CutStability | None = None
 
     @property
@@ -106,7 +111,9 @@ def evaluate_setting(
     exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held_torque
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
-    return EvaluatedSetting(setting, content, figures, cost, gears, _stability(case))
+    return EvaluatedSetting(
+        setting, content, figures, cost, gears, case.robots[0], desired_motion, _stability(case)
+    )
 
 
 def _stability(case: Case) -> CutStability | None:

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.report.bars import bars
+from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import in_words, judged, state_tolerance, words_if_known
 from coupling.report.modes_scene import modes_scene
+from coupling.results.cut_stability import WILL_CHATTER
 from coupling.results.modes_result import ModesResult
 from coupling.results.next_result import NextResult
+from coupling.results.outlook import EXPECTED_SHARE
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.results.stability_result import StabilityResult
@@ -124,13 +127,10 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
     """Return the first screen of a placement in a folder."""
     best, present = figures.best[0], figures.present
     where = best.in_words(figures.free)
-    remains = in_words(best.exposure_m)
     chatters = best.stability is not None and not best.stability.stable
     tolerance, placed_case = figures.tolerance_m, f"{folder}/{best.file}"
-    is_within = tolerance is None or best.exposure_m <= tolerance
-    good = (
-        (tolerance is not None or None) if best.admitted and not chatters and is_within else False
-    )
+    fits = _fits(best, tolerance)
+    good = fits if best.admitted and not chatters else False
     allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
     settings = {"as it is": present, "there": best}
     causes = {
@@ -140,25 +140,19 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
     if not best.admitted:
         sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
     elif chatters:
-        sentence = "NO PLACE FOUND where this cut does not chatter: do not run it."
-    elif not is_within:
-        sentence = (
-            f"NOT GOOD ENOUGH: even at the best place gears that are not known well leave"
-            f" {remains}{allowed}."
-        )
+        sentence = f"{WILL_CHATTER} No place was found where it does not."
+    elif fits is False:
+        sentence = f"NOT GOOD ENOUGH: even at the best place {_remaining(best)}{allowed}."
     elif present is None:
         sentence = (
-            "PLACE FOUND: as it is, the robot cannot follow the path; there it can, and gears that are"
-            f" not known well leave {remains}{allowed}."
+            "PLACE FOUND: as it is, the robot cannot follow the path; there it can:"
+            f" {_remaining(best)}{allowed}."
         )
     elif best.cost_m < present.cost_m:
-        sentence = (
-            f"BETTER PLACE FOUND: gears that are not known well leave {remains} there, as it is"
-            f" {in_words(present.exposure_m)}{allowed}."
-        )
+        sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {_remaining(present)}{allowed}."
     else:
         sentence = (
-            f"LEAVE IT WHERE IT IS: no better place was found, which leaves {remains}{allowed}."
+            f"LEAVE IT WHERE IT IS: no better place was found, and {_remaining(best)}{allowed}."
         )
     return Answer(
         sentence=sentence,
@@ -170,7 +164,11 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
                 in_words(best.moved_m),
                 _as_it_is(present),
             ),
-            KeyFigure("By unknown gears", remains, "at rest, in motion several times as much"),
+            KeyFigure(
+                "By unknown gears",
+                in_words(best.exposure_m),
+                "at rest, in motion several times as much",
+            ),
             KeyFigure(
                 "To the nearest joint limit",
                 f"{np.rad2deg(best.limit_margin_rad):.3g} deg"
@@ -195,6 +193,22 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
     )
 
 
+def _fits(setting: SettingResult, tolerance: float | None) -> bool | None:
+    """Return whether a tolerance [m] will be kept; None where that is open."""
+    if tolerance is None:
+        return None
+    if setting.exposure_m > tolerance:
+        return False
+    return None if setting.expected is None else setting.expected.fits(tolerance)
+
+
+def _remaining(setting: SettingResult) -> str:
+    """Return what a corrected command leaves in a setting, in words."""
+    if setting.expected is None:
+        return f"gears that are not known well leave {in_words(setting.exposure_m)}"
+    return f"expect {expected_words(setting.expected)} on the real robot, corrected"
+
+
 def _as_it_is(present: SettingResult | None) -> str:
     return "there" if present is None else f"there; as it is {in_words(present.moved_m)}"
 
@@ -202,15 +216,31 @@ def _as_it_is(present: SettingResult | None) -> str:
 def study_answer(study: StoredStudy) -> Answer:
     """Return the first screen of a study."""
     figures, source, tolerance = study.figures, study.figures.source, study.figures.tolerance_m
-    most = figures.quantile("maximum", figures.coverage)
-    share = f"{100 * figures.coverage:g} %"
-    good = None if tolerance is None else most <= tolerance
-    sentence = judged(
-        f"{share} of the robots that are possible stay within {in_words(most)} of the path",
-        good,
-        tolerance,
-    )
+    most, expected = figures.quantile("maximum", EXPECTED_SHARE), figures.expected
+    share = f"{100 * EXPECTED_SHARE:g} %"
+    good = None if tolerance is None or expected is None else expected.fits(tolerance)
     reasons = []
+    if figures.chosen:
+        if tolerance is not None and most > tolerance:
+            good = False
+        names = " and ".join(
+            dict.fromkeys(entry.name.split("[")[0] for entry in figures.parameters)
+        )
+        sentence = judged(
+            f"of the robots that differ in {names} alone, as [study] chooses it, {share} stay within"
+            f" {in_words(most)} of the path",
+            good,
+            tolerance,
+        )
+        if expected is not None:
+            reasons.append(f"On the real robot expect {expected_words(expected)}.")
+    elif expected is not None:
+        sentence = expected_sentence(expected, tolerance)
+        reasons.append(
+            f"{share} of {figures.samples} robots to expect stay within {in_words(most)}."
+        )
+    else:
+        sentence = judged(f"{share} of the robots stay within {in_words(most)}", good, tolerance)
     if not figures.command.converged:
         good = False
         sentence = (
@@ -219,7 +249,7 @@ def study_answer(study: StoredStudy) -> Answer:
     elif figures.failed:
         good = False
         sentence = (
-            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots that are possible"
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots"
             f" cannot follow the command at all; {share} of the others stay within {in_words(most)}."
         )
     if figures.ordered:
@@ -234,7 +264,7 @@ def study_answer(study: StoredStudy) -> Answer:
         third = KeyFigure(
             "Keep your tolerance",
             f"{within:.0f} %",
-            f"of {figures.samples} robots that are possible",
+            f"of {figures.samples} robots",
         )
     steps = [] if tolerance is not None else [state_tolerance(source.case)]
     if not figures.command.converged:
@@ -284,7 +314,7 @@ def stability_answer(result: StabilityResult) -> Answer:
     steps.append(NextStep.by("Correct the command:", "compensate", case))
     good: bool | None = None
     if not is_stable:
-        good, sentence = False, "This cut will chatter: do not run it."
+        good, sentence = False, WILL_CHATTER
         if result.instead_of is not None:
             sentence += " No command was computed."
         rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
@@ -295,7 +325,7 @@ def stability_answer(result: StabilityResult) -> Answer:
             NextStep.by("Or find a place where it is stable:", *place),
         ]
         if result.instead_of is not None:
-            words = (result.instead_of, case, "--despite-chatter")
+            words = (*result.instead_of, "--despite-chatter")
             steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
     elif tolerance is None:
         sentence = (

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from coupling.results.base import ResultPart, Unbounded
 
+# First sentence of whatever is asked about a cut that chatters.
+WILL_CHATTER = "This cut will chatter: do not run it."
+
 
 class CutStability(ResultPart):
     """Stability of the cut along a path, at its worst place.
