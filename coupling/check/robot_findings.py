@@ -82,14 +82,14 @@ class RobotFindings:
 
 
 def examine_robots(
-    case: Case, wrench: WrenchHistory, is_loaded: bool, watch: Watch = unwatched
+    case: Case, wrench: WrenchHistory, watch: Watch = unwatched, is_loaded: bool = False
 ) -> tuple[RobotFindings, ...]:
     """Return the findings on the robots of a case.
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
-        is_loaded: Whether these are those of its process, so that it is known what to expect.
         watch: Function called with the progress of the work.
+        is_loaded: Whether these are those of its process, so that it is known what to expect.
 
     Raises:
         PlanningError: If a robot cannot follow its path.

@@ -94,7 +94,7 @@ def check(
                 alike = [check_repeatability(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = examine_robots(loaded, wrench, evaluate, view.watch)
+        robots = examine_robots(loaded, wrench, view.watch, is_loaded=evaluate)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)

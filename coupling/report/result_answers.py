@@ -149,7 +149,8 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
             f" {_remaining(best)}{allowed}."
         )
     elif best.cost_m < present.cost_m:
-        sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {_remaining(present)}{allowed}."
+        as_it_is = _remaining(present)
+        sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {as_it_is}{allowed}."
     else:
         sentence = (
             f"LEAVE IT WHERE IT IS: no better place was found, and {_remaining(best)}{allowed}."
@@ -180,7 +181,9 @@ def place_answer(figures: PlacementResult, folder: str) -> Answer:
         steps=[
             NextStep("Check robot, tool and part for collisions there."),
             *([] if tolerance is not None else [state_tolerance(placed_case)]),
-            NextStep.by("Correct the command:", "compensate", placed_case),
+            NextStep.by("Find a depth and speed that do not chatter:", "stability", placed_case)
+            if chatters
+            else NextStep.by("Correct the command:", "compensate", placed_case),
         ],
         picture=bars(
             [

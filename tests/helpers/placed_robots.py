@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from coupling.case.case import PlacedRobot
 from coupling.files.provenance import Provenance
@@ -22,7 +23,7 @@ def placed_robot(
         torque_curve,
         np.zeros(len(robot.joints)),
         AT_THE_ORIGIN,
-        Mounting(),
+        Mounting(Rotation.identity(), np.zeros(3)),
         Ratings(),
         drive,
         provenance=Provenance(stiffness_ranges=ranges or {}),

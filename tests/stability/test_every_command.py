@@ -32,6 +32,7 @@ model             = "milling-force"
 force             = "mean"
 cutter_diameter_m = 0.016
 teeth             = 2
+helix_deg         = 30.0
 spindle_speed_rpm = 3000.0
 engagement        = "slot"
 K_tc_Pa           = 1.9e9
