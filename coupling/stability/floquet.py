@@ -149,8 +149,8 @@ class PeriodOperator:
             most = waves * cut.period * _MOST_IN_ALL / first
             raise StabilityError(
                 f"stability at {cut.rpm:.4g} 1/min: expected at most some {most:.0f} waves of the"
-                f" fastest mode, {waves:.4g} Hz, in {1e3 * cut.period:.3g} ms, after which the cut repeats, got"
-                f" {waves * cut.period:.0f}: raise the speed, or leave out the tool's fastest modes"
+                f" fastest mode, {waves:.4g} Hz, in {1e3 * cut.period:.3g} ms, a period of the cut,"
+                f" got {waves * cut.period:.0f}: raise the speed, or leave out the tool's fastest modes"
             )
         return cls(structure, cut, elements)
 

@@ -223,7 +223,9 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
         ([*ONE, "--depth-mm", "nan"], "--depth-mm"),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
-        ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "finite angle"),
+        ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "at most 3600 deg, got inf"),
+        ([*ONE, "--depth-mm", "1", "--feed-deg", "1e300"], "at most 3600 deg, got 1e+300"),
+        (["--posture-deg", "0,1e9,0,0,0,0", "--depth-mm", "1"], "at most 3600 deg, got 1e+09"),
     ],
 )
 def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
