@@ -32,7 +32,6 @@ from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
-from coupling.run.case_process import evaluated_process
 from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
 from coupling.run.fmu_pool import FmuPool, cell_of
@@ -203,7 +202,7 @@ def main() -> None:
             try:
                 case = load_case(str(file))
                 robots = tuple(map(with_ranges, case.robots))
-                process = evaluated_process(case, options.store)
+                process = case.evaluated_process(options.store)
                 found = coverage(
                     replace(case, robots=robots, process=process), options.plants, options.coupled
                 )

@@ -19,7 +19,7 @@ from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.study.conduct import changed_table, open_study, simulate_samples
-from coupling.study.workers import Workers
+from coupling.study.robot_pool import Workers
 
 CASE = Path(__file__).parents[1] / "examples" / "cases" / "cone.toml"
 SAMPLES = 200

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 # What of a long message is shown: enough to know it, and its end, where the remedy stands.
 _LONGEST_LINE, _LINE_HEAD, _LINE_TAIL = 1200, 500, 300
@@ -96,6 +97,24 @@ def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") 
     hint = f": did you mean {close[0]!r}?" if close else ""
     listing = ("one of " if len(words) > 1 else "") + ", ".join(words)
     return f"expected {listing}{also}, got {kind}{got!r}{hint}"
+
+
+@contextmanager
+def locate_errors(
+    place: str, caught: type[Exception], raised: type[Exception] | None = None
+) -> Iterator[None]:
+    """Begin what errors of a class say with a place; raise another class of error where it is given.
+
+    Example:
+        >>> with locate_errors("joint 2: stiffness", ValueError, CaseError):
+        ...     float("stiff")
+        Traceback (most recent call last):
+        coupling.errors.CaseError: joint 2: stiffness: could not convert string to float: 'stiff'
+    """
+    try:
+        yield
+    except caught as cause:
+        raise (raised or caught)(f"{place}: {cause}") from cause
 
 
 def sentence(words: str) -> str:

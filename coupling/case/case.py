@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,18 +12,20 @@ from coupling.case.place import PlaceTable
 from coupling.case.plant import StudyTable
 from coupling.case.robots import CouplingTable, DiscrepancyTable, OneOfDrives
 from coupling.case.stability import StabilityTable
+from coupling.events import Watch, unwatched
 from coupling.files.provenance import Provenance
-from coupling.files.ratings import Ratings
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
-from coupling.process import Process, ProcessSchema
+from coupling.process import Process, ProcessSchema, ProcessTable
+from coupling.process.smoothing import NoiseRemoval
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import TouchOff
 from coupling.solve.correction import Compensation
+from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
@@ -40,8 +43,6 @@ class PlacedRobot:
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad], (joints,).
         world_from_base: Frame of its base in the world.
-        mounting: Differences of its description from its file.
-        ratings: Rated loads of its file.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
@@ -54,7 +55,6 @@ class PlacedRobot:
     home: np.ndarray
     world_from_base: Frame
     mounting: Mounting
-    ratings: Ratings
     drive: OneOfDrives = IDEAL
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None
@@ -79,20 +79,13 @@ class Case:
         robots: One robot, or forming and supporting robot of a cell.
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
-        tool_path: Table [tool_path].
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
-        task: Task of the process, at the times at which it is evaluated.
-        process: Process model.
         process_table: Table [process] that it is made of.
-        coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
         controller: Commands that the robots' controllers take.
         discrepancy: Table [discrepancy]; None: the robot was not measured along the path.
         plant: Robots and load of the simulated plant; None: the model.
-        study: Table [study].
-        place: Table [place].
-        stability: Table [stability].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -126,6 +119,24 @@ class Case:
         """Deviation of the tool's path that the part allows [m]; None where it is not stated."""
         tolerance_mm = self.resolved["part"].get("tolerance_mm")
         return None if tolerance_mm is None else 1e-3 * tolerance_mm
+
+    def evaluated_process(
+        self,
+        store: Path | None = None,
+        watch: Watch = unwatched,
+        noise_removal: NoiseRemoval | None = None,
+    ) -> EvaluatedProcess:
+        """Return the process as commands evaluate it: checked, tried as often as its table says."""
+        table = self.process_table
+        return EvaluatedProcess(
+            self.process,
+            None if store is None else Store(store, watch),
+            watch,
+            name=str(self.resolved["process"]["model"]),
+            tries=1 + (table.retries if isinstance(table, ProcessTable) else 0),
+            identify=lambda: table.identity(self.task),
+            noise_removal=noise_removal,
+        )
 
     @property
     def untilted(self) -> UntiltedPath:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from coupling.case.robots import (
     drive_of,
 )
 from coupling.case.stability import StabilityTable
-from coupling.errors import CaseError, PlanningError, one_of
+from coupling.errors import CaseError, PlanningError, locate_errors, one_of
 from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.frame import Frame
@@ -66,9 +65,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     """Read a case file (format: docs/case_file.md) and everything it names.
 
     Args:
-        path: The file.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
-        watch: Function called with what happens in the process.
 
     Raises:
         CaseError: With file, table, key, what was expected and what was got.
@@ -79,25 +76,25 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     compensation = {"method": _DEFAULT_METHOD, **file.compensation}
     method = _variant(path, "compensation", "method", compensation, METHODS)
     process_table = _process_table(path, file.process)
-    with _errors_of(str(path)):
+    with locate_errors(str(path), CaseError):
         task, corners = _task(tool_path, file.part.part(), process_table)
     robots = [_read_placed_robot("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
         robots.append(_read_placed_robot("support", file.support, np.zeros(3), path))
     if len(file.part.touched):
-        with _errors_of(f"{path}: part: touch_off"):
+        with locate_errors(f"{path}: part: touch_off", CaseError):
             part, robots = _touched_off(file, task, process_table, robots)
-        with _errors_of(str(path)):
+        with locate_errors(str(path), CaseError):
             task, corners = _task(tool_path, part, process_table)
     plant: Plant | None = None
     if file.plant is not None:
-        with _errors_of(f"{path}: plant"):
+        with locate_errors(f"{path}: plant", CaseError):
             models = [
                 (robot.description, robot.torque_curve, robot.drive, robot.mounting)
                 for robot in robots
             ]
             plant = file.plant.plant(models, path.parent)
-    with _errors_of(str(path)):
+    with locate_errors(str(path), CaseError):
         if workspace is not None:
             task = replace(task, workspace=workspace)
         if file.support is not None:
@@ -107,25 +104,16 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
             process = process_table.process(task)
     coupling = file.coupling.resolved(process)
     if file.discrepancy is not None:
-        with _errors_of(f"{path}: discrepancy"):
+        with locate_errors(f"{path}: discrepancy", CaseError):
             robots = [_add_discrepancy(robots, file.discrepancy, motion.path)]
-    tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
-    tables |= {"coupling": coupling, "compensation": method}
-    tables |= {"controller": file.controller}
-    resolved = {"robot": file.robot.resolved(path.parent, robots[0].drive)}
-    if file.support is not None:
-        resolved["support"] = file.support.resolved(path.parent, robots[1].drive)
-    resolved |= {k: t.model_dump(exclude_none=True, mode="json") for k, t in tables.items()}
-    if file.discrepancy is not None:
-        resolved["discrepancy"] = file.discrepancy.model_dump(exclude_none=True, mode="json")
-    if file.plant is not None:
-        resolved["plant"] = file.plant.resolved(path.parent)
-    if file.study != StudyTable():
-        resolved["study"] = file.study.model_dump(exclude_none=True, mode="json")
-    if file.place != PlaceTable():
-        resolved["place"] = file.place.model_dump(exclude_none=True, mode="json")
-    if file.stability != StabilityTable():
-        resolved["stability"] = file.stability.model_dump(exclude_none=True, mode="json")
+    tables = {
+        "part": file.part,
+        "tool_path": tool_path,
+        "process": process_table,
+        "coupling": coupling,
+        "compensation": method,
+        "controller": file.controller,
+    }
     return Case(
         name=path.stem,
         robots=tuple(robots),
@@ -145,17 +133,27 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         study=file.study,
         place=file.place,
         stability=file.stability,
-        resolved=resolved,
+        resolved=_resolve(file, robots, tables, path.parent),
     )
 
 
-@contextmanager
-def _errors_of(where: str) -> Iterator[None]:
-    """Let the message of a CaseError begin with a place."""
-    try:
-        yield
-    except CaseError as cause:
-        raise CaseError(f"{where}: {cause}") from cause
+def _resolve(
+    file: CaseFile, robots: list[PlacedRobot], tables: Mapping[str, Schema], folder: Path
+) -> dict[str, Any]:
+    """Return a case as plain data; optional tables are in it where the file says anything in them."""
+
+    def data(table: Schema) -> dict[str, Any]:
+        return table.model_dump(exclude_none=True, mode="json")
+
+    resolved = {"robot": file.robot.resolved(folder, robots[0].drive)}
+    if file.support is not None:
+        resolved["support"] = file.support.resolved(folder, robots[1].drive)
+    resolved |= {name: data(table) for name, table in tables.items()}
+    for name in ("discrepancy", "plant", "study", "place", "stability"):
+        table = getattr(file, name)
+        if table != CaseFile.model_fields[name].default:
+            resolved[name] = table.resolved(folder) if name == "plant" else data(table)
+    return resolved
 
 
 def _variant(
@@ -175,7 +173,7 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
     """Validate [process], whose schema is shipped or the user's own."""
     if "model" not in data:
         raise CaseError(f"{path}: process: key 'model' is missing")
-    with _errors_of(f"{path}: process: model"):
+    with locate_errors(f"{path}: process: model", CaseError):
         model, schema = find_process(str(data["model"]), path.parent)
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
 
@@ -211,18 +209,15 @@ def _read_placed_robot(
     name: str, table: RobotTable | SupportTable, tcp_shift: np.ndarray, path: Path
 ) -> PlacedRobot:
     """Read the robot that a table of a case describes."""
-    with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
+    with locate_errors(f"{path}: {'robot' if name == 'forming' else name}", CaseError):
         robot = table.robot(path.parent)
-        ratings = table.ratings(path.parent, robot)
         provenance = table.provenance(path.parent, robot)
         drive = drive_of(robot, table.drive, provenance.servos_confirmed)
     at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
     description, curve = mounting.of(robot), table.torque_curve
-    return PlacedRobot(
-        name, description, curve, home, at, mounting, ratings, drive, provenance=provenance
-    )
+    return PlacedRobot(name, description, curve, home, at, mounting, drive, provenance=provenance)
 
 
 def _touched_off(
@@ -232,14 +227,6 @@ def _touched_off(
 
     The forming robot is commanded to the points as [part] has them, and where it rests with its sag the
     part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
-
-    Args:
-        task: Its task with the part as [part] has it.
-        process_table: Table [process].
-        robots: Robots of the case.
-
-    Raises:
-        CaseError: If a robot cannot touch a point.
     """
     tools = [task.forming]
     if file.support is not None:
@@ -252,14 +239,12 @@ def _touched_off(
         resting = RestingRobot(
             robot.description, robot.torque_curve, robot.home, robot.world_from_base
         )
-        try:
+        with locate_errors(f"{robot.name} robot", PlanningError, CaseError):
             if not placed_robots:
                 touch_off = TouchOff.of(points, resting.tool_at(points, rotation))
                 part = touch_off.real_from_shown @ part
             else:
                 touch_off = TouchOff.of(resting.command_for(points, rotation), points)
-        except PlanningError as cause:
-            raise CaseError(f"{robot.name} robot: {cause}") from cause
         placed_robots.append(replace(robot, touch_off=touch_off))
     return part, placed_robots
 

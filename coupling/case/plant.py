@@ -28,7 +28,6 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 def _as_list(value: object) -> object:
-    """Return a number as a list of one."""
     return value if isinstance(value, list) else [value]
 
 
@@ -75,10 +74,7 @@ class _PlantRobotTable(_DifferingParameters):
         """Return the robot that moves in place of a model.
 
         Args:
-            model: The model, as it stands.
             drive: Motion of its drives; as those of another description do unless that is given.
-            mounting: Mounting of the robot and of the plant's.
-            folder: Folder in which relative files begin.
 
         Raises:
             CaseError: If its file cannot be read or has no motors for servos, or joints or factors are
@@ -149,7 +145,6 @@ class PlantTable(_PlantRobotTable):
 
         Args:
             models: Description, torque curve, drive and mounting of each of the case's robots.
-            folder: Folder in which relative files begin.
 
         Raises:
             CaseError: If a robot cannot be read or does not fit, or there is no second one.

@@ -9,9 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
 
-from coupling.errors import CaseError, one_of
+from coupling.errors import CaseError, locate_errors, one_of
 from coupling.files.provenance import Provenance, load_provenance
-from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
 from coupling.native.robot_text import require_native
@@ -52,15 +51,9 @@ OneOfDrives = Literal["ideal", "servo"]
 
 
 def read_described_robot(description: str, folder: Path) -> Robot:
-    """Return the robot of a shipped name or a file, which is relative to a folder.
-
-    Raises:
-        CaseError: If it cannot be read.
-    """
-    try:
+    """Return the robot of a shipped name or a file, which is relative to a folder."""
+    with locate_errors("description", ElasticRobotError, CaseError):
         return load_robot(find_robot(description, folder))
-    except ElasticRobotError as cause:
-        raise CaseError(f"description: {cause}") from cause
 
 
 def drive_of(
@@ -114,10 +107,6 @@ class _MemberTable(Schema):
             )
         return robot
 
-    def ratings(self, folder: Path, robot: Robot) -> Ratings:
-        """Return the rated loads of the description; `robot` is the one that was read."""
-        return load_ratings(find_robot(self.description, folder), robot)
-
     def provenance(self, folder: Path, robot: Robot) -> Provenance:
         """Return where the numbers of the description are from; `robot` is the one that was read."""
         return load_provenance(find_robot(self.description, folder), robot)
@@ -142,11 +131,9 @@ class RobotTable(_MemberTable):
     def robot(self, folder: Path) -> Robot:
         """Return the description, as every robot's, no larger than the kind of its FMU holds."""
         robot = super().robot(folder)
-        try:
+        with locate_errors("description", RobotFileError, CaseError):
             if self.fmu == DEFAULT_KIND:
                 require_native(robot)
-        except RobotFileError as cause:
-            raise CaseError(f"description: {cause}") from cause
         return robot
 
     def world_from_base(self) -> Frame:
@@ -172,11 +159,7 @@ class SupportTable(_MemberTable):
         return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 
     def support(self, task: Task, forming_tool_diameter: float) -> SupportingTool:
-        """Return the desired path of the supporting tool along a task's path.
-
-        Raises:
-            CaseError: If it should stay at the rim of a wall that the path does not have.
-        """
+        """Return the desired path of the supporting tool along a task's path."""
         if task.wall_angle is None and self.strategy == "fixed-height":
             raise CaseError(
                 "support: strategy: expected 'following', as the tool path has no wall, got"
@@ -273,14 +256,8 @@ class DiscrepancyTable(Schema):
     file: FilePath
 
     def along(self, desired: ToolPath) -> Discrepancy:
-        """Return the discrepancy of a path, which has to be the one that was measured.
-
-        Raises:
-            CaseError: If the file cannot be read, or was measured along another path.
-        """
+        """Return the discrepancy of a path, which has to be the one that was measured."""
         discrepancy = Discrepancy.read(self.file)
-        try:
+        with locate_errors(str(self.file), CaseError):
             discrepancy.require_along(desired)
-        except CaseError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
         return discrepancy

@@ -31,15 +31,10 @@ def gear_replays(
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
-        model: The same robot, simulated.
         motion: Path, joint angles of the undeflected robot along it and wrench on the tool.
-        watch: Function called with the progress of the work.
 
     Returns:
         One for each variation of backlash and hysteresis, but for those that no gear has.
-
-    Raises:
-        SimulationError: If the robot cannot be simulated.
     """
     robots = [
         model.differing(variation.difference, variation.name)

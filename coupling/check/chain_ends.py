@@ -37,9 +37,7 @@ class ChainEnds:
     """Base and tip of a chain of rotations.
 
     Attributes:
-        base, tip: Names of the links.
         joints: Names of the joints between them that turn.
-        about: Reason for these, in words.
     """
 
     base: str

@@ -17,7 +17,7 @@ from coupling import files
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.new_robot import RobotChoice, new_robot
-from coupling.check.spindle import HEAVY_SPINDLE, Spindle
+from coupling.check.typical_gears import HEAVY_SPINDLE, Spindle
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.foreign_description import is_foreign
@@ -42,9 +42,7 @@ class OwnFile:
     """A file of an example that its case needs and the user will replace.
 
     Attributes:
-        example: Its place among the examples.
         name: Its name beside the new case.
-        key: Key of [process] that names it.
         value: Value of that key.
     """
 
@@ -60,7 +58,6 @@ class Start:
 
     Attributes:
         case: Example with one robot.
-        about: Description, for people.
         cell: Example with two robots; None where the process knows one tool alone.
         files: Files that the case needs beside it.
     """
@@ -101,8 +98,6 @@ class NewCase:
     """A case to be written.
 
     Attributes:
-        texts: Its files by their names.
-        about: Description, for people.
         remarks: Sentences on a robot file that was written for it.
     """
 

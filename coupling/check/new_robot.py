@@ -16,8 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.check.chain_ends import ChainEnds, chain_ends
-from coupling.check.spindle import Spindle
-from coupling.check.typical_gears import CLASSES, GearClass, class_of
+from coupling.check.typical_gears import CLASSES, GearClass, Spindle, class_of
 from coupling.errors import one_of
 from coupling.files.foreign_description import ForeignRobot, foreign_robot
 from coupling.files.urdf import UrdfChain, read_urdf
@@ -54,7 +53,6 @@ class NewRobot:
     """A robot file to be written.
 
     Attributes:
-        file: Its name.
         texts: Its text and that of a URDF that had to be made, by their names.
         remarks: Sentences on what was chosen, and what is missing.
         spindle: Spindle that a robot of its class mills with.
@@ -71,8 +69,6 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
 
     Args:
         name_or_path: A URDF, xacro or MJCF file, or a name of robot_descriptions.
-        choice: Links and gears that the user has chosen.
-        folder: Folder of the file.
 
     Raises:
         RobotFileError: If the description cannot be read, or does not tell which chain is meant.
@@ -117,7 +113,6 @@ class _Skeleton:
     urdf: str
 
     def text(self) -> str:
-        """Return the file's text."""
         lines = [
             f"# {_printable(self.foreign.name)}, written by elastic-robot init from"
             f" {_printable(self.foreign.source)}.",

@@ -28,8 +28,7 @@ from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
 from coupling.run.exact_command import expected_deviation
 from coupling.run.fmu_pool import FmuPool
-from coupling.run.gear_loads import wanted_of
-from coupling.run.load_limits import exceeded
+from coupling.run.gear_loads import exceeded, wanted_of
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
 from coupling.run.robot_results import chain_of
 from elastic_robot.errors import RobotFileError
@@ -44,13 +43,9 @@ class RobotFindings:
     """Findings on a robot of a case without a run.
 
     Attributes:
-        name: Name of the robot's description.
         world_from_base: Frame of its base in the world.
         path: Desired path of its tool, in its base.
-        path_length: Length of the path [m].
         demands: Motion of the joints of the rigid robot along the path, beside their limits.
-        clearance: Clearance around the path.
-        gears: Torques and reversals of the gears.
         motors: Torques of the motors along the path; none where no joint has one.
         backlash: Deviation under the exact command with another backlash in all gears; none where no
             gear has any.
@@ -88,11 +83,7 @@ def examine_robots(
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
-        watch: Function called with the progress of the work.
-        is_loaded: Whether these are those of its process, so that it is known what to expect.
-
-    Raises:
-        PlanningError: If a robot cannot follow its path.
+        is_loaded: Whether the wrenches are those of its process, so that it is known what to expect.
     """
     robots = []
     with FmuPool(_FMU_KIND, watch) as models:
@@ -126,7 +117,7 @@ def examine_robots(
                     hysteresis if slips else None,
                     unknown,
                     (
-                        *exceeded(placed.ratings, motion.wrench, gears),
+                        *exceeded(placed.provenance.ratings, motion.wrench, gears),
                         *(warning for replay in motors for warning in replay.warnings),
                     ),
                     _expected(case, placed, motion, watch) if is_loaded else None,

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 from coupling.errors import ProcessError
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
-from coupling.process import Process, ProcessResponse
 from coupling.process.base import ProcessRequest
 from coupling.results.repeatability import Repeatability
 from coupling.robot.inverter import Inverter
@@ -50,8 +47,6 @@ def estimate_run(
     """Return time and memory of a compensation by the inverse of the moving robot, in words.
 
     Args:
-        desired: Desired paths of all tools.
-        controller: Controller that takes the commands.
         rounds: Inverses at most.
         each: Time of one evaluation of the process [s], None where it was not measured.
         draws: Number of robots that are drawn.
@@ -99,13 +94,6 @@ def warn_of_memory(desired: ToolPath) -> str:
         f"The path of {duration:.0f} s has {len(desired.time)} rows: this check and a compensation take"
         f" about {memory:.0f} GB of memory each; where there is less, divide the path at a rest"
     )
-
-
-def time_evaluation(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
-    """Return what a process answers to the desired path, and how long it took [s]."""
-    begin = time.perf_counter()
-    response = process.evaluate(desired)
-    return response, time.perf_counter() - begin
 
 
 def check_repeatability(process: EvaluatedProcess, first: ProcessRequest) -> str:

@@ -75,9 +75,6 @@ def numbers_of(
     """Return the numbers of an option, between commas.
 
     Args:
-        option: Name of the option.
-        text: Its value.
-        error: Raised if it is something else.
         count: Number of them; None: any.
 
     Example:
@@ -116,22 +113,14 @@ def require_angle(option: str, angle: float, error: type[Exception]) -> None:
 
 
 def column_choice(columns: str | None, unit: str | None) -> ColumnChoice | None:
-    """Return the columns that options name; None where they name none.
-
-    Raises:
-        LearnError: If they name something else.
-    """
+    """Return the columns that options name; None where they name none."""
     from coupling.identification.runs.recorded_columns import ColumnChoice
 
     return ColumnChoice.of(columns, unit) if columns or unit else None
 
 
 def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:
-    """Return each run folder with the file of what was measured.
-
-    Raises:
-        LearnError: If there is one of them without the other.
-    """
+    """Return each run folder with the file of what was measured."""
     if len(runs) % 2:
         raise LearnError(
             f"expected pairs of a run folder and a measured path, got {len(runs)} names"

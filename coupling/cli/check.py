@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -60,7 +61,6 @@ def check(
     from coupling.report.modes_report import modes_in_brief
     from coupling.report.terminal import print_result
     from coupling.results.section import Section, warned
-    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
     from coupling.run.cut_figures import cut_result
     from coupling.run.plausibility import remarks
@@ -82,7 +82,7 @@ def check(
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
             removal = noise_removal(loaded, view.watch)
-            process = evaluated_process(loaded, None, view.watch, removal)
+            process = loaded.evaluated_process(None, view.watch, removal)
             wrench = process.evaluate(desired).wrench
             assert process.last is not None
             each, said = process.last.seconds, remarks(loaded, wrench)
@@ -132,13 +132,15 @@ def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     import numpy as np
 
-    from coupling.check.run_effort import estimate_run, time_evaluation
+    from coupling.check.run_effort import estimate_run
     from coupling.process.base import marched
     from coupling.run.drawn_plants import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
-        _, each = time_evaluation(case.process, case.desired)
+        start = time.perf_counter()
+        case.process.evaluate(case.desired)
+        each = time.perf_counter() - start
     if isinstance(case.method, InverseCorrection):
         draws = sum(draw_counts(case.fmu, len(case.desired.time) * len(case.robots)))
         servos = any(placed.drive == "servo" for placed in case.robots)

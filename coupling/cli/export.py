@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -104,7 +104,7 @@ def export(
     languages = {
         language: ExportOptions(
             _language(language),
-            _targets(language, targets),
+            cast("Targets", targets) if targets else _language(language).targets[0],
             name,
             1e-6 * tolerance,
             cycle,
@@ -143,11 +143,6 @@ def export(
 
 
 def _language(name: str) -> Language:
-    """Return a language by its name.
-
-    Raises:
-        ProgramError: If there is none.
-    """
     from coupling.programs.languages import LANGUAGES
 
     if name not in LANGUAGES:
@@ -155,27 +150,10 @@ def _language(name: str) -> Language:
     return LANGUAGES[name]
 
 
-def _targets(name: str, targets: str | None) -> Targets:
-    """Return the kind of targets of a language; its first unless given.
-
-    Raises:
-        ProgramError: If the language has none of this kind.
-    """
-    kinds = _language(name).targets
-    kind = targets or kinds[0]
-    if kind not in kinds:
-        raise ProgramError(f"--targets: {name}: {one_of(kinds, kind)}")
-    return next(candidate for candidate in kinds if candidate == kind)
-
-
 def _reader(
     source: Path, robot: str | None, wrench: Path | None, command: Path | None
 ) -> Callable[[], tuple[RobotCommand, ...]]:
-    """Return what reads the commands of a run, one in place of a run's, or one by itself.
-
-    Raises:
-        ProgramError: If the options do not belong to one of these.
-    """
+    """Return what reads the commands of a run, one in place of a run's, or one by itself."""
     from coupling.export.commands import command_in_run, command_of_table, commands_of_run
 
     if source.is_dir():

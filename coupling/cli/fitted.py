@@ -14,10 +14,7 @@ from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
 from coupling.report.document import document
 from coupling.report.terminal import print_result
-from coupling.results.cutting_result import CuttingIdentified
-from coupling.results.identified_result import IdentifiedResult
-from coupling.results.motion_result import MotionResult
-from coupling.results.response_result import ResponseFitResult
+from coupling.results.parameter_result import FitResult
 from coupling.results.section import Answer, Section, warned
 
 _REFUSED = 1
@@ -50,17 +47,13 @@ class Findings:
     """What a measurement has identified, as it is printed and written.
 
     Attributes:
-        title: Title of the page.
-        result: The figures.
-        answer: The first screen.
         text: Function that returns the content of the file that is fitted.
-        summary: All that the page says, beside figures.
         figures: Sections with figures that the page has below.
         warnings: Sentences that are printed below the first screen.
     """
 
     title: str
-    result: IdentifiedResult | MotionResult | ResponseFitResult | CuttingIdentified
+    result: FitResult
     answer: Answer
     text: Callable[[], str]
     summary: Sequence[Section]
@@ -69,10 +62,6 @@ class Findings:
 
     def write(self, target: Path, is_verbose: bool) -> None:
         """Print the first screen, write figures and page, and unless it is refused the file.
-
-        Args:
-            target: The file that is fitted; figures and page are beside it.
-            is_verbose: Whether all that the page says is printed too.
 
         Raises:
             Exit: If it is refused, with status 1.

@@ -148,7 +148,6 @@ def identify(
     from coupling.identification.static.identification import identify as identified
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
-    from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_answers import deflection_answer
     from coupling.report.identify_report import deflection_figures, identify_summary
     from elastic_robot.torque_curves import TORQUE_CURVES
@@ -192,15 +191,15 @@ def identify(
     target = fitted_target(output, f"{table.stem}_identified")
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
-    identified_result = identified(described, measured, options)
-    result = figures(identified_result)
+    identification = identified(described, measured, options)
+    result = identification.result
     answer = deflection_answer(result, shlex.quote(str(target)))
     source = f"{table.name}, {measured.count} measurements"
     findings = Findings(
         f"{table.name}: {described.name}",
         result,
         answer,
-        lambda: identified_text(identified_result, start, target, source),
+        lambda: identification.text(start, source, target),
         identify_summary(result),
         deflection_figures(result),
         [*map(sentence, result.warnings)],

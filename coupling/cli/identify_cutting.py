@@ -28,12 +28,10 @@ def identify_from_cuts(
     """Identify cutting coefficients and run-out from slots under a dynamometer.
 
     Args:
-        file: Table of forces.
         options: Diameter [mm], teeth, helix [deg], speed [1/min] and depth [mm].
         case: Milling case that is written anew with what is identified; None for a file of keys alone.
         output: File to write, beside the case if that is given; None for one beside it, or in the
             folder results.
-        is_verbose: Whether all that the report says is printed.
     """
     numbers = [np.nan if value is None else value for value in options]
     if missing := [name for name, value in zip(_OPTIONS, options, strict=True) if value is None]:
@@ -56,11 +54,7 @@ def identify_from_cuts(
 
 
 def _beside(case: Path | None, output: Path | None) -> Path | None:
-    """Return the file to write: beside a case, whose paths are relative to it.
-
-    Raises:
-        IdentifyError: If another folder is asked for.
-    """
+    """Return the file to write: beside a case, whose paths are relative to it."""
     if case is None:
         return output
     target = output or case.with_name(f"{case.stem}_identified.toml")

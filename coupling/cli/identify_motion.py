@@ -11,7 +11,6 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import read_recording
-from coupling.identification.motion.results import motion_figures, motion_text
 from coupling.report.identify_answers import motion_answer
 from coupling.report.motion_report import motion_summary, recording_figures
 
@@ -28,13 +27,9 @@ def identify_from_motion(
     """Identify a robot from recordings of its motion.
 
     Args:
-        robot: Robot file, or name of a shipped robot.
-        files: Recordings to fit.
-        hold_out: Recordings to predict.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether each term is left out in turn.
         output: Robot file to write; None for one in the folder results.
-        is_verbose: Whether all that the report says is printed.
     """
     if leave_out and not hold_out:
         raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
@@ -43,15 +38,15 @@ def identify_from_motion(
     target = fitted_target(output, f"{files[0].stem}_identified")
     recordings = [read_recording(file, described) for file in files]
     held_out = [read_recording(file, described) for file in hold_out]
-    motion_result = identify_motion(described, recordings, held_out, bandwidth, leave_out)
-    result = motion_figures(motion_result)
+    identified = identify_motion(described, recordings, held_out, bandwidth, leave_out)
+    result = identified.result
     answer = motion_answer(result, shlex.quote(str(target)))
     names = ", ".join(recording.name for recording in recordings)
     findings = Findings(
         f"{names}: {described.name}",
         result,
         answer,
-        lambda: motion_text(motion_result, result, start, target, f"motion of {names}"),
+        lambda: identified.text(start, f"motion of {names}", target),
         motion_summary(result),
         recording_figures(result),
         result.remarks,

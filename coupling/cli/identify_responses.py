@@ -12,10 +12,7 @@ from coupling.cli.arguments import posture_of
 from coupling.cli.fitted import Findings, fitted_target
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.response.identification import (
-    identify_from_responses,
-    responses_text,
-)
+from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.posture import read_posture
 from coupling.report.identify_answers import response_answer
 from coupling.report.response_report import response_figures, response_summary, response_warnings
@@ -33,13 +30,9 @@ def identify_responses(
     """Identify stiffness and damping from frequency responses.
 
     Args:
-        robot: Robot file, or name of a shipped robot.
-        files: Responses or hammer tests to fit.
-        hold_out: Those to predict.
         postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
         torque_curve: "linear" or "backlash".
         output: Robot file to write; None for one in the folder results.
-        is_verbose: Whether all that the report says is printed.
     """
     if torque_curve not in ("linear", "backlash"):
         raise IdentifyError(
@@ -64,11 +57,12 @@ def identify_responses(
     result = identified.result
     answer = response_answer(result, shlex.quote(str(target)))
     names = ", ".join(file.name for file in files)
+    source = f"frequency responses in {len(files)} postures: {names}"
     findings = Findings(
         f"{names}: {described.name}",
         result,
         answer,
-        lambda: responses_text(identified, start, target),
+        lambda: identified.text(start, source, target),
         response_summary(result),
         response_figures(result),
         response_warnings(result),

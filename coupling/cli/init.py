@@ -110,9 +110,6 @@ _QUESTION = (
 def asked_tolerance(text: str) -> float | None:
     """Return the tolerance [mm] that was typed; None for an empty line.
 
-    Raises:
-        CaseError: If it is no number.
-
     Example:
         >>> asked_tolerance(" 0,2 mm"), asked_tolerance("")
         (0.2, None)

@@ -47,8 +47,7 @@ def modes(
 
     from coupling.case.file import load_case
     from coupling.case.robots import resolved_description
-    from coupling.files.atomic_folder import require_free, whole_folder
-    from coupling.files.result_folder import result_folder_kind
+    from coupling.files.atomic_folder import FolderKind, require_free, whole_folder
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.files.toml_file import load_toml
     from coupling.files.written_files import REPORT, begin_folder, claimed_folder
@@ -67,7 +66,7 @@ def modes(
 
     file = Path(case_or_robot)
     folder = output or Path("results", f"{file.stem}_modes")
-    require_free(folder, kind := result_folder_kind("modes"), overwrite)
+    require_free(folder, kind := FolderKind.of_results("modes"), overwrite)
     responses = () if measured is None else read_measured(measured)
     is_case = file.suffix == ".toml" and "tool_path" in load_toml(file, StabilityError)
     case = load_case(file) if is_case else None

@@ -208,9 +208,6 @@ def _length(option: str, text: str, example: str) -> float:
 def frame_of(text: str) -> FrameAccuracy:
     """Return what is known of a measuring frame, from words.
 
-    Raises:
-        LearnError: If it is no length, or no length and angle.
-
     Example:
         >>> frame_of("0.05mm,0.02mrad")
         FrameAccuracy(shift=5e-05, turn=2e-05, tip=0.0)

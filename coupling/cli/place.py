@@ -52,7 +52,6 @@ def place(
     from coupling.report.result_page import write_report
     from coupling.report.terminal import print_result
     from coupling.results.section import warned
-    from coupling.run.case_process import evaluated_process
     from coupling.run.console import RunView
     from coupling.run.new_folder import logged_folder
 
@@ -69,7 +68,7 @@ def place(
     ):
 
         def process_of(case: Case) -> Process:
-            return evaluated_process(case, evaluations, watch)
+            return case.evaluated_process(evaluations, watch)
 
         loaded = load_case(case, work, watch)
         require_one_robot(loaded)

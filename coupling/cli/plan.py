@@ -19,11 +19,7 @@ from coupling.results.section import Section, Table
 
 
 def require_replaceable_plan(file: Path) -> None:
-    """Refuse a file that is no plan, and a plan into which something was filled in.
-
-    Raises:
-        IdentifyError: With the file.
-    """
+    """Refuse a file that is no plan, and a plan into which something was filled in."""
     require_output(file, ".csv", IdentifyError)
     if not file.is_file():
         return

@@ -135,11 +135,7 @@ def _run(
 
 
 def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> None:
-    """Say what a run found and where it is.
-
-    Args:
-        verbose: Whether all that its report says is printed.
-    """
+    """Say what a run found and where it is."""
     from coupling.report.run_report import answer_of, run_summary, run_warnings
     from coupling.report.terminal import print_result
 

@@ -52,8 +52,7 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
-    from coupling.files.atomic_folder import require_free, whole_folder
-    from coupling.files.result_folder import result_folder_kind
+    from coupling.files.atomic_folder import FolderKind, require_free, whole_folder
     from coupling.report.report_file import name_path
     from coupling.report.result_page import write_figures
     from coupling.results.stability_result import FIGURES
@@ -72,7 +71,7 @@ def stability(
     if feed_deg is not None:
         require_angle("--feed-deg", feed_deg, StabilityError)
     folder = output or Path("results", f"{case.stem}_stability")
-    require_free(folder, kind := result_folder_kind("stability"), overwrite)
+    require_free(folder, kind := FolderKind.of_results("stability"), overwrite)
     with RunView(console) as view:
         cuts = CaseCuts(load_case(case, watch=view.watch))
         if posture_deg is None:
@@ -96,13 +95,7 @@ def stability(
 
 
 def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> None:
-    """Say whether a cut chatters and where that stands.
-
-    Args:
-        result: Its figures.
-        folder: Their folder.
-        verbose: Whether all that its report says is printed.
-    """
+    """Say whether a cut chatters and where that stands."""
     from coupling.files.written_files import REPORT
     from coupling.report.result_answers import stability_answer
     from coupling.report.stability_report import stability_summary

@@ -23,7 +23,6 @@ _BYTES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 
 def _age(text: str) -> float:
-    """Return an age [s]."""
     match = re.fullmatch(r"(\d{1,6}(?:\.\d{1,6})?)([hdw])", text)
     if match is None:
         raise typer.BadParameter(f"expected a number of hours, days or weeks as 30d, got {text!r}")
@@ -31,7 +30,6 @@ def _age(text: str) -> float:
 
 
 def _size(text: str) -> int:
-    """Return a size [bytes]."""
     match = re.fullmatch(r"(\d{1,15}(?:\.\d{1,6})?)\s?([kMGT]?B|)", text)
     if match is None:
         raise typer.BadParameter(f"expected a size as 10GB or 500MB, got {text!r}")
@@ -92,7 +90,6 @@ def store(
 
 
 def _sum(entries: list[Entry], without: list[Entry] | None = None) -> str:
-    """Return the number and the size of entries, in words."""
     gone = {entry.file for entry in without or ()}
     remaining = [entry for entry in entries if entry.file not in gone]
     return f"{len(remaining)} evaluations, {_in_words(sum(entry.size for entry in remaining))}"

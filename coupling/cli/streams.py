@@ -13,9 +13,6 @@ from typing import Any
 class LastingStream:
     """A stream of text whose failures do not end the command, which still writes its files.
 
-    Args:
-        stream: The stream.
-
     Attributes:
         failure: Reason for which text was lost; None where none was, or its reader wanted no more.
     """

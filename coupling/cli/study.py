@@ -51,8 +51,8 @@ def study(
     from coupling.study.conduct import changed_table, open_study, simulate_samples
     from coupling.study.evaluate import write_findings
     from coupling.study.folder import RUN, lock_folder
+    from coupling.study.robot_pool import Workers
     from coupling.study.stored_study import read_study
-    from coupling.study.workers import Workers
 
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)

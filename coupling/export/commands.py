@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.case.robots import drive_of
-from coupling.errors import ProgramError
+from coupling.errors import ProgramError, locate_errors
 from coupling.export.frames import controller_from_base
 from coupling.export.preconditions import (
     remark_on,
@@ -21,7 +21,7 @@ from coupling.export.preconditions import (
 )
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
-from coupling.files.ratings import load_ratings
+from coupling.files.provenance import load_provenance
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
@@ -47,15 +47,10 @@ class RobotCommand:
     """The command of a robot, with what it needs to become a program and be judged.
 
     Attributes:
-        name: Name of its run folder or table, and of the program.
-        placed: The robot.
-        joints: Motion of its drives.
         wrench: Wrench on its tool, in the world.
         desired: Desired path of its tool at the wrench's instants, in the world; None where nobody
             knows.
-        part: Part frame in the world, the base frame of the program.
         axes: Joint angles and frames of its controller.
-        controller: Its controller.
         fmu: Kind of FMU that simulates it.
         who: The robot, for messages; empty where there is one.
         remark: Remark on the command, or empty.
@@ -75,11 +70,7 @@ class RobotCommand:
 
 
 def commands_of_run(folder: Path) -> tuple[RobotCommand, ...]:
-    """Return the commands of a run's robots.
-
-    Raises:
-        CouplingError: If the run cannot be read, or is of other robots than its case.
-    """
+    """Return the commands of a run's robots."""
     run, case = read_run(folder), load_case(folder / "case.toml")
     require_robots(folder, case, run)
     commands = []
@@ -121,10 +112,8 @@ def command_in_run(folder: Path, file: Path) -> tuple[RobotCommand, ...]:
     (command,) = commands
     table = read_command(file, len(command.placed.description.joints), ProgramError)
     start, end = float(command.joints.time[0]), float(command.wrench.time[-1])
-    try:
+    with locate_errors(str(file), ValueError, ProgramError):
         joints = replace(table.joints, time=_at(table.joints.time, (start, end)))
-    except ValueError as cause:
-        raise ProgramError(f"{file}: {cause}") from cause
     latest = float(command.joints.time[-1]) + _last_cycle(joints)
     if joints.time[0] != start or not end <= joints.time[-1] <= latest:
         raise ProgramError(
@@ -141,13 +130,8 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     The base of the program is the controller's own robot frame.
 
     Args:
-        file: The table.
         robot: Robot file, or a shipped robot's name.
         wrench: Table of the wrench on the tool, in axes of the base; None: there is none.
-
-    Raises:
-        CouplingError: If a file cannot be read, or the table is no command of the robot.
-        RobotFileError: If the robot's cannot.
     """
     described = find_robot(robot)
     description = load_robot(described)
@@ -167,7 +151,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         home=joints.q[0][0],
         world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
-        ratings=load_ratings(described, description),
+        provenance=load_provenance(described, description),
         drive=drive_of(description, None),
     )
     require_poses(file, placed, joints, table.poses)
@@ -196,17 +180,14 @@ def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) ->
     """Return the wrench of a table at instants of a command, and at its own ones between them.
 
     Args:
-        file: The table.
         zero: Time in it that is zero of the command [s].
         instants: Rising from zero [s], (n,).
         cycle: Time before the command's end at which it may end, and is held [s].
     """
     rows = read_table(file, ("time", *WRENCH_COLUMNS), ProgramError)
     end = float(instants[-1])
-    try:
+    with locate_errors(str(file), ValueError, ProgramError):
         stated_loads = WrenchHistory(_at(rows[:, 0] - zero, (0.0, end)), rows[:, 1:])
-    except ValueError as cause:
-        raise ProgramError(f"{file}: {cause}") from cause
     if stated_loads.time[0] > 0.0 or stated_loads.time[-1] < end - cycle:
         raise ProgramError(
             f"{file}: expected a wrench all along the command, from {zero:.9g} to {zero + end:.9g} s,"

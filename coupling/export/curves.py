@@ -28,7 +28,6 @@ class SampledCurve(Protocol):
 
         Args:
             values: Values in place of the motion's own in these rows, its units, (m, k).
-            rows: The rows.
         """
 
 

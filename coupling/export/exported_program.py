@@ -24,10 +24,7 @@ class ExportOptions:
     """What is to be written.
 
     Attributes:
-        language: Language of the programs.
-        targets: Kind of their targets.
         name: Name of the program; None for that of the run folder or table.
-        tolerance: Largest loss at the tool [m].
         cycle: Period of the controller's set points [s]; None for the command's.
         shortest: Least time between targets [s]; None for the language's, or less where the tolerance
             takes that.
@@ -69,9 +66,6 @@ class ExportedProgram:
     """The program of one robot, and what its files do.
 
     Attributes:
-        robot: Name of the robot in its case.
-        program: The program, as it was written.
-        files: Its files.
         points_tolerance: Smallest tolerance of its points along the command [m].
         candidates: Number of points that a program with one on every cycle has.
         loss: Largest distance between the tool of the moving robot under the files and under the
@@ -80,10 +74,8 @@ class ExportedProgram:
             the controller's motion is a spline through the targets.
         command, read_back: Deviation from the desired path under the command, and under the files; None
             where a command came without a desired path.
-        drives: Demands on the drives.
         nearest: Posture of the robot that is nearest to a singular one.
         counted: Whether the robot file says how the controller counts.
-        remark: Remark on the command, or empty.
         advice: Option that would keep the tolerance, where it is not kept, or empty.
     """
 

@@ -27,11 +27,7 @@ EXPORT_FOLDER = FolderKind(_FOLDER_KIND, "an export", ProgramError, is_export)
 def write_export(
     folder: Path, exports: Sequence[ExportedProgram], options: ExportOptions, overwrite: bool
 ) -> None:
-    """Write programs and their summary, in the place of those that are there.
-
-    Raises:
-        ProgramError: If the folder may not be replaced or cannot be written.
-    """
+    """Write programs and their summary, in the place of those that are there."""
     contents = dict(_contents(exports, options))
     with whole_folder(folder, EXPORT_FOLDER, overwrite) as draft:
         claim(draft, contents)
@@ -42,7 +38,6 @@ def write_export(
 def _contents(
     exports: Sequence[ExportedProgram], options: ExportOptions
 ) -> Iterator[tuple[str, str]]:
-    """Yield names and texts of all files."""
     for program in exports:
         for file in program.files:
             yield file.name, file.text
@@ -56,7 +51,6 @@ def _contents(
 
 
 def _program_result(export: ExportedProgram) -> ExportedProgramResult:
-    """Return the figures of the program of one robot."""
     return ExportedProgramResult(
         robot=export.robot,
         program=export.program.name,

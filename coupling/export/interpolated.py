@@ -41,18 +41,11 @@ def drive_motion(
     that the program states.  The drives follow the C2 cubic spline through the set points.
 
     Args:
-        program: The program, whose timed motions are of one kind.
-        robot: The robot.
-        axes: Joint angles and frames of its controller.
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
         near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
         smooth: Function taken for the maker's spline, from times and values of the targets and the times
             that are asked for.
-
-    Raises:
-        ProgramError: If the program's motions do not make a path.
-        PlanningError: If the robot cannot follow.
     """
     timed = program.timed
     motions = {move.motion for move in timed[1:]}

@@ -33,7 +33,6 @@ class CheckedProgram:
     """A program, and where its files leave the command.
 
     Attributes:
-        exported: The program.
         lost: Times at which the moving robot's tool is farther off than the tolerance [s], (k,).
     """
 
@@ -46,11 +45,7 @@ class ExportJob:
     """The export of one robot.
 
     Attributes:
-        command: Its command, and what this needs.
         member: The robot in its cell.
-        limits: Limits of its drives.
-        options: Options of the export, with name and cycle.
-        watch: Function called with the progress of the work.
     """
 
     command: RobotCommand
@@ -95,12 +90,8 @@ class ExportJob:
         """Return the program through chosen rows, by their numbers (k,), judged by what its files do.
 
         Args:
-            sampled: Motion of the drives.
             rows: Numbers of the rows, (k,).
             points_tolerance: Smallest tolerance that they keep [m].
-
-        Raises:
-            ProgramError: If the language cannot say it, or a drive not do it.
         """
         command, options, language = self.command, self.options, self.options.language
         assert options.name is not None
@@ -131,12 +122,7 @@ class ExportJob:
         return CheckedProgram(exported, path.time[loss > options.tolerance])
 
     def on_joint_lines(self, exported: ExportedProgram, sampled: SampledCommand) -> ExportedProgram:
-        """Return a program with what it loses if the drives go straight from set point to set point.
-
-        Args:
-            exported: The program.
-            sampled: Motion of the drives that it was made of.
-        """
+        """Return a program with what it loses if the drives go straight from set point to set point."""
         path = self.simulated(joint_lines(self._read_back(exported.files, sampled)))
         return replace(exported, loss_on_joint_lines=float(path.distance_to(self.reference).max()))
 

@@ -34,12 +34,7 @@ class Posture:
 
 
 class Postures:
-    """Postures of one robot.
-
-    Args:
-        robot: Its description.
-        axes: Joint angles and frames of its controller.
-    """
+    """Postures of one robot."""
 
     def __init__(self, robot: Robot, axes: ControllerAxes) -> None:
         self._robot, self._axes = robot, axes
@@ -146,7 +141,6 @@ def nearest_singular(
     """Return where a motion comes nearest to a singular posture, and of which kind that is.
 
     Args:
-        postures: The robot's.
         time: [s], (n,).
         q: Drive angles [rad], (n, joints).
         jacobians: Jacobians of TCP [m/rad] and rotation [rad/rad] by them, (n, 6, joints).

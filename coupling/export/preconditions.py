@@ -30,11 +30,6 @@ _REST_RATE = 1e-2
 def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[DriveMotion, ...]:
     """Return what a command asks of the drives, all of which they can do.
 
-    Args:
-        command: Motion of one robot.
-        limits: Limits of its drives.
-        who: The robot, for messages.
-
     Raises:
         ProgramError: With joint, instant, limit and what is asked for.
     """

@@ -35,8 +35,6 @@ class SampledCommand:
         jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
         lever: Vector from the TCP to the wrist [m].
         base, tool: Frames of the program.
-        axes: Joint angles and frames of the controller.
-        postures: The robot's.
     """
 
     time: np.ndarray
@@ -57,11 +55,7 @@ class SampledCommand:
         """Sample a command.
 
         Args:
-            robot: The robot.
-            axes: Joint angles and frames of its controller.
             part: Part frame, the base frame of the program.
-            command: Motion of its drives.
-            cycle: Cycle of the controller [s].
         """
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
@@ -105,9 +99,7 @@ class SampledCommand:
         It begins with a motion of the joints to where the command begins.
 
         Args:
-            name: Its name.
             rows: Numbers of the rows, the first and the last among them, (k,).
-            targets: Kind of the path's targets.
             spline: Whether a spline goes through them.
             posture: Whether poses state it.
         """

@@ -43,7 +43,6 @@ def spline_points(
     harm.
 
     Args:
-        curve: The motion.
         time: Times of its samples [s], (n,).
         candidates: Numbers of rows that may be points, rising, the first and the last among them, (m,).
         tolerance: Largest distance of the curve at the tool, at every sample [m], (n,).

@@ -148,11 +148,7 @@ def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
 
 
 def require_writable_place(place: Path, error: type[Exception]) -> None:
-    """Refuse a file or folder that cannot be made, before the work whose result it holds.
-
-    Raises:
-        Exception: The error that is given.
-    """
+    """Refuse a file or folder that cannot be made, before the work whose result it holds."""
     above = next(parent for parent in place.resolve().parents if parent.exists())
     if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
         raise error(
@@ -161,11 +157,7 @@ def require_writable_place(place: Path, error: type[Exception]) -> None:
 
 
 def make_folder_of(file: Path, error: type[Exception]) -> None:
-    """Make the folder of a file that is to be written.
-
-    Raises:
-        Exception: The error that is given, if it cannot be made.
-    """
+    """Make the folder of a file that is to be written."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as cause:

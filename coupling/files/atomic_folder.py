@@ -17,12 +17,14 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from coupling.errors import ResultError
 from coupling.files.atomic_file import require_writable_place, sync_file, sync_folder, writing
 from coupling.files.written_files import (
     begin_folder,
     claim,
     hand_over,
     is_free,
+    is_of_kind,
     listed_files,
     remove_written,
 )
@@ -46,6 +48,11 @@ class FolderKind:
     is_of: Callable[[Path], bool]
     is_complete: Callable[[Path], bool] = lambda _: True
 
+    @classmethod
+    def of_results(cls, name: str) -> FolderKind:
+        """Return the kind of the folders that a command writes as a whole, such as "modes"."""
+        return cls(name, "a result", ResultError, lambda folder: is_of_kind(folder, name))
+
 
 # Ending of a folder's name until it is complete.
 UNFINISHED = ".unfinished"
@@ -61,9 +68,6 @@ def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:
 
     Args:
         overwrite: Whether what its kind of command has written there may be replaced.
-
-    Raises:
-        Exception: That of the kind.
     """
     # What a killed command has put aside is still that of the folder.
     place = folder if folder.exists() else replaced_name(folder.resolve())
@@ -98,9 +102,6 @@ def whole_folder(
     What was listed in it goes where the block fails, and where a command was killed.
 
     Args:
-        folder: The folder.
-        kind: Its kind.
-        overwrite: Whether what its kind of command has written there may be replaced.
         keep: Names in it, as of `claim`, that the next attempt finds.
         who: Function that says in words which command writes it, if another one does.
 
@@ -140,7 +141,6 @@ def exclusively(
     """Keep other commands from writing a folder; what was killed keeps nobody away.
 
     Args:
-        folder: The folder, which need not be there; the one that it is in is made.
         error: Raised where another command writes it, or no file can be made in it or beside it.
         who: Function that says which one does, in words.
 

@@ -108,8 +108,6 @@ def gas_spring_points(
     points lie over the joint's limits, closer at the ends, where a natural spline has no curvature.
 
     Args:
-        spring: The spring.
-        geometry: Its points and the joint.
         limits: Lowest and highest angle of the joint [rad].
 
     Raises:

@@ -13,11 +13,6 @@ from coupling.errors import reason_of
 def read_bounded(file: Path, most: int, error: type[Exception]) -> bytes:
     """Return the content of a file.
 
-    Args:
-        file: The file.
-        most: Largest size that any such file has [bytes].
-        error: Exception class for every problem, with the file's name.
-
     Example:
         >>> read_bounded(Path("/dev/zero"), 100, ValueError)
         Traceback (most recent call last):
@@ -35,11 +30,7 @@ def read_bounded(file: Path, most: int, error: type[Exception]) -> bytes:
 
 
 def require_bounded(file: Path, most: int, error: type[Exception]) -> None:
-    """Refuse what is no file on a disk, or a larger one than `most` [bytes].
-
-    Raises:
-        Exception: The error that is given; also where there is no such file.
-    """
+    """Refuse what is no file on a disk, or a larger one than `most` [bytes]."""
     try:
         status = file.stat()
         if stat.S_ISDIR(status.st_mode):

@@ -62,10 +62,6 @@ class ControllerAxes:
 def controller_axes(path: Path, joints: int) -> ControllerAxes:
     """Return the controller's joint angles and frames of a robot, as its robot file says.
 
-    Args:
-        path: The robot file.
-        joints: Number of its joints.
-
     Raises:
         RobotFileError: If the table does not fit.
     """

@@ -86,11 +86,6 @@ def read_header(file: Path, error: type[Exception]) -> list[str]:
 def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:
     """Read the named columns of a CSV file; others are ignored.
 
-    Args:
-        file: CSV file with a header line.
-        columns: Wanted names.
-        error: Exception class for every problem.
-
     Returns:
         Values in the order of `columns`, any unit, (rows, columns).
     """

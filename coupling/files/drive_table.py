@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.errors import locate_errors
 from coupling.files.toml_file import Positive, Schema
 from elastic_robot.drive import Drive
 
@@ -78,9 +79,6 @@ class ServoTable(Schema):
 
         A rotor alone, without its gear, follows a rate as J w' = Kp (w_cmd - w): as far as f with
         Kp = 2 pi f J.
-
-        Raises:
-            ValueError: If one of them is no number.
         """
         rate, integral = self.rate_gain, self.integral_gain or 0.0
         if rate is None:
@@ -160,10 +158,8 @@ class DriveTable(Schema):
             _require(
                 "torque_constant_Nm_A", "torque_constant_Nm_A gear_ratio", per_current, "N m/A"
             )
-        try:
+        with locate_errors("servo", ValueError):
             rate_gain, integral_gain = self.servo.gains(inertia)
-        except ValueError as cause:
-            raise ValueError(f"servo: {cause}") from cause
         return Drive(
             inertia=inertia,
             position_gain=self.servo.position_gain,

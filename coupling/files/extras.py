@@ -11,11 +11,6 @@ from elastic_robot.errors import RobotFileError
 def extra(module: str, name: str, what: str) -> ModuleType:
     """Return a module of an extra.
 
-    Args:
-        module: Name of the module.
-        name: Name of the extra.
-        what: Purpose, for messages.
-
     Raises:
         RobotFileError: If it is not installed.
     """

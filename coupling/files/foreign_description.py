@@ -21,9 +21,7 @@ class ForeignRobot:
     """A robot as others describe it.
 
     Attributes:
-        name: Its name, for files.
         file: The URDF as it stands; None where it had to be made.
-        text: The URDF that was made.
         source: Origin, in words.
     """
 

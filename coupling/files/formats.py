@@ -19,7 +19,6 @@ class FileFormat:
         name: Noun with its article.
         kind: The kind of tool path that reads it; None if there is none.
         remedy: Advice where it is not read, an imperative.
-        pattern: Matches somewhere in the first lines of such a file.
     """
 
     name: str
@@ -47,6 +46,9 @@ def _program(name: str, ending: str, pattern: str) -> FileFormat:
 # The first that matches is it; those that begin with a signature come first.  Repetitions before a
 # choice are possessive: a page of blanks would else be tried from every blank.
 _FORMATS = (
+    _format(
+        "a STEP-NC program", None, _TO_GCODE, r"FILE_SCHEMA\s*\(\s*\(\s*'[^'\n]*(?:CNC|INTEGRATED)_"
+    ),
     _format("a STEP file", None, _SHAPE, r"\A\s*ISO-10303-21\s*;"),
     _format("an IGES file", None, _SHAPE, r"\A.{72}S +1\s*$"),
     _format("an STL file", None, _SHAPE, r"\A\s*solid\b[^\n]*\n\s*facet\s+normal"),
@@ -56,10 +58,31 @@ _FORMATS = (
     _format("an Excellon drill file", None, _TO_GCODE, r"\A\s*(?:;[^\n]*\n\s*)*M48\s*$"),
     _format("an HTML page", None, "give the file itself", r"\A\s*<(?:!DOCTYPE html|html)\b"),
     _format("an SVG drawing", None, _DRAWING, r"<svg\b"),
+    _format("a Staubli VAL 3 program", None, _TO_PROGRAM, r"<Programs?\b[^>\n]*robotics/VAL3"),
+    _format(
+        "a list of ABB modules",
+        None,
+        "give the .mod that has main, the others beside it",
+        r"<Module>[^<\n]*\.modx?</Module>",
+    ),
     _format("an XML file", None, _TO_GCODE, r"\A\s*<\?xml\b"),
     _program("a FANUC program", ".ls", r"\A\s*/PROG\b"),
     _format("a Yaskawa job", None, _TO_PROGRAM, r"\A\s*/JOB\b"),
     _format("a Kawasaki AS program", None, _TO_PROGRAM, r"^[ \t]*\.PROGRAM\b"),
+    _format("a Hyundai program", None, _TO_PROGRAM, r"\AProgram File Format Version"),
+    _format(
+        "a Denso PAC program", None, _TO_PROGRAM, r"^[ \t]*TAKEARM\b|^[ \t]*MOVE[ \t]+[LPC][ \t]*,"
+    ),
+    _format("an Epson SPEL+ program", None, _TO_PROGRAM, r"^[ \t]*Fend\b"),
+    _format("a KAREL, PDL2 or SCOL program", None, _TO_PROGRAM, r"^[ \t]*PROGRAM[ \t]+\w"),
+    _format(
+        "a Mitsubishi MELFA program",
+        None,
+        _TO_PROGRAM,
+        r"^[ \t]*+(?:\d++[ \t]++)?+M(?:ov|vs|vr)[ \t]+P\w+[ \t,]*$",
+    ),
+    _format("a Nachi program", None, _TO_PROGRAM, r"^[ \t]*+(?:\d++[ \t]++)?+MOVEX[ \t]"),
+    _format("a Doosan program", None, _TO_PROGRAM, r"^[ \t]*move[jl]x?\s*\(\s*pos[jx]\s*\("),
     _program(
         "a KRL program",
         ".src",
@@ -94,6 +117,9 @@ _FORMATS = (
         _DRAWING,
         r"\A[\s\x1b]*+(?:[^\n]*+\n)?(?:IN|DF|SP\d|PA|P[UD])[-\d, ]*;",
     ),
+    _format("a file of Mastercam (NCI)", None, _TO_GCODE, r"\A(?:\s*10\d\d\s*\n(?:-?[\d.]+ *)+$)"),
+    _format("a DSTV file", None, _TO_GCODE, r"\AST\s*$"),
+    _format("a woodWOP program", None, _TO_GCODE, r"\A\[H\s*$"),
     _format("JSON", None, _TO_GCODE, r'\A\s*(?:\{\s*"|\[\s*[\[{"\d-])'),
     _format("a TOML file", None, "give the file that it names", r"^\[{1,2}[a-z_][\w.]*\]{1,2}\s*$"),
     _format(
@@ -144,7 +170,6 @@ def other_format(content: bytes, kinds: Collection[str]) -> str | None:
     """Return what a file is and what to do, "got X: do Y", if it is of none of these kinds.
 
     Args:
-        content: Its first bytes, or all.
         kinds: Kinds of tool path that a reader takes.
 
     Returns:

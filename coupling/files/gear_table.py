@@ -8,6 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.errors import locate_errors
 from coupling.files.toml_file import Positive, Schema
 from elastic_robot.gear_parts import KinematicError, StopElement
 
@@ -105,17 +106,11 @@ class GearTable(Schema):
         return 0.0 if self.efficiency is None else 1.0 / self.efficiency - 1.0
 
     def kinematic_errors(self, gear_ratio: float | None) -> tuple[KinematicError, ...]:
-        """Return the sines of the gear's kinematic error; the ratio is None where the file has none.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
+        """Return the sines of the gear's kinematic error; the ratio is None where the file has none."""
         errors = []
         for number, table in enumerate(self.kinematic_error, start=1):
-            try:
+            with locate_errors(f"kinematic_error {number}", ValueError):
                 errors.append(table.error(gear_ratio))
-            except ValueError as cause:
-                raise ValueError(f"kinematic_error {number}: {cause}") from cause
         return tuple(errors)
 
     def hysteresis_of(
@@ -197,7 +192,6 @@ def sheet_elements(width: float, stiffness: float) -> tuple[StopElement, ...]:
     """Return the elements by which a loop has a width at no load.
 
     Args:
-        width: Width beside that of the backlash [rad].
         stiffness: Stiffness of the gear [N m/rad].
     """
     each = 0.5 * stiffness * width / len(_SLIP_ANGLES)
@@ -212,8 +206,6 @@ def errors_in_words(errors: Sequence[KinematicError]) -> str:
 def _elements(tables: list[StopElementTable]) -> list[StopElement]:
     elements = []
     for number, table in enumerate(tables, start=1):
-        try:
+        with locate_errors(f"hysteresis {number}", ValueError):
             elements.append(StopElement(table.slip_torque, table.slip_angle))
-        except ValueError as cause:
-            raise ValueError(f"hysteresis {number}: {cause}") from cause
     return elements

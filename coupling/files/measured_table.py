@@ -20,17 +20,7 @@ _MAX_BYTES = 500_000_000
 
 
 class MeasuredTable:
-    """The named columns of a file, as far as they are wanted.
-
-    Args:
-        path: The file, for messages.
-        header: Names of its columns.
-        lines: Cells of each row with the number of its line.
-        error: Exception class for every problem.
-
-    Attributes:
-        header, lines: As given.
-    """
+    """The named columns of a file, as far as they are wanted."""
 
     def __init__(
         self,
@@ -57,7 +47,6 @@ class MeasuredTable:
         """Read a file; lines that begin with # are comments.
 
         Args:
-            path: The file.
             error: Exception class for every problem: with file, line, column, what was expected and got.
         """
         try:

@@ -35,7 +35,6 @@ def with_damping_ratio(robot: Robot, ratio: float) -> Robot:
     of 0.03 to 0.04.
 
     Args:
-        robot: The robot; its dampers do not count.
         ratio: Damping ratio of its modes [1], > 0.
 
     Raises:

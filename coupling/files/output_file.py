@@ -23,9 +23,7 @@ def require_output(file: Path, ending: str, error: type[Exception]) -> None:
     """Refuse a name of another ending, a place that cannot be written, and a file of somebody else.
 
     Args:
-        file: File to write.
         ending: Ending of its name, such as ".html".
-        error: Raised with the file's name.
 
     Example:
         >>> require_output(Path("case.toml"), ".html", ValueError)

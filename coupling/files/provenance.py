@@ -1,4 +1,4 @@
-"""What a robot file tells beyond the model: what comes from its URDF, and how sure its numbers are."""
+"""What a robot file tells beyond the model: sources of its numbers, how sure they are, ratings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from coupling.files.robot_file import read_validated, rigid_joints, urdf_of
-from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
+from coupling.files.robot_schema import GearTorque, UrdfRobotFile
 from coupling.files.sources import Number, numbers
 from coupling.files.urdf_elements import plain_name
 from elastic_robot.description import Joint, Robot
@@ -16,6 +16,21 @@ from elastic_robot.errors import RobotFileError
 
 # Links of the same mass from which on it is taken for a placeholder.
 _PLACEHOLDER_COUNT = 3
+
+
+@dataclass(frozen=True)
+class Ratings:
+    """Loads that a robot is rated for; the model does not need them, so no FMU has them.
+
+    Attributes:
+        payload: Rated load at the flange as a force [N]; None where the file does not know.
+        gears: Rated torques of the gears, by the number of the joint, from 1; those that are known.
+        efforts: Highest torques of the joints after their URDF [N m], likewise; those of other gears.
+    """
+
+    payload: float | None = None
+    gears: Mapping[int, GearTorque] = field(default_factory=dict)
+    efforts: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -29,6 +44,7 @@ class Provenance:
         remarks: Sentences on what its URDF lacks, or what cannot be meant.
         numbers: Numbers of its file, without its URDF's.
         servos_confirmed: Whether measurements confirm its servos, as its file has it.
+        ratings: Its rated loads.
     """
 
     files: Mapping[str, str] = field(default_factory=dict)
@@ -36,6 +52,7 @@ class Provenance:
     remarks: tuple[str, ...] = ()
     numbers: tuple[Number, ...] = ()
     servos_confirmed: bool = True
+    ratings: Ratings = field(default_factory=Ratings)
 
     @property
     def stiffness_range(self) -> tuple[float, float] | None:
@@ -48,37 +65,33 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     """Return the provenance of a robot file's numbers.
 
     Args:
-        path: The file.
         robot: The robot that it describes, whose order of joints counts beside a URDF.
-
-    Raises:
-        RobotFileError: If it or its URDF cannot be read.
     """
     data, file = read_validated(path)
-    in_order = [joint.name for joint in robot.joints]
-    ranges: dict[int, tuple[float, float]] = {}
-    for row, joint in enumerate(file.joint, start=1):
-        number = row
-        if isinstance(joint, UrdfJoint):
-            number = in_order.index(plain_name(joint.name)) + 1
-        if joint.stiffness_range is not None:
-            ranges[number] = joint.stiffness_range[0], joint.stiffness_range[1]
-    files, remarks = [path], list[str]()
-    if isinstance(file, UrdfRobotFile):
-        files.append(urdf_of(path, file)[0])
+    files, remarks, efforts = [path], list[str](), dict[int, float]()
+    joints = dict(enumerate(file.joint, start=1))
+    if isinstance(file, UrdfRobotFile):  # its tables name joints in any order
+        source, chain = urdf_of(path, file)
+        files.append(source)
+        in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
+        joints = {in_order[plain_name(joint.name)]: joint for joint in file.joint}
         remarks = list(_remarks(path, file))
-    checksums = {source.name: _checksum(source) for source in files}
+        efforts = dict(enumerate(chain.efforts, start=1))
+    gears = {k: joint.gear_torque_Nm for k, joint in joints.items() if joint.gear_torque_Nm}
+    efforts = {k: effort for k, effort in efforts.items() if effort > 0.0 and k not in gears}
+    ranges = {k: joint.stiffness_range for k, joint in joints.items() if joint.stiffness_range}
     return Provenance(
-        checksums, ranges, tuple(remarks), tuple(numbers(data)), file.servos_confirmed
+        {file_read.name: _checksum(file_read) for file_read in files},
+        {number: (low, high) for number, (low, high) in ranges.items()},
+        tuple(remarks),
+        tuple(numbers(data)),
+        file.servos_confirmed,
+        Ratings(file.payload_N, gears, efforts),
     )
 
 
 def urdf_numbers(path: Path) -> list[Number]:
-    """Return the numbers that a robot takes from its URDF; none where its file names none.
-
-    Raises:
-        RobotFileError: If one of them cannot be read.
-    """
+    """Return the numbers that a robot takes from its URDF; none where its file names none."""
     _, file = read_validated(path)
     if not isinstance(file, UrdfRobotFile):
         return []
@@ -110,12 +123,6 @@ def urdf_numbers(path: Path) -> list[Number]:
                 text += f"; {remark}"
             listed.append(Number(f"joint {joint.name!r}: {key}", shown, text))
     return listed
-
-
-def urdf_efforts(path: Path, file: UrdfRobotFile) -> dict[int, float]:
-    """Return the highest torques of a URDF's joints by their numbers, from 1; those that are stated."""
-    _, chain = urdf_of(path, file)
-    return {number: effort for number, effort in enumerate(chain.efforts, start=1) if effort > 0.0}
 
 
 def _remarks(path: Path, file: UrdfRobotFile) -> Iterator[str]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from coupling.errors import one_of
+from coupling.errors import locate_errors, one_of
 from coupling.files.balancer_table import BalancerGeometry, gas_spring_points
 from coupling.files.drive_table import drive_in_words
 from coupling.files.gear_table import errors_in_words
@@ -54,11 +54,7 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
-    """Return the file of a shipped robot's name, or of a path (relative to `folder`).
-
-    Raises:
-        RobotFileError: If there is neither.
-    """
+    """Return the file of a shipped robot's name, or of a path (relative to `folder`)."""
     shipped = shipped_robots()
     if name_or_path in shipped:
         return shipped[name_or_path]
@@ -73,32 +69,20 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
 
 
 def robot_numbers(path: Path) -> tuple[str, list[Number]]:
-    """Return a robot's name and every number of its file with its source; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read or does not have a robot file's keys.
-    """
+    """Return a robot's name and every number of its file with its source; a URDF is not opened."""
     data, file = read_validated(path)
-    try:
+    with locate_errors(str(path), ValueError, RobotFileError):
         require_places(data)
-    except ValueError as cause:
-        raise RobotFileError(f"{path}: {cause}") from cause
     return file.name, numbers(data)
 
 
 def parts_in_words(path: Path) -> list[str]:
-    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read, or a joint cannot be as it says.
-    """
+    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened."""
     lines = []
     for number, joint in enumerate(read_validated(path)[1].joint, start=1):
-        try:
+        with locate_errors(f"{path}: joint {number}", ValueError, RobotFileError):
             (backlash, elements), drive = joint.hysteresis(), joint.motor()
             errors = joint.kinematic_errors()
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
         place = f"joint[{number}]"
         if elements:
             each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
@@ -116,11 +100,7 @@ def parts_in_words(path: Path) -> list[str]:
 
 
 def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
-    """Return the content of a robot file, as it is parsed and as its keys.
-
-    Raises:
-        RobotFileError: If the file cannot be read or does not have a robot file's keys.
-    """
+    """Return the content of a robot file, as it is parsed and as its keys."""
     data = load_toml(path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     return data, validate(data, schema, RobotFileError, str(path))
@@ -128,12 +108,6 @@ def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFil
 
 def load_robot(path: str | Path) -> Robot:
     """Read a robot description (format: docs/robot_file.md) and validate it completely.
-
-    Args:
-        path: The robot.toml, all values in SI units.
-
-    Returns:
-        The robot.
 
     Raises:
         RobotFileError: With file, joint, key, what was expected and what was got.
@@ -159,11 +133,7 @@ def load_robot(path: str | Path) -> Robot:
 
 
 def _require_inertia(robot: Robot, has_urdf: bool) -> None:
-    """Refuse elastic coordinates that move no inertia.
-
-    Raises:
-        ElasticRobotError: With what a URDF lacks.
-    """
+    """Refuse elastic coordinates that move no inertia."""
     try:
         build_chain(robot)
     except ElasticRobotError as cause:
@@ -187,14 +157,11 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
 
 
 def _complete(path: Path, file: RobotFile) -> Robot:
-    """Return the robot that a file describes by itself."""
     joints, link_rotation = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
-        try:
+        with locate_errors(where, ValueError, RobotFileError):
             rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
-        except ValueError as cause:
-            raise RobotFileError(f"{where}: {cause}") from cause
         joints.append(_elastic(rigid, joint, link_rotation, link_rotation, where))
     return Robot(
         name=file.name,
@@ -236,31 +203,21 @@ def _with_urdf(path: Path, file: UrdfRobotFile) -> Robot:
 
 
 def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
-    """Return the URDF of a robot file, and its chain of joints.
-
-    Raises:
-        RobotFileError: If it cannot be read.
-    """
-    try:
+    """Return the URDF of a robot file, and its chain of joints."""
+    with locate_errors(str(path), RobotFileError):
         urdf = find_urdf(file.urdf.file, path.parent)
         return urdf, read_urdf(urdf, file.urdf.base, file.tcp.link)
-    except RobotFileError as cause:
-        raise RobotFileError(f"{path}: {cause}") from cause
 
 
 def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[tuple[Joint, str]]:
-    """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or "".
-
-    Raises:
-        RobotFileError: If no body has the numbers of one.
-    """
+    """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or ""."""
     keys = _by_name(file.joint, chain, path)
     parts = zip(chain.joints, chain.inertias, chain.base_from_joint, strict=True)
     for number, (joint, inertia, base_from_joint) in enumerate(parts):
         table = keys.get(joint.name)
         # The first body turns about its joint's axis only, unless this tilts.
         alone = number == 0 and not (table and table.tilt)
-        try:
+        with locate_errors(f"{path}: joint {joint.name!r}", ValueError, RobotFileError):
             body, remark = body_of(
                 inertia,
                 file.urdf.mass_scale,
@@ -268,13 +225,10 @@ def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[
                 base_from_joint.rotation,
                 np.array(joint.axis) if alone else None,
             )
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {joint.name!r}: {cause}") from cause
         yield replace(joint, body=body), remark
 
 
 def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, UrdfJoint]:
-    """Return the tables of the joints by their names in the URDF."""
     names = [joint.name for joint in chain.joints]
     keys: dict[str, UrdfJoint] = {}
     for joint in joints:
@@ -299,22 +253,17 @@ def _elastic(
     """Return a joint that gives way.
 
     Args:
-        rigid: The joint that does not.
-        keys: Its table.
         base_from_file: Rotation from the axes of its tilts, and of its link, in the file, (3, 3).
         base_from_previous: Rotation from those of the link before it, (3, 3).
-        where: Its place, for messages.
     """
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):
-        try:
+        with locate_errors(f"{where}: tilt {number}", ValueError, RobotFileError):
             elastic_tilt = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
-        except ValueError as cause:
-            raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
         tilts.append(
             replace(elastic_tilt, axis=tuple((base_from_file @ elastic_tilt.axis).tolist()))
         )
-    try:
+    with locate_errors(where, ValueError, RobotFileError):
         elastic = replace(
             rigid,
             stiffness=keys.stiffness,
@@ -337,8 +286,6 @@ def _elastic(
             balancer=_balancer(elastic, keys, base_from_file, base_from_previous),
             drive=keys.motor(),
         )
-    except ValueError as cause:
-        raise RobotFileError(f"{where}: {cause}") from cause
 
 
 def _balancer(
@@ -359,17 +306,12 @@ def _balancer(
         base_from_previous @ spring.base_point,
         base_from_file @ spring.link_point,
     )
-    try:
+    with locate_errors("balancer", ValueError):
         return gas_spring_points(spring, geometry, joint.limits)
-    except ValueError as cause:
-        raise ValueError(f"balancer: {cause}") from cause
 
 
 def _payload(table: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
-    """Return the payload in the last body's frame."""
     if table is None:
         return None
-    try:
+    with locate_errors(f"{path}: payload", ValueError, RobotFileError):
         return table.body().placed(last_from_file.rotation, last_from_file.translation)
-    except ValueError as cause:
-        raise RobotFileError(f"{path}: payload: {cause}") from cause

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.errors import locate_errors
 from coupling.files.balancer_table import BalancerTable
 from coupling.files.drive_table import DriveTable
 from coupling.files.gear_table import GearTable
@@ -118,28 +119,16 @@ class JointElasticity(Schema):
         return self
 
     def hysteresis(self) -> tuple[float, tuple[StopElement, ...]]:
-        """Return the half width of the gear's backlash [rad] and the elements of its hysteresis.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
+        """Return the half width of the gear's backlash [rad] and the elements of its hysteresis."""
         if self.stiffness is None:
             return self.backlash, ()
-        try:
+        with locate_errors("gear", ValueError):
             return self.gear.hysteresis_of(self.stiffness, self.backlash)
-        except ValueError as cause:
-            raise ValueError(f"gear: {cause}") from cause
 
     def kinematic_errors(self) -> tuple[KinematicError, ...]:
-        """Return the sines of the gear's kinematic error.
-
-        Raises:
-            ValueError: If no gear has them.
-        """
-        try:
+        """Return the sines of the gear's kinematic error."""
+        with locate_errors("gear", ValueError):
             return self.gear.kinematic_errors(None if self.drive is None else self.drive.gear_ratio)
-        except ValueError as cause:
-            raise ValueError(f"gear: {cause}") from cause
 
     def motor(self) -> Drive | None:
         """Return motor, servo and friction of the joint, if the file has them.
@@ -147,10 +136,8 @@ class JointElasticity(Schema):
         Raises:
             ValueError: If their numbers are beyond what can be computed with.
         """
-        try:
+        with locate_errors("drive", ValueError):
             return None if self.drive is None else self.drive.drive(self.gear.load_friction)
-        except ValueError as cause:
-            raise ValueError(f"drive: {cause}") from cause
 
 
 class JointTable(BodyTable, JointElasticity):

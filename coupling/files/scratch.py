@@ -19,9 +19,6 @@ _UNLOCKED_AGE = 60.0
 class ScratchFolder:
     """A temporary folder, removed when it is closed or its process ends; a context manager.
 
-    Attributes:
-        path: The folder.
-
     Example:
         >>> with ScratchFolder() as scratch:
         ...     _ = (scratch / "robot.fmu").write_bytes(b"")

@@ -25,7 +25,6 @@ class Number:
 
     Attributes:
         place: Its place, joints and tilts counted from 1, as in joint[3].tilt[1].stiffness.
-        value: The number or vector.
         source: Its source; "" where the file does not say.
     """
 
@@ -36,9 +35,6 @@ class Number:
 
 def numbers(data: Mapping[str, Any]) -> list[Number]:
     """Return all numbers of a robot file, in its order.
-
-    Args:
-        data: The parsed file.
 
     Example:
         >>> file = {"joint": [{"axis": [0, 0, 1], "stiffness": 1e6}], "sources": {"joint": "a guess"}}
@@ -77,11 +73,7 @@ def lost_places(data: Mapping[str, Any]) -> list[str]:
 
 
 def require_places(data: Mapping[str, Any]) -> None:
-    """Refuse a key of [sources] that is not the place of any number.
-
-    Raises:
-        ValueError: With the key, and what it may be.
-    """
+    """Refuse a key of [sources] that is not the place of any number."""
     for key in lost_places(data):
         stated_places = dict.fromkeys(_INDEX.sub("", place) for place, _ in places(data))
         raise ValueError(f"{SOURCES}: {one_of(stated_places, key, ' (with or without [number])')}")

@@ -120,15 +120,9 @@ def validate(
     """Validate parsed data against a schema.
 
     Args:
-        data: Result of `load_toml`, or a table of it.
-        schema: Keys that it must have.
         error: Exception class for every problem; its message names the file, the place, what was
             expected and what was got.
-        where: Beginning of the message, such as the file's name.
         folder: Folder in which relative paths begin; the working folder unless given.
-
-    Returns:
-        The validated content.
     """
     try:
         return schema.model_validate(data, context={"folder": folder or Path()})

@@ -74,17 +74,8 @@ def _is_name(name: object) -> bool:
     return plain not in ("", ".", "..", LIST) and not set(plain) & set("/\\\0")
 
 
-def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> None:
+def begin_folder(folder: Path, kind: str) -> None:
     """Make a folder in which a command lists what it writes, or go on with one.
-
-    Args:
-        folder: The folder.
-        kind: Kind of what is written there, such as "run".
-        known_names: Names that are the command's though no list has them, as an earlier version wrote
-            them.
-
-    Raises:
-        OSError: If it cannot be made or written.
 
     Example:
         >>> import tempfile
@@ -98,9 +89,8 @@ def begin_folder(folder: Path, kind: str, known_names: Iterable[str] = ()) -> No
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = _Written.of(folder)
-    names = written.names | set(known_names)
-    if (written.kind, written.names) != (kind, names) or not (folder / LIST).is_file():
-        _Written(kind, names).write(folder)
+    if written.kind != kind or not (folder / LIST).is_file():
+        replace(written, kind=kind).write(folder)
 
 
 def is_of_kind(folder: Path, kind: str) -> bool:
@@ -119,11 +109,7 @@ def claim(folder: Path, names: Iterable[str]) -> None:
     What somebody else has put there under the name of a file gets another one; a folder is shared.
 
     Args:
-        folder: The folder.
         names: Names of files; of folders with the ending `WHOLE`.
-
-    Raises:
-        OSError: If the list cannot be written, or a file not renamed.
     """
     written, claimed = _Written.of(folder), frozenset(names)
     for name in claimed:
@@ -162,11 +148,7 @@ def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:
     """Remove what a command has written into a folder, and the folder where nothing else is in it.
 
     Args:
-        folder: The folder; without a list nothing is removed.
         keep: Names on the list that stay, and with them the folder.
-
-    Raises:
-        OSError: If something cannot be removed.
     """
     if not (folder / LIST).is_file():
         return
@@ -188,9 +170,6 @@ def hand_over(old: Path, new: Path) -> None:
     """Remove what a command has written into a folder that another one has replaced, and the folder.
 
     What else is in it comes into the other one, under another name where its own is taken.
-
-    Raises:
-        OSError: If something cannot be moved or removed.
     """
     remove_written(old)
     if not old.exists():

@@ -20,7 +20,7 @@ from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
 from coupling.native.compiler import SOURCES, host_platform
 from coupling.native.core_library import core_libraries, platforms_named
 from coupling.native.robot_text import robot_text
-from coupling.robot.unpacked_robot import NATIVE
+from coupling.robot.fmu_signals import NATIVE
 from elastic_robot.description import Robot
 from elastic_robot.fmi.variables import Block
 from elastic_robot.parameters import Parameters

@@ -1,4 +1,4 @@
-"""Nonlinear least squares of deflections, loops and motion: damped Gauss-Newton between bounds.
+"""Nonlinear least squares of every experiment: damped Gauss-Newton between bounds.
 
     minimise  |r(x)|^2 / 2,    low <= x <= high
 
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
-from scipy.optimize import lsq_linear
+
+from coupling.identification.least_squares import bounded_step
 
 # A step that gains less than this part of the predicted gain is shortened: its damping, in parts of the
 # columns' squares, where it is first needed, and the factor by which it grows.
@@ -23,16 +24,8 @@ _TRUSTED = 0.5
 CONVERGED = 1e-2
 
 
-class Trial(Protocol):
-    """Residual of an experiment at other parameters."""
-
-    @property
-    def cost(self) -> float:
-        """Half its squares, with the weights where the step began [1]."""
-
-
-class Linearisation(Protocol):
-    """Residual r of an experiment and its Jacobian J, around values of its parameters."""
+class Experiment(Protocol):
+    """A measurement and what a model leaves of it, around values of its parameters."""
 
     @property
     def x(self) -> np.ndarray:
@@ -46,10 +39,6 @@ class Linearisation(Protocol):
         """
 
     @property
-    def cost(self) -> float:
-        """Half the squares of r [1]."""
-
-    @property
     def unit(self) -> float:
         """Decrease of the cost that makes the measurement likelier by e."""
 
@@ -57,50 +46,44 @@ class Linearisation(Protocol):
     def is_exact(self) -> bool:
         """Whether J was computed at x."""
 
-    def try_step(self, step: np.ndarray) -> Trial | None:
-        """Return the residual after a step, any units, (P,); None where no model is computed."""
+    def cost(self, weighted: Self) -> float:
+        """Return half the squares of r [1], with the weights of the experiment around other values."""
 
-    def move_to(self, trial: Trial) -> Self:
-        """Return the linearisation where a trial was, with weights and Jacobian of its own."""
+    def at(self, x: np.ndarray) -> Self | None:
+        """Return the same around other values, (P,), with weights of its own; None without a model."""
 
     def recompute(self) -> Self:
-        """Return this one with the Jacobian computed at x."""
+        """Return this one with J computed at x."""
 
 
-Linearised = TypeVar("Linearised", bound=Linearisation)
+Fitted = TypeVar("Fitted", bound=Experiment)
 
 
 @dataclass(frozen=True)
-class Estimate(Generic[Linearised]):
+class Estimate(Generic[Fitted]):
     """Estimated parameters.
 
     Attributes:
-        linearisation: The experiment around their values.
-        converged: Whether another step would make what was measured hardly likelier.
-        is_settled: Whether no step that is left, of any length, would: it ends so at a kink as well.
+        experiment: The experiment around their values.
+        converged: Whether another step would make what was measured hardly likelier; at a kink, where
+            slopes of one side promise what none gains, one of a length that was not tried.
     """
 
-    linearisation: Linearised
+    experiment: Fitted
     converged: bool
-    is_settled: bool
 
     @property
     def x(self) -> np.ndarray:
         """The values, any units, (P,)."""
-        return self.linearisation.x
-
-    @property
-    def is_at_minimum(self) -> bool:
-        """Whether it has converged or is at a kink: slopes of one side promise what no step gains."""
-        return self.converged or self.is_settled
+        return self.experiment.x
 
 
 def estimate(
-    start: Linearised,
+    start: Fitted,
     bounds: tuple[np.ndarray, np.ndarray],
     most_steps: int,
     settled: float,
-) -> Estimate[Linearised]:
+) -> Estimate[Fitted]:
     """Return the parameters that explain an experiment best, from a start on.
 
     Args:
@@ -109,7 +92,7 @@ def estimate(
         most_steps: Steps at most.
         settled: Predicted gain of log likelihood below which it ends.
     """
-    point, damping = start, 0.0
+    point, damping, is_rejected = start, 0.0, False
     while True:
         step, gain = bounded_step(*point.rows, bounds[0] - point.x, bounds[1] - point.x, damping)
         is_settled = gain <= settled * point.unit
@@ -118,44 +101,17 @@ def estimate(
         trial = None
         if not is_settled:
             most_steps -= 1
-            trial = point.try_step(step)
-        gained = -np.inf if trial is None else point.cost - trial.cost
+            trial = point.at(point.x + step)
+        gained = -np.inf if trial is None else point.cost(point) - trial.cost(point)
         if trial is not None and gained > _GAINS * gain:
-            damping = damping / _GROWS if damping > _DAMPING else 0.0
-            point = point.move_to(trial)
-            if gained < _TRUSTED * gain and not point.is_exact:
-                point = point.recompute()
+            damping, is_rejected = damping / _GROWS if damping > _DAMPING else 0.0, False
+            is_trusted = trial.is_exact or gained >= _TRUSTED * gain
+            point = trial if is_trusted else trial.recompute()
         elif not point.is_exact:
             point = point.recompute()
         else:
-            damping = max(_GROWS * damping, _DAMPING)
-    if damping:
+            damping, is_rejected = max(_GROWS * damping, _DAMPING), True
+    if damping and not (is_settled and is_rejected):
         _, gain = bounded_step(*point.rows, bounds[0] - point.x, bounds[1] - point.x)
-    converged = point.is_exact and gain < CONVERGED * point.unit
-    return Estimate(point, converged, is_settled and point.is_exact)
-
-
-def bounded_step(
-    matrix: np.ndarray,
-    residual: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    damping: float = 0.0,
-) -> tuple[np.ndarray, float]:
-    """Return the damped step between bounds, any units, (P,), and the predicted decrease of the cost.
-
-    Args:
-        matrix, residual: Jacobian, (n, P), and residual, (n,), any unit.
-        low, high: Bounds of the step, its units, (P,) each, not above and not below zero.
-        damping: Squares of the step, in parts of those of the columns.
-    """
-    length = np.linalg.norm(matrix, axis=0)
-    scale = np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
-    damped = np.vstack([matrix * scale, np.sqrt(damping) * np.diag(length > 0.0)])
-    target = np.append(-residual, np.zeros(len(low)))
-    step = scale * np.linalg.lstsq(damped, target, rcond=None)[0]
-    if np.any((step < low) | (step > high)):
-        ends = low / scale, high / scale + 1e-12
-        step = np.clip(scale * lsq_linear(damped, target, ends, method="bvls").x, low, high)
-    after = residual + matrix @ step
-    return step, float(0.5 * (residual @ residual - after @ after))
+    converged = point.is_exact and gain <= max(settled, CONVERGED) * point.unit
+    return Estimate(point, converged)

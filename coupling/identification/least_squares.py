@@ -174,16 +174,11 @@ class LinearProblem:
         low = self.lowest if low is None else low
         # The last rows hold what is not observable; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
-        residual = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
-        solution: np.ndarray = (
-            self.start + self.scale * np.linalg.lstsq(matrix, residual, rcond=None)[0]
-        )
-        if np.all((low <= solution) & (solution <= high)):
-            return solution
+        residual = np.append(-self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
         scale = np.where(self.scale > 0.0, self.scale, 1.0)
-        bounds = ((low - self.start) / scale, (high - self.start) / scale)
-        bounded = lsq_linear(matrix, residual, bounds, method="bvls")
-        solution = np.where(bounded.active_mask < 0, low, self.start + self.scale * bounded.x)
+        ends = (low - self.start) / scale, (high - self.start) / scale
+        step, _ = bounded_step(matrix, residual, *ends)
+        solution = np.where(step <= ends[0], low, self.start + self.scale * step)
         return np.clip(solution, low, high)
 
 
@@ -191,6 +186,35 @@ def _decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return all singular values, falling, and right directions in rows, of many equations."""
     _, values, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=True)
     return np.pad(values, (0, len(directions) - len(values))), directions
+
+
+def bounded_step(
+    matrix: np.ndarray,
+    residual: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    damping: float = 0.0,
+) -> tuple[np.ndarray, float]:
+    """Return the damped step between bounds, any units, (P,), and the predicted decrease of the cost.
+
+    Args:
+        matrix, residual: Jacobian, (n, P), and residual, (n,), any unit.
+        low, high: Bounds of the step, its units, (P,) each.
+        damping: Squares of the step, in parts of those of the columns.
+    """
+    length = np.linalg.norm(matrix, axis=0)
+    scale = 1.0 / np.where(length > 0.0, length, 1.0)
+    damped, target = matrix * scale, -residual
+    if damping:
+        damped = np.vstack([damped, np.sqrt(damping) * np.diag(length > 0.0)])
+        target = np.append(target, np.zeros(len(low)))
+    step = scale * np.linalg.lstsq(damped, target, rcond=None)[0]
+    if np.any((step < low) | (step > high)):
+        ends = low / scale, high / scale + 1e-12
+        bounded = lsq_linear(damped, target, ends, method="bvls")
+        step = np.clip(np.where(bounded.active_mask < 0, low, scale * bounded.x), low, high)
+    after = residual + matrix @ step
+    return step, float(0.5 * (residual @ residual - after @ after))
 
 
 def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarray:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import axes_of_file, load_robot
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.parameter_result import FitResult, ParameterResult
 from coupling.robot.parameters import place_of
 from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
@@ -19,14 +21,52 @@ from elastic_robot.description import Robot
 _SAYS = {"identify": "identified", "learn": "learned"}
 
 
-def require_written(refusal: str, target: Path) -> None:
-    """Raise if a fit refuses to be written.
+Fit = TypeVar("Fit")
+Figures = TypeVar("Figures", bound=FitResult)
 
-    Raises:
-        IdentifyError: With the file and the refusal, if that is not empty.
+
+@dataclass(frozen=True)
+class Identification(Generic[Fit, Figures]):
+    """What a measurement identifies of a robot.
+
+    Attributes:
+        fit: The fit behind it.
+        robot: The robot as written.
+        result: The figures.
+        residuals: Residuals in words, for the head of the robot file.
+        remarks: Words behind the parameters' own remarks, by name.
     """
-    if refusal:
-        raise IdentifyError(f"{target}: not written: {refusal}")
+
+    fit: Fit
+    robot: Robot
+    result: Figures
+    residuals: str
+    remarks: Mapping[str, str] = field(default_factory=dict)
+
+    def text(self, start: Path, measured: str, target: Path) -> str:
+        """Return the start file with the identified values.
+
+        Args:
+            start: The start file.
+            measured: Kind and source of the measurement.
+            target: Place of the new file.
+
+        Raises:
+            IdentifyError: If it is refused.
+            RobotFileError: If the start file cannot be read.
+        """
+        if self.result.refusal:
+            raise IdentifyError(f"{target}: not written: {self.result.refusal}")
+        return fitted_text(
+            start,
+            self.robot,
+            self.result.parameters,
+            "identify",
+            measured,
+            self.residuals,
+            target,
+            self.remarks,
+        )
 
 
 def fitted_text(
@@ -44,7 +84,7 @@ def fitted_text(
     Args:
         start: The start file.
         robot: The robot with these values.
-        parameters: Its parameters, those added among them.
+        parameters: Its parameters, those added among them; those that no file has are passed over.
         command: Command that has fitted them, a key of `_SAYS`.
         measured: Kind and source of the measurement.
         residuals: Residuals of the fit, in words.
@@ -55,6 +95,11 @@ def fitted_text(
         RobotFileError: If the start file cannot be read.
     """
     file, source = RobotEdit(start, load_robot(start)), f"{_SAYS[command]}, {measured}"
+    parameters = [
+        p
+        for p in parameters
+        if p.written is not None and (p.identified or not p.added) and p.kind != "slip_angle"
+    ]
     for parameter in parameters:
         joint, tilt, kind = place_of(parameter.name)
         if parameter.added and tilt:

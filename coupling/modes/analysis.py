@@ -36,12 +36,7 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class ModesAnalysis:
-    """What was looked at.
-
-    Attributes:
-        softest: Modes where the TCP is softest.
-        result: Figures of it and of the other places.
-    """
+    """What was looked at."""
 
     softest: PostureModes
     result: ModesResult
@@ -57,11 +52,8 @@ def modes_in_posture(
     """Return the modes of a robot in a posture.
 
     Args:
-        robot: The robot.
-        torque_curve: Name of its gears' torque curve.
         q: Angles of its drives [rad], (joints,).
         wrench: Wrench on the tool, base axes [N, N m], (6,).
-        measured: Responses to draw beside its own.
 
     Raises:
         StabilityError: If it has no equilibrium there, or another number of joints.
@@ -80,12 +72,7 @@ def modes_in_posture(
 
 
 def places_in_brief(case: Case) -> list[PlaceModesResult]:
-    """Return the modes along a case's path, where the TCP is softest first.
-
-    Raises:
-        PlanningError: If the robot cannot follow its path.
-        StabilityError: If it has no equilibrium at a place.
-    """
+    """Return the modes along a case's path, where the TCP is softest first."""
     return _softest_first(*_along(case.robots[0], places_of(case)))
 
 
@@ -95,13 +82,7 @@ def modes_of_case(
     """Return the modes of a case's robot along its path, where it is softest first, and over the part.
 
     Args:
-        case: The case.
-        measured: Responses to draw beside its own.
         number: Number of the robot, from 0; the other one of a cell is as if it were rigid.
-
-    Raises:
-        PlanningError: If the robot cannot follow its path.
-        StabilityError: If it has no equilibrium at a place.
     """
     placed, places = case.robots[number], places_of(case, number)
     time, modes = _along(placed, places)

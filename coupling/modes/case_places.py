@@ -61,10 +61,6 @@ def places_of(case: Case, number: int = 0) -> CasePlaces:
 
     The process is evaluated where it is a formula; else the robot carries its own weight.
 
-    Args:
-        case: The case.
-        number: Number of the robot, from 0.
-
     Raises:
         PlanningError: If the robot cannot follow the path.
     """

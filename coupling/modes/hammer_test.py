@@ -42,12 +42,7 @@ def is_hammer_test(file: Path) -> bool:
 
 
 def read_measured(file: Path) -> tuple[MeasuredResponse, ...]:
-    """Return the frequency responses of a file, or those of its hammer test.
-
-    Raises:
-        StabilityError: If it cannot be read, or has none.
-        RobotFileError: If it is of type UFF58 and pyuff is not installed.
-    """
+    """Return the frequency responses of a file, or those of its hammer test."""
     return read_hammer_test(file) if is_hammer_test(file) else read_responses(file)
 
 
@@ -127,7 +122,6 @@ def _spectrum(rows: np.ndarray, forces: int, where: str) -> tuple[np.ndarray, np
     Args:
         rows: Rows of a hit: time [s], its number, forces [N] and motions [m/s^2 or m].
         forces: Number of columns of forces.
-        where: Place, for messages.
     """
     steps = np.diff(rows[:, 0])
     if len(rows) < 3 or steps.min() <= 0.0 or np.ptp(steps) > _UNEVEN * steps.mean():

@@ -19,10 +19,6 @@ _FREE = 0.02
 class LockedRobot:
     """A robot whose motors are locked.
 
-    Args:
-        robot: The robot.
-        torque_curve: Name of its gears' torque curve.
-
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot
         >>> locked = LockedRobot(load_robot(find_robot("icme2008")), "backlash")

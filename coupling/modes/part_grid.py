@@ -39,11 +39,9 @@ class PartGrid:
         """Return the postures about a path.
 
         Args:
-            robot: The robot.
             part: Frame of the part in its base.
             path: Path of its tool, in its base.
             q: Joint angles along it [rad], (n, joints).
-            points: Number of places along each side.
         """
         where = part.coordinates(path.position[0])
         low, high = where[:, :2].min(axis=0), where[:, :2].max(axis=0)

@@ -51,13 +51,9 @@ class PostureModes:
         """Return the modes of a robot.
 
         Args:
-            locked: The robot.
             q: Angles of its drives [rad], (joints,).
             wrench: Wrench on the tool, base axes [N, N m], (6,).
             contact: Stiffness of the process, base axes [N/m], (3, 3); None: none.
-
-        Raises:
-            StabilityError: If it has no equilibrium there.
         """
         stiffness = np.zeros((3, 3)) if contact is None else contact
         linear = locked.linear(q, wrench)

@@ -24,8 +24,6 @@ class NamedStateSpace:
 
     Attributes:
         A, B, C, D: The matrices, (2 m, 2 m), (2 m, i), (12, 2 m), (12, i), entries in the units below.
-        states, inputs, outputs: Names, as many as there are.
-        state_units, input_units, output_units: Their units.
 
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot

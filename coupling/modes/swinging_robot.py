@@ -29,11 +29,7 @@ def swinging_robot(
     A tilt is drawn as what it is in the model, a joint behind that of its gear.
 
     Args:
-        robot: The robot.
-        description: Its file, as cases name it.
         q: Angles of its drives [rad], (joints,).
-        modes: Modes in this posture.
-        world_from_base: Frame of its base.
     """
     origins: list[Sequence[float]] = []
     axes: list[Sequence[float]] = []

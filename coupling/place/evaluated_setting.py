@@ -18,7 +18,7 @@ from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.gear_result import GearDiagnosis
 from coupling.run.gear_loads import diagnose_robots, wanted_of
 from coupling.stability.path_stability import stability_in_brief
@@ -40,8 +40,6 @@ class EvaluatedSetting:
         setting: By `NAMES` [m], [rad], (9,).
         content: Text of its case file.
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
-        cost: Cost of the objective [m].
-        gears: Diagnoses of its gears.
         placed: Its robot.
         motion: Path, joint angles and wrench there.
         stability: Whether its milling cut chatters; None of another process.
@@ -73,13 +71,10 @@ def evaluate_setting(
     The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
 
     Args:
-        placing: The case that is placed.
         setting: By `NAMES` [m], [rad], (9,).
-        process_of: Function that gives the process of a case.
 
     Raises:
         PlanningError: If the robot cannot follow.
-        ProcessError: If the process has no answer.
     """
     q = placing.screen(placing.stations.strongest()).batch(setting[None]).q[0, :, 0]
     if not np.isfinite(q).all():
@@ -117,11 +112,6 @@ def evaluate_setting(
 
 
 def _stability(case: Case) -> CutStability | None:
-    """Return whether a milling cut chatters.
-
-    Raises:
-        PlanningError: If the robot has no equilibrium along its path.
-    """
     try:
         return stability_in_brief(case)
     except StabilityError as cause:

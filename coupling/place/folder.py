@@ -34,11 +34,7 @@ def placed_file(number: int) -> str:
 
 
 def write_placement(folder: Path, placement: CasePlacement) -> None:
-    """Write all files but the report into an existing folder.
-
-    Raises:
-        ResultError: If a file cannot be written.
-    """
+    """Write all files but the report into an existing folder."""
     case = placement.placing.case.name
     try:
         for number, setting in enumerate(placement.best, start=1):
@@ -117,7 +113,6 @@ def _setting(
     expected: ExpectedDeviation | None,
     file: str | None = None,
 ) -> SettingResult:
-    """Return what one setting comes to."""
     figures, goal = evaluated.figures, placing.goal
     return SettingResult(
         file=file,
@@ -142,12 +137,7 @@ def _setting(
 
 @dataclass(frozen=True)
 class StoredPlacement(Shown):
-    """A placement read back from its folder.
-
-    Attributes:
-        figures: Content of place.json.
-        maps: Its maps.
-    """
+    """A placement read back from its folder."""
 
     figures: PlacementResult
     maps: tuple[PartMap, ...]

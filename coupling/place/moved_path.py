@@ -23,9 +23,7 @@ class MovedPath:
     """Places of a path in the base frame of robots, in n settings; the batch is places times settings.
 
     Args:
-        placed: The settings.
         sphere_radius: Radius of the tool's end [m].
-        stations: The places.
     """
 
     def __init__(self, placed: PlacedSettings, sphere_radius: float, stations: Stations) -> None:

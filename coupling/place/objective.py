@@ -79,8 +79,6 @@ class PlaceObjective:
     """Objective and constraints of a search.
 
     Attributes:
-        objective: Name in `OBJECTIVES`.
-        demands: Constraints.
         forced: Whether the process has a force.
     """
 

@@ -22,7 +22,6 @@ class PartMap:
 
     Attributes:
         name: Name of the setting of tool and base: "present" or "best".
-        across, up: Names of the axes.
         first, second: Their values [m], (a,) and (b,).
         deviation: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
         exposure: Error of the tool at rest by what is not known of gears [m], (b, a); NaN there as well.
@@ -50,10 +49,6 @@ def part_maps(
     """Return maps through a setting, in planes in which the part is free, two at most.
 
     Args:
-        screen: Screen of settings at a few places of the path.
-        ranges: Ranges of the settings.
-        goal: Objective and constraints.
-        name: Name of the setting.
         setting: The setting by `NAMES` [m], [rad], (9,).
         points: About the number of points of a map.
     """

@@ -30,15 +30,12 @@ class CasePlacement:
     """The best settings of a case.
 
     Attributes:
-        placing: The case that was placed.
         stations: Places of the path that many settings were looked at.
-        looked_at: Number of settings looked at.
         refused: Number of those of the first look that were refused, by reason.
         present: The case as it is; None where its robot cannot follow its path.
         best: The best settings, the best first.
         expected: Deviation to expect of a corrected command, as it is and in the best setting; None
             where it is not known.
-        maps: Maps over the part's position.
         durations: Wall time by part [s].
     """
 
@@ -56,14 +53,8 @@ class CasePlacement:
 def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> CasePlacement:
     """Return the best settings of a case.
 
-    Args:
-        placing: The case to be placed.
-        process_of: Function that gives the process of a case.
-        watch: Function called with the progress of the work.
-
     Raises:
         PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
-        ProcessError: If the process has no answer.
     """
     durations: dict[str, float] = {}
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
@@ -117,14 +108,10 @@ def best_of(
     """Return the best settings that the robot can follow its path in, as many as are asked for.
 
     Args:
-        placing: The case that is placed.
         settings: Settings by `NAMES` [m], [rad], the best first, (n, 9).
-        process_of: Function that gives the process of a case.
-        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If there is none.
-        ProcessError: If the process has no answer.
     """
     count, settings_found, reasons = placing.case.place.cases, [], []
     by_stability = placing.goal.objective == "stability"

@@ -40,15 +40,11 @@ class Placing:
     """A case to be placed.
 
     Attributes:
-        case: The case.
         robot: Its robot as its file describes it.
-        gears: Backlash and hysteresis of its gears.
         cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (9,).
-        ranges: Ranges of the settings.
         wrench: Response of its process to its desired path, part axes.
         stations: All places of that path.
-        goal: Objective and constraints.
     """
 
     case: Case
@@ -132,14 +128,11 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     """Return a case as it is to be placed, with one evaluation of its process.
 
     Args:
-        case: The case.
-        process: Its process.
         objective: Objective in place of the case's own.
 
     Raises:
         CaseError: If nothing is free, the objective is backlash and its gears have none, nor
             hysteresis, or it is stability and the process no milling.
-        ProcessError: If the process has no answer.
     """
     require_one_robot(case)
     placed, table, resolved = case.robots[0], case.place, case.resolved
@@ -201,7 +194,6 @@ def _present(resolved: Mapping[str, Any]) -> np.ndarray:
 
 
 def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
-    """Return the ranges of settings, as the case says or by default."""
     low, high = present.copy(), present.copy()
     untilted = case.tool_path.untilted_lean_deg
     tilts = {  # where the process knows the tool's sphere

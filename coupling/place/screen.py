@@ -131,11 +131,9 @@ class Screen:
     """Computes figures of many settings of one robot with one path.
 
     Args:
-        robot: The robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
         arm: Home posture from which the tool is led to the part.
         cell: Layout that all settings share.
-        stations: Places of the path to look at.
 
     Attributes:
         stations: The same.

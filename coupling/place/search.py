@@ -33,7 +33,6 @@ class FoundSettings:
         settings: By `NAMES` [m], [rad], (n, 9).
         figures: Their figures along the whole path.
         cost: Cost of each [m], (n,).
-        looked_at: Number of settings that were looked at.
         refused: Number of those that fill the box and were refused, by reason.
     """
 
@@ -55,11 +54,7 @@ def fill_box(
     """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
-        screen: Screen of settings at a few places of the path.
         ranges: The box.
-        goal: Objective and constraints.
-        count: Number of settings that fill the box.
-        seed: Seed of the sample.
         report: Called with the numbers of settings done and of all.
     """
     settings = ranges.sampled(count, seed)
@@ -96,10 +91,8 @@ def refine_settings(
 
     Args:
         screen: Screen of settings at a few places of the path.
-        goal: Objective and constraints.
         ranges: The box.
         previous: The settings.
-        seed: Seed of the steps.
         report: Called with the numbers of rounds done and of all.
     """
     if len(previous.settings) == 0 or len(ranges.free) == 0:

@@ -87,7 +87,6 @@ def stations_along(untilted: UntiltedPath, sphere_radius: float, wrench: WrenchH
     """Return all places of a path, one tool.
 
     Args:
-        untilted: The path.
         sphere_radius: Radius of the tool's end [m].
         wrench: Wrench on the tool at the same times, world axes.
     """

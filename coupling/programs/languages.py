@@ -16,7 +16,7 @@ from coupling.programs.fanuc import writer as fanuc
 from coupling.programs.krl import reader as krl_reader
 from coupling.programs.krl import writer as krl
 from coupling.programs.krl.assignments import CONFIGURATION
-from coupling.programs.krl.syntax import called_names
+from coupling.programs.krl.syntax import called_names, shares_data
 from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.programs.rapid import reader as rapid_reader
 from coupling.programs.rapid import writer as rapid
@@ -169,10 +169,11 @@ def _data_files(path: Path, text: str) -> list[ProgramFile]:
         programs = _find_called(path, text, folder, called_names)
         names = {Path(program.name).stem.upper() for program in programs}
         with_data = {path.stem.upper(), *names, CONFIGURATION}
+        data = [_file(file) for file in folder if file.suffix.lower() == ".dat"]
         data = [
-            _file(file)
-            for file in folder
-            if file.suffix.lower() == ".dat" and file.stem.upper() in with_data
+            file
+            for file in data
+            if Path(file.name).stem.upper() in with_data or shares_data(file.text)
         ]
         return [*programs, *data]
     return []

@@ -11,7 +11,7 @@ import numpy as np
 from coupling.check.robot_findings import RobotFindings
 from coupling.report.expected import expected_words
 from coupling.report.lengths import in_words
-from coupling.results.cut_stability import WILL_CHATTER
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Distance to a joint's limit that should remain [rad].

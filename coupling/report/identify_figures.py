@@ -82,7 +82,7 @@ _NAMED = 22
 def residuals(result: IdentifiedResult) -> go.Figure:
     """Distance of measured from predicted by row, and predicted without that row."""
     names, _, measured, predicted = _rows(result)
-    left_out_errors = np.array([row.left_out_error[:3] for row in result.measurements])
+    left_out_errors = result.displacements("left_out_error")[:, :3]
     traces = []
     labels = [f"{k + 1}: {name}" for k, name in enumerate(names)]  # names may come twice
     for words, errors, color in (
@@ -141,9 +141,7 @@ def label(entry: ParameterResult) -> str:
 
 def _rows(result: IdentifiedResult) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
     """Return names, places, measured and predicted displacements [m] of all rows."""
-    rows = result.measurements
     place, measured, predicted = (
-        np.array([getattr(row, key)[:3] for row in rows])
-        for key in ("position_m", "measured", "predicted")
+        result.displacements(key)[:, :3] for key in ("position_m", "measured", "predicted")
     )
-    return [row.name for row in rows], place, measured, predicted
+    return [row.name for row in result.measurements], place, measured, predicted

@@ -12,7 +12,7 @@ from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.result_answers import place_answer
 from coupling.report.style import Keys, drawn
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import UM, Note, Part, Section, Table, warned
 

@@ -10,7 +10,7 @@ from coupling.report.bars import bars
 from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import in_words, judged, state_tolerance, words_if_known
 from coupling.report.modes_scene import modes_scene
-from coupling.results.cut_stability import WILL_CHATTER
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.modes_result import ModesResult
 from coupling.results.next_result import NextResult
 from coupling.results.outlook import EXPECTED_SHARE

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, state_tolerance
-from coupling.results.cut_stability import WILL_CHATTER
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene

@@ -50,11 +50,7 @@ class ResultPart(BaseModel):
 
 
 class ResultFile(ResultPart):
-    """Base of whole files.
-
-    Attributes:
-        what: Content of a file, for messages.
-    """
+    """Base of whole files."""
 
     what: ClassVar[str]
 
@@ -68,7 +64,6 @@ class ResultFile(ResultPart):
 
         Args:
             error: Exception class for every problem; its message says where, and what was expected.
-            advice: Advice where the file cannot be read.
         """
         try:
             return cls.model_validate_json(file.read_bytes(), strict=True)

@@ -1,10 +1,10 @@
-"""What the mill of a run does along its desired path."""
+"""What the mill of a run does along its path: its figures, whether it chatters, its mean force."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from coupling.results.base import ResultPart
+from coupling.results.base import ResultPart, Unbounded
 
 # Key, title, unit that is shown and its factor, of what is told over the path.
 COURSES: Mapping[str, tuple[str, str, float]] = {
@@ -38,3 +38,46 @@ class CutResult(ResultPart):
     limits: dict[str, float] = {}
     time_s: tuple[float, ...]
     course: dict[str, tuple[float, ...]]
+
+
+# First sentence of whatever is asked about a cut that chatters.
+WILL_CHATTER = "This cut will chatter: do not run it."
+
+
+class CutStability(ResultPart):
+    """Stability of the cut along a path, at its worst place.
+
+    Attributes:
+        sentence: Verdict and place, in words.
+        alternative: Depth and speed that would be stable, in words; empty where the cut is.
+    """
+
+    sentence: str
+    alternative: str = ""
+    stable: bool
+    time_s: float | None
+    rpm: float
+    depth_m: float
+    limit_m: Unbounded
+    frequency_Hz: float
+    growth_1_s: float
+
+
+class MeanForceAcross(ResultPart):
+    """Mean force across the feed, to its left, where the cut is near its largest.
+
+    Attributes:
+        robot_N: Force on the robot's tool as it really moves [N].
+        rigid_N: Force on a tool that keeps its path [N].
+    """
+
+    robot_N: float
+    rigid_N: float
+
+    @property
+    def sentence(self) -> str:
+        """The forces in words."""
+        return (
+            f"Mean force across the feed, to its left, where the cut is near its largest:"
+            f" {self.robot_N:.1f} N on the robot, {self.rigid_N:.1f} N on a tool that keeps its path."
+        )

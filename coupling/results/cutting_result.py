@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from coupling.results.base import ResultFile, ResultPart
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.base import ResultPart
+from coupling.results.parameter_result import FitResult
 
 
 class SlotPrediction(ResultPart):
@@ -19,14 +19,12 @@ class SlotPrediction(ResultPart):
     held_out_N: float | None
 
 
-class CuttingIdentified(ResultFile):
+class CuttingIdentified(FitResult):
     """Figures of an identification from slots."""
 
     what = "the figures of an identification from slots"
 
-    refusal: str
     axes: tuple[str, str, str]
-    parameters: tuple[ParameterResult, ...]
     shown: tuple[float, ...]
     edge_difference: float = 0.0
     predictions: tuple[SlotPrediction, ...]

@@ -32,15 +32,10 @@ class DriveMotion(ResultPart):
     """What a motion asks of one drive, between its rows as well.
 
     Attributes:
-        robot: Name of its robot; None where it is known from around.
-        joint: Number, from 1.
         range_rad: Lowest and highest angle.
-        range_limit_rad: Limits of the joint's angle, or None.
         rate_rad_s: Largest |q'|.
-        rate_time_s: Instant of it.
         rate_limit_rad_s: Highest rate that the joint allows, or None.
         acceleration_rad_s2: Largest |q''|.
-        acceleration_time_s: Instant of it.
         acceleration_limit_rad_s2: Highest acceleration that joint and controller allow, or None.
         motor_torque_Nm, motor_torque_time_s, motor_torque_limit_Nm, motor_reversals,
             motor_presliding_share: As of `MotorTorque`; None where the joint has no motor, or it was not

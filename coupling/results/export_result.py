@@ -15,7 +15,6 @@ class NearestSingularity(ResultPart):
     """The posture of a path that is nearest to a singular one.
 
     Attributes:
-        time: When [s].
         value: Smallest singular value of the Jacobian, lengths in units of the reach; 0 is singular.
         kind: "wrist", "elbow", "shoulder", or which joint moves most.
     """

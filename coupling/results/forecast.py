@@ -12,8 +12,6 @@ class RunForecast(ResultPart):
     """Expected deviation of the next measured run [m], noise of the measurement taken off.
 
     Attributes:
-        rms: Rms distance from the desired path.
-        low, high: Range in which it is expected.
         maximum: Upper end of the range of the largest distance: that of the rms, with the peaks of what
             was measured or of what the model expects, whichever is more peaked.
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame

@@ -16,8 +16,6 @@ class BacklashReversal(ResultPart):
     """A gear passes through its backlash: a wrong backlash would show here.
 
     Attributes:
-        robot: Name of the robot.
-        joint: Number, from 1.
         begins, ends: Time at which it leaves one flank and reaches the next [s].
         before, after: These flanks, -1 or 1; 0 at the ends of a path that begins or ends in the
             backlash.
@@ -35,8 +33,6 @@ class GearDiagnosis(ResultPart):
     """Diagnosis of one gear along a path.
 
     Attributes:
-        robot: Name of the robot in a run; None elsewhere.
-        joint: Number, from 1.
         backlash: Half width of its backlash [rad].
         reversals: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
@@ -48,7 +44,6 @@ class GearDiagnosis(ResultPart):
         hysteresis_error: Error of the tool at rest behind a reversal if the slip torques of its
             elements are 30 % off [m]; None where it has none.
         torque: Largest torque that it carries, to either side [N m].
-        torque_time: Instant of it [s].
         base_tilt: Angle of the smallest tilt of the base with which gravity avoids its reversals [rad];
             None where it has none, or no tilt does.
         base_tilt_direction: Angle of that tilt's axis in the base's x-y plane, from x [rad].

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
-from coupling.results.base import ResultFile, ResultPart
-from coupling.results.parameter_result import EvidenceResult, ParameterResult
+from coupling.results.base import ResultPart
+from coupling.results.parameter_result import EvidenceResult, FitResult
 from coupling.results.run_result import Three
 
 
@@ -64,7 +65,6 @@ class CommonLossResult(ResultPart):
     Attributes:
         value_m: The loss; negative where rows deflect by more, as with backlash.
         half_m: Half width of its 95 % interval.
-        probability: Probability of so large a value by chance.
     """
 
     value_m: float
@@ -76,7 +76,6 @@ class LoopResult(ResultPart):
     """Rms errors of a loading loop [m], over all components of positions.
 
     Attributes:
-        number: Number of the loop in the table.
         fit_m: Error that the fit leaves.
         left_out_m: Error under a fit of all other loops.
         without_hysteresis_m: Error under such a fit of a robot without hysteresis.
@@ -100,18 +99,16 @@ class MeasuredRowResult(ResultPart):
     weight: float
 
 
-class IdentifiedResult(ResultFile):
+class IdentifiedResult(FitResult):
     """Figures of an identification; docs/identify.md says what they are."""
 
     what = "the figures of an identification"
 
     converged: bool
     reason: str
-    refusal: str
     rows: int
     rms_m: RmsResult
     residual_over_deviation: float | None
-    parameters: tuple[ParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
     without_effect: tuple[str, ...]
@@ -123,3 +120,7 @@ class IdentifiedResult(ResultFile):
     measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
     worst: tuple[str, ...]
     loops: tuple[LoopResult, ...] = ()
+
+    def displacements(self, key: str) -> np.ndarray:
+        """Return measured or predicted displacements or left-out errors of rows [m, rad], (k, r)."""
+        return np.array([getattr(row, key) for row in self.measurements])

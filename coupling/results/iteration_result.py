@@ -17,14 +17,11 @@ class Evaluation(ResultPart):
     """One evaluation of the process and the robot's answer to it.
 
     Attributes:
-        number: Number, from 1.
         path_change: Largest distance between the path the process saw and the robot's answer [m].
-        path_change_rms: Root mean square of it [m].
         force_change: Largest change of force since the last evaluation, relative to the peak; infinite
             in the first.
         spring_change: Largest force that springs, and what they cannot give, add to the process's at the
             robot's answer, relative to the peak; 0 without.
-        peak_force: Largest force [N].
         worst_time: Instant at which the path changes most [s].
     """
 
@@ -46,16 +43,7 @@ class Evaluation(ResultPart):
         last: WrenchHistory | None,
         spring_change: float = 0.0,
     ) -> Evaluation:
-        """Return the figures of a process's answer `wrench` to a path, and the robots' to that.
-
-        Args:
-            number: Number of the evaluation, from 1.
-            path: The paths that the process was given.
-            answer: The robots' answer.
-            wrench: The process's answer.
-            last: Its answer before.
-            spring_change: Force of springs at the robots' answer, over the peak force.
-        """
+        """Return the figures of a process's answer `wrench` to a path, and the robots' to that."""
         distance = answer.distance_to(path)
         return cls(
             number=number,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from coupling.results.base import ResultFile, ResultPart
+from coupling.results.base import ResultPart
 from coupling.results.gear_result import GearDiagnosis
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.parameter_result import FitResult, ParameterResult
 from coupling.results.run_result import Three
 
 
@@ -60,13 +60,12 @@ class LearnedRunResult(MeasuredRunResult):
     left_learned_m: list[float]
 
 
-class LearnedResult(ResultFile):
+class LearnedResult(FitResult):
     """Figures of what was learned; docs/next.md says what they are."""
 
     what = "the figures of what was learned"
 
     robot: str
-    refusal: str
     converged: bool
     left_m: LeftResult
     noise_m: float

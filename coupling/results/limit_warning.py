@@ -38,7 +38,6 @@ class LimitWarning(ResultPart):
         limit: Limit of the robot, or the tolerance, in the same unit.
         time: Instant at which it is worst [s].
         joint: Number, from 1; None for what is no joint's.
-        robot: Name of the robot.
         text: All of it in a sentence, in a cell of several robots with the robot's name.
     """
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from coupling.results.base import ResultFile, ResultPart
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.base import ResultPart
+from coupling.results.parameter_result import FitResult
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
@@ -61,19 +61,17 @@ class LinesResult(ResultPart):
     periods: tuple[float, ...]
 
 
-class MotionResult(ResultFile):
+class MotionResult(FitResult):
     """Figures of an identification from motion; docs/motion.md says what they are."""
 
     what = "the figures of an identification from motion"
 
-    refusal: str
     converged: bool
     bandwidth_Hz: float
     noise_torque_Nm: tuple[float, ...]
     blocks: int
     remarks: tuple[str, ...]
     joints: tuple[int, ...]
-    parameters: tuple[ParameterResult, ...]
     recordings: tuple[RecordingResult, ...]
     lines: tuple[LinesResult, ...]
     slow_error_rad: Figures

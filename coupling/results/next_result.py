@@ -16,7 +16,6 @@ class DeviationSize:
     """Size of a deviation [m] without noise; what is faster than 15 Hz counts where it exceeds noise.
 
     Attributes:
-        maximum, rms: Largest and rms distance.
         maximum_less_constant, rms_less_constant: The same less a constant.
         doubt: Standard deviation of the square of the rms, by the noise [m^2].
         fast: Rms of what is faster than 15 Hz and more than noise, which is part of the others; else 0.
@@ -32,20 +31,16 @@ class DeviationSize:
 
 @dataclass(frozen=True)
 class LearningStep:
-    """From which run the next command goes on, and how far.
+    """How the last run compares with the best one, and up to which frequency is learned.
 
     Attributes:
-        base: Number of the run that it goes on from, from 0.
-        best: Number of the run that left least.
+        base: Number of the last run or, if that is worse, of the best one, from 0.
         worse: Whether the last run left more than the best one, beyond chance.
-        gain: Part of the deviation that is corrected.
         cutoff: Cutoff, at most that of the model [Hz].
     """
 
     base: int
-    best: int
     worse: bool
-    gain: float
     cutoff: float
 
 
@@ -83,7 +78,6 @@ class NextResult(ResultFile):
     step: LearningStep
     move: str
     robot: str
-    repeated: bool
     parameters_refused: str
     lowest_mode_Hz: float | None
     correction: PathCorrectionResult | None

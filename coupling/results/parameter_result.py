@@ -1,10 +1,10 @@
-"""An estimated parameter, and what tests say of one that a robot may be without."""
+"""Estimated parameters, and what tests say of one that a robot may be without."""
 
 from __future__ import annotations
 
 import math
 
-from coupling.results.base import ResultPart
+from coupling.results.base import ResultFile, ResultPart
 
 # What a robot file says beside a value that is not identified.
 KEPT = "NOT IDENTIFIED, start value kept"
@@ -35,11 +35,8 @@ class ParameterResult(ResultPart):
     """An estimated parameter; None is infinite, not fitted, or not in the start or the new file.
 
     Attributes:
-        name, unit: Name in the FMU, and unit of all its values.
         start, value, written: Value in the start file, fitted value, value in the new file.
-        low, high: Ends of the 95 % interval.
         identified: Whether the measurements identify it.
-        reason: Reason why they do not; "" where they do.
         added: Whether the start file does not have it.
         term: Term of the equations of motion; None where that does not matter.
         support: Tests of what a robot may be without; None for others.
@@ -91,3 +88,20 @@ class ParameterResult(ResultPart):
     def contains(self, value: float) -> bool:
         """Return whether a value is in its interval."""
         return (self.low is None or self.low <= value) and (self.high is None or value <= self.high)
+
+
+class FitResult(ResultFile):
+    """Base of the figures of all fits.
+
+    Attributes:
+        refusal: Reason why no file should be written; "" where one may be.
+        parameters: Verdict on each parameter.
+    """
+
+    refusal: str
+    parameters: tuple[ParameterResult, ...]
+
+    @property
+    def identified(self) -> set[str]:
+        """Names of the parameters that are identified."""
+        return {parameter.name for parameter in self.parameters if parameter.identified}

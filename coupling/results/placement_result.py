@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.gear_result import GearDiagnosis
 
@@ -17,7 +17,6 @@ class DemandValues(ResultPart):
     """Constraints on a setting, the demands of [place].
 
     Attributes:
-        joint_margin: Smallest distance of the joints from their limits [rad].
         conditioning: Smallest conditioning of the Jacobian, `FollowingRobot.conditioning` [1].
         clear_share: Share of a torque's range by which it stays clear of zero at least.
     """

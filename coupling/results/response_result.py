@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from coupling.results.base import ResultFile, ResultPart
+from coupling.results.base import ResultPart
 from coupling.results.modes_result import ResponseResult
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.parameter_result import FitResult
 
 
 class LogErrorResult(ResultPart):
@@ -32,16 +32,14 @@ class PostureResponseResult(ResultPart):
     written: tuple[ResponseResult, ...]
 
 
-class ResponseFitResult(ResultFile):
+class ResponseFitResult(FitResult):
     """Figures of an identification from frequency responses; docs/modes.md says what they are."""
 
     what = "the figures of an identification from frequency responses"
 
-    refusal: str
     converged: bool
     error: LogErrorResult
     residual: float
     noise: float
     held_out: LogErrorResult | None
-    parameters: tuple[ParameterResult, ...]
     postures: tuple[PostureResponseResult, ...]

@@ -10,15 +10,13 @@ from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.base import ResultFile, ResultPart
-from coupling.results.cut_result import CutResult
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.results.drive_result import CommandResult
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.mean_force import MeanForceAcross
 from coupling.results.outlook import Replay, WorstReplay
 from coupling.results.repeatability import Repeatability
 
@@ -116,7 +114,6 @@ class ChainResult(ResultPart):
     Attributes:
         base_pose: Its base in the world: x, y, z [m], qx, qy, qz, qw.
         origins_m: Origin of each joint in the body before it.
-        axes: Axes of the joints.
         tool_pose: The TCP in the last body, as `base_pose`.
     """
 

@@ -17,7 +17,6 @@ class StoredAnswer(ResultPart, Event):
 
     Attributes:
         key: Key of the answer; empty where the process has no identity.
-        origin: "computed", or "store".
         seconds: Time that it took [s].
     """
 

@@ -31,7 +31,6 @@ class SceneTool:
     """Shape of a tool, a cylinder whose end is the TCP.
 
     Attributes:
-        diameter: Diameter [m].
         is_round: Whether its end is a half sphere.
     """
 
@@ -72,17 +71,14 @@ class SceneRobot:
     """A robot as a chain of bodies whose frames are parallel to its base at zero angles.
 
     Attributes:
-        name: Its name.
         world_from_base: Frame of its base.
         origins: Origin of each joint in the body before it [m], (joints, 3).
         axes: Axes of the joints, unit vectors, (joints, 3).
         body_from_tool: Frame of the TCP in the last body.
-        motion: Motion of its joints.
         flanks: Times from which the gear of a joint is at its upper flank, 1, its lower one, -1, or
             in its backlash, 0, by the number of the joint from 0: pairs, (k, 2).
         tool: Shape of its tool; None where it is not known.
         meshes: Surfaces of its bodies; none where links are drawn.
-        modes: Its modes.
     """
 
     name: str
@@ -157,11 +153,6 @@ class Scene(Shown):
     """What a page shows in space, world frame.
 
     Attributes:
-        robots: Robots.
-        tracks: Paths of tools.
-        lines: Other lines.
-        surfaces: Workpieces.
-        world_from_part: Frame of the part.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
 

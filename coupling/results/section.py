@@ -23,7 +23,6 @@ class Note:
     """Paragraph for pages alone: how to read what is shown, or what else there is.
 
     Attributes:
-        text: The paragraph.
         target: Page that it leads to; empty for none.
         as_it_stands: Whether it is the text of a file, line by line.
     """
@@ -38,8 +37,6 @@ class Table:
     """Rows below a header.
 
     Attributes:
-        columns: Cells of the header.
-        rows: Cells of the others.
         kind: "words" for a table of text, whose columns begin at the left; "dense" for one that is
             to be seen whole on a narrow screen.
         groups: Cells above the header, each over so many columns.
@@ -57,7 +54,6 @@ class NextStep:
 
     Attributes:
         words: Purpose of the step.
-        command: Command that can be copied; empty where there is none.
     """
 
     words: str
@@ -79,8 +75,6 @@ class KeyFigure:
     """One of the few figures that answer a question.
 
     Attributes:
-        label: Name of the figure.
-        value: The figure with its unit.
         note: Validity of the figure.
     """
 
@@ -95,10 +89,7 @@ class Answer(Shown):
 
     Attributes:
         sentence: Expectation for the real robot, beside what is allowed.
-        reason: Reason; empty where nothing is to be said.
         good: Whether it is good enough; None where nothing says so.
-        figures: Three figures.
-        steps: Next steps.
         scene: Picture in space; None where nothing moves.
         picture: Picture as SVG where there is none in space; empty for none.
     """
@@ -117,9 +108,7 @@ class Card:
     """A result among others, for pages: its picture, its verdict and its figures.
 
     Attributes:
-        title: Name of the result.
         target: Page that it leads to; empty for none.
-        answer: First screen of the result.
         picture: Picture as SVG; empty for none.
     """
 
@@ -137,7 +126,6 @@ class Section:
     """Part of the report of a result.
 
     Attributes:
-        title: Its heading; empty for none.
         parts: Sentences, tables and notes in their order.
         name: Name of its figures in a page.
         figures: Figures that a page draws below, side by side.

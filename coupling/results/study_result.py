@@ -17,7 +17,6 @@ class StudySample(ResultPart):
     """What the command leaves on one sampled robot.
 
     Attributes:
-        number: Number of the sample, from 0.
         deviation: Deviation from the desired paths, the worst figures of all tools; None where the
             robot cannot be simulated.
         distance: Largest distance from them in each part of the path [m]; empty there.
@@ -40,11 +39,7 @@ class StudySample(ResultPart):
 
     @classmethod
     def of_line(cls, line: bytes) -> StudySample:
-        """Return the sample of a line.
-
-        Raises:
-            ValueError: If it is torn or damaged.
-        """
+        """Return the sample of a line."""
         crc, _, text = line.partition(b" ")
         if not text.endswith(b"\n") or int(crc, 16) != zlib.crc32(text[:-1]):
             raise ValueError("the line does not agree with its checksum")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -18,23 +17,11 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot import Advance, InverseCommand, MarchingRobot, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
-
-
-class Planner(Protocol):
-    """Kinematics of one robot, both ways."""
-
-    def plan(self, path: ToolPath) -> JointPath:
-        """Return its joint angles along the path of its tool."""
-
-    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
-        """Return the path of its undeflected tool, at times (n,) [s], under a motion of its drives."""
-
-    def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
-        """Return one warning for each joint whose maximum rate is exceeded."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +30,7 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        world_from_base: Frame of its base in the world.
         robot: Its simulation, in its own base frame.
-        planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model, in the world; None: nothing.
@@ -54,7 +39,7 @@ class Member:
     name: str
     world_from_base: Frame
     robot: SimulatedRobot
-    planner: Planner
+    planner: InverseKinematics
     inverter: Inverter | None = None
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None
@@ -64,11 +49,7 @@ class Member:
         return path if self.touch_off is None else self.touch_off.programmed(path)
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the path that its tool takes, in the world.
-
-        Raises:
-            SimulationError: If it cannot be simulated.
-        """
+        """Return the path that its tool takes, in the world."""
         in_base = wrench.transformed(self.world_from_base.inverse())
         return self.in_world(self.robot.simulate(command, in_base, mode))
 
@@ -78,11 +59,7 @@ class Member:
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
-        """Begin a simulation that goes on window by window.
-
-        Raises:
-            SimulationError: If it cannot be simulated, or not in windows.
-        """
+        """Begin a simulation that goes on window by window."""
         if not isinstance(self.robot, MarchingRobot):
             raise SimulationError(f"{self.name}: expected a robot that can be simulated in windows")
         in_base = start.transformed(self.world_from_base.inverse())
@@ -102,11 +79,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Cell:
-    """Robots that move at the same time; paths and wrenches are in world axes.
-
-    Attributes:
-        members: The robots; the world is the base of the first one.
-    """
+    """Robots that move at the same time; paths and wrenches are in world axes."""
 
     members: tuple[Member, ...]
 
@@ -119,9 +92,6 @@ class Cell:
         """Return the joint angles of all robots whose programs have the paths of their tools.
 
         Robots that were touched off have them in the frames that their controllers show.
-
-        Raises:
-            PlanningError: If a robot cannot follow.
         """
         return self.undeflected(self.programmed(path))
 
@@ -131,11 +101,7 @@ class Cell:
         return ToolPath.of_tools([member.programmed(tool) for member, tool in pairs])
 
     def undeflected(self, path: ToolPath) -> JointPath:
-        """Return the joint angles that put the undeflected tools on their paths.
-
-        Raises:
-            PlanningError: If a robot cannot follow.
-        """
+        """Return the joint angles that put the undeflected tools on their paths."""
         motions = [
             member.planner.plan(tool.transformed(member.world_from_base.inverse()))
             for member, tool in zip(self.members, path.tools, strict=True)
@@ -146,7 +112,6 @@ class Cell:
         """Return the paths of the undeflected tools under a motion of the drives.
 
         Args:
-            joints: The motion of all robots.
             time: Rising, within the motion [s], (k,).
         """
         return ToolPath.of_tools(
@@ -157,11 +122,7 @@ class Cell:
         )
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the paths that the tools take.
-
-        Raises:
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Return the paths that the tools take."""
         return ToolPath.of_tools(
             [
                 member.simulate(motion, load, mode)
@@ -172,11 +133,7 @@ class Cell:
         )
 
     def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
-        """Begin a simulation that goes on window by window, as `MarchingRobot.march`.
-
-        Raises:
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Begin a simulation that goes on window by window, as `MarchingRobot.march`."""
         parts = zip(self.members, command.robots, start.tools, strict=True)
         marches = [member.march(motion, load, end, mode) for member, motion, load in parts]
 
@@ -194,12 +151,7 @@ class Cell:
         goal: float,
         watch: Watch = unwatched,
     ) -> InverseCommand:
-        """Return the commands that keep the moving robots' tools on their paths.
-
-        Raises:
-            PlanningError: If a path asks for more than the drives can do.
-            SimulationError: If a robot cannot be simulated.
-        """
+        """Return the commands that keep the moving robots' tools on their paths."""
         inverses = []
         rigid = self.undeflected(desired.samples)
         for member, tool, joints, load in zip(

@@ -66,7 +66,6 @@ class RobotDifference:
         with a torque table of its own, motors that follow their command exactly, and whatever is zero.
 
         Args:
-            torque_curve: Name of its gears' torque curve.
             drive: "ideal" where its motors follow their command exactly.
 
         Raises:
@@ -87,11 +86,7 @@ class RobotDifference:
         return values
 
     def applied(self, robot: Robot, torque_curve: str, drive: str = "") -> Robot:
-        """Return the robot that differs; arguments as of `values`.
-
-        Raises:
-            ValueError: As `values`, or if no gear has such kinematic errors.
-        """
+        """Return the robot that differs; arguments as of `values`."""
         values = self.values(robot, torque_curve, drive)
         differing = apply_values(robot, values) if values else robot
         if self.payload == 0.0:
@@ -113,7 +108,6 @@ class RobotDifference:
             yield f"payload + {self.payload:g} kg"
 
     def _by_joint(self, name: str, robot: Robot) -> list[float]:
-        """Return the amounts of every joint."""
         amounts, count = self.amounts[name], len(robot.joints)
         if len(amounts) not in (1, count):
             raise ValueError(
@@ -141,9 +135,7 @@ class PlantRobot:
     """The robot that really moves in place of a model.
 
     Attributes:
-        description: Its description.
         torque_curve: "linear", "backlash" or "spline".
-        difference: Differences of it from its description.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
     """
 
@@ -164,7 +156,6 @@ class Plant:
 
     Attributes:
         robots: One for each robot of the case.
-        force: Factor of the process's whole wrench.
         couple: Whether the process is evaluated on the path that the plant takes; if not, the wrench is
             that on the model.
     """

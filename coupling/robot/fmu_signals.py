@@ -1,4 +1,4 @@
-"""Inputs and outputs of a robot's FMU: their names, the rows of a wrench history, the drives' file."""
+"""What a robot's FMU takes and gives: names, rows of a wrench history, the files of drives and robot."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import BinaryIO
 import numpy as np
 
 from coupling.files.csv_table import STIFFNESS_COLUMNS
+from coupling.native.robot_text import robot_text
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
+from elastic_robot.description import Robot
 from elastic_robot.fmi.variables import AXES, POSE
 
 # The wrench and its rate; a contact spring's anchor, its velocity and the stiffness; the TCP's pose.
@@ -18,6 +20,9 @@ WRENCH_INPUTS = tuple(
 )
 SPRING_INPUTS = tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS))
 POSE_OUTPUTS = tuple(f"tcp.{name}" for name in POSE)
+# Behind the native robot's own lines follow those of the FMU's variables, which stay.
+_ROBOT_TEXT_END = "\nend\n"
+NATIVE, PYTHON = "resources/robot.txt", "resources/robot.json"
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
@@ -49,3 +54,42 @@ def rows_with_spring(wrench: WrenchHistory) -> np.ndarray:
     rows = input_rows(wrench, slice(None))
     count = 0 if wrench.spring is not None else len(SPRING_INPUTS)
     return np.hstack([rows, np.zeros((len(rows), count))])
+
+
+class UnpackedRobot:
+    """The robot of an unpacked FMU of either kind.
+
+    Args:
+        folder: The unpacked FMU.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._native, self._python = folder / NATIVE, folder / PYTHON
+        self._original = ""
+        self._robot: Robot | None = None
+
+    def describe(self, robot: Robot | None) -> None:
+        """Let instances that are made from now on be of a robot.
+
+        Args:
+            robot: The robot, with as many joints, tilts, gears' elements and motors as the FMU's; None:
+                the FMU's.
+
+        Raises:
+            RobotFileError: If it is larger than a native FMU holds.
+        """
+        if robot == self._robot:
+            return
+        file = self._native if self._native.is_file() else self._python
+        self._original = self._original or file.read_text(encoding="utf-8")
+        file.write_text(self._text(robot), encoding="utf-8")
+        self._robot = robot
+
+    def _text(self, robot: Robot | None) -> str:
+        if robot is None:
+            return self._original
+        if not self._native.is_file():
+            return robot.to_json()
+        lines, variables = self._original.split(_ROBOT_TEXT_END, maxsplit=1)
+        guid = lines.splitlines()[1].split(maxsplit=1)[1]
+        return f"{robot_text(robot, guid)}\n{variables}"

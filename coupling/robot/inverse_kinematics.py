@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
-import pinocchio as pin
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
@@ -17,11 +16,11 @@ from coupling.path.histories import ToolPath, poses
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, solve_poses
-from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
+from coupling.robot.batch.redundancy import POSE, NearHome, few_joints
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+from elastic_robot.kinematics import tcp_jacobian
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _POSE_TOLERANCE = 1e-10
@@ -49,8 +48,6 @@ _PLANNED_STRIDE, _MIN_PLANNED, _BATCH_SIZE = 16, 8, 10_000
 _RULES = ReachRules(_POSE_TOLERANCE, _MAX_ITERATIONS, _DAMPING, _MIN_DENOMINATOR, _LARGEST_STEP)
 # A run asks for plans of its desired path and of the finer one that it inverts, in turn.
 _KEPT_PLANS = 2
-# What may be left along the self-motion of a robot of more joints than six [rad].
-_SELF_MOTION_TOLERANCE = 1e-9
 
 
 class InverseKinematics:
@@ -60,9 +57,7 @@ class InverseKinematics:
     of their limits (`NearHome`).
 
     Args:
-        robot: Its description.
         home: Joint angles near which the path is started [rad], (n,).
-        watch: Function called with the progress of the planning.
 
     Raises:
         PlanningError: If `home` has the wrong length.
@@ -72,6 +67,7 @@ class InverseKinematics:
         self._robot = robot
         self._chain = build_chain(robot)
         self._data, self._desk = self._chain.model.createData(), DeskRobot(robot)
+        self._rigid = RigidRobot(robot)
         if len(home) != self._chain.joint_count:
             raise PlanningError(
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
@@ -80,10 +76,6 @@ class InverseKinematics:
         redundant = self._chain.joint_count > POSE
         self._near = NearHome(home, JointLimits.of(robot)) if redundant else None
         self._watch = watch
-        self._reach = float(
-            sum(np.linalg.norm(joint.origin) for joint in robot.joints)
-            + np.linalg.norm(robot.tcp_position)
-        )
         self._planned: deque[tuple[ToolPath, JointPath]] = deque(maxlen=_KEPT_PLANS)
 
     def plan(self, path: ToolPath) -> JointPath:
@@ -124,18 +116,16 @@ class InverseKinematics:
         except PlanningError:
             return None
         near = CubicSpline(path.time[some], rows_of_poses)
-        robot, angles = RigidRobot(self._robot), np.empty((count, size))
+        angles = np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _BATCH_SIZE)):
-            q, is_reached = self._reach_poses(robot, path.at_rows(rows), near(path.time[rows]))
-            if not is_reached.all() or self._least_singular_value(robot, q.T) < _SINGULAR:
+            q, is_reached = self._reach_poses(path.at_rows(rows), near(path.time[rows]))
+            if not is_reached.all() or self._least_singular_value(q.T) < _SINGULAR:
                 return None
             angles[rows] = q
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
         return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
 
-    def _reach_poses(
-        self, robot: RigidRobot, path: ToolPath, start: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _reach_poses(self, path: ToolPath, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return joint angles (k, joints) at poses from others, and whether each pose was reached."""
         if self._near is None:
             solution = self._desk.reach(
@@ -143,14 +133,16 @@ class InverseKinematics:
             )
             return solution.theta[:, self._chain.drive], solution.error < _POSE_TOLERANCE
         targets = _targets(path.position[0], path.rotations[0].as_matrix())
-        tolerance = _POSE_TOLERANCE / self._reach
-        q, is_reached = solve_poses(robot, targets, start.T, tolerance=tolerance, near=self._near)
+        tolerance = _POSE_TOLERANCE / self._rigid.reach
+        q, is_reached = solve_poses(
+            self._rigid, targets, start.T, _MAX_ITERATIONS, tolerance, self._near
+        )
         return q.T, is_reached
 
-    def _least_singular_value(self, robot: RigidRobot, q: np.ndarray) -> float:
+    def _least_singular_value(self, q: np.ndarray) -> float:
         """Return the smallest singular value of the Jacobians at angles (joints, n)."""
-        posture = robot.posture(q, np.zeros((3, q.shape[1])))
-        scaled = np.concatenate([posture.lever / self._reach, posture.axis], axis=1)
+        posture = self._rigid.posture(q, np.zeros((3, q.shape[1])))
+        scaled = np.concatenate([posture.lever / self._rigid.reach, posture.axis], axis=1)
         return float(np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min())
 
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
@@ -173,14 +165,13 @@ class InverseKinematics:
         if self._near is None:
             return self._home
         first = _targets(position[None], rotation[None])
-        nearest, came = nearest_angles(RigidRobot(self._robot), first, self._near)
+        nearest, came = nearest_angles(self._rigid, first, self._near)
         return nearest[:, 0] if came[0] else self._home
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the path of the undeflected tool under a motion of the drives.
 
         Args:
-            joints: The motion, of this robot alone.
             time: Rising, within the motion [s], (k,).
 
         Raises:
@@ -210,13 +201,12 @@ class InverseKinematics:
             solution = self._desk.reach(
                 _RULES, pose[None, :3], pose[None, 3:], self._chain.theta(guess[None])
             )
-            q, came, away = (
-                solution.theta[0, self._chain.drive],
-                solution.error[0] < _POSE_TOLERANCE,
-                solution.away[0],
-            )
+            q, away = solution.theta[0, self._chain.drive], solution.away[0]
+            came = solution.error[0] < _POSE_TOLERANCE
         else:
-            q, came, away = self._nearest(self._near, pose, guess)
+            rows, all_came = self._reach_poses(ToolPath(np.zeros(1), pose[None]), guess[None])
+            q, came = rows[0], all_came[0]
+            away = float(np.linalg.norm(self.poses(rows)[0, :3] - pose[:3]))
         # At the border of what it reaches an arm is stretched, and so singular as well.
         if came or away < _AWAY:
             self._require_regular(self._jacobian(q), where)
@@ -229,39 +219,12 @@ class InverseKinematics:
             f"{few_joints(len(q))}"
         )
 
-    def _nearest(
-        self, near: NearHome, pose: np.ndarray, guess: np.ndarray
-    ) -> tuple[np.ndarray, bool, float]:
-        """Return the joint angles at a pose nearest to home, whether it came, and how far it was [m]."""
-        target, q, best = pin.XYZQUATToSE3(pose), guess.copy(), np.inf
-        scale = np.repeat([1.0 / self._reach, 1.0], 3)
-        for _ in range(_MAX_ITERATIONS):
-            error = self._pose_error(target, q)
-            size = float(np.linalg.norm(error))
-            best = min(best, float(np.linalg.norm(error[:3])))
-            scaled = (scale[:, None] * self._jacobian(q))[None]
-            step = task_step(
-                scaled, (scale * error)[None], np.array([_DAMPING * size**2 + _MIN_DENOMINATOR])
-            )
-            along = SelfMotion.of(scaled, q[None], near).step(step)
-            if size < _POSE_TOLERANCE and np.abs(along).max() < _SELF_MOTION_TOLERANCE:
-                return q, True, best
-            whole = (step + along)[0]
-            q += whole * min(1.0, _LARGEST_STEP / float(np.abs(whole).max()))
-        return q, False, best
-
-    def _pose_error(self, target: pin.SE3, q: np.ndarray) -> np.ndarray:
-        """Position [m] and rotation vector [rad] from the robot's pose to the target, base axes."""
-        pose = base_from_tool(self._chain, self._data, self._chain.theta(q))
-        turn = pin.log3(target.rotation @ pose.rotation.T)
-        return np.append(target.translation - pose.translation, turn)
-
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
         return tcp_jacobian(self._chain, self._data, self._chain.theta(q))[:, self._chain.drive]
 
     def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
         scaled = jacobian.copy()
-        scaled[:3] /= self._reach
+        scaled[:3] /= self._rigid.reach
         values = np.linalg.svd(scaled, compute_uv=False)
         if values[-1] < _SINGULAR:
             rows = np.linalg.svd(scaled)[2]

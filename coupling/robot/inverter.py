@@ -32,8 +32,6 @@ class Inverter:
     """Inverts one robot.
 
     Attributes:
-        moving: Model of the robot.
-        simulated: The same robot, simulated with such drives.
         simulations: Simulations at most for the polish of a command.
         drive: "servo" for a command of the robot's servos, "ideal" for the motion of its motors.
     """
@@ -49,13 +47,7 @@ class Inverter:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
 
         Args:
-            controller: Controller that takes the command.
             goal: Deviation of the simulated tool that needs no further improvement [m].
-            watch: Function called with the progress of the work.
-
-        Raises:
-            PlanningError: If the path asks for more than the drives can do.
-            SimulationError: If the robot cannot be simulated.
         """
         limits = JointLimits.of(self.moving.robot, controller.max_acceleration)
 

@@ -15,9 +15,6 @@ def link_points(robot: Robot, q: np.ndarray) -> np.ndarray:
     Args:
         q: Drive angles [rad], (joints,).
 
-    Returns:
-        One row a point, (joints + 2, 3).
-
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot
         >>> robot = load_robot(find_robot("icme2008"))

@@ -18,7 +18,6 @@ class UsualRange:
     """Range in which the magnitude of a value usually is.
 
     Attributes:
-        low, high: Its ends.
         unit: Unit of both; "" for a number without one.
         why: Things that have these values.
         or_none: Whether 0 says that there is none of it, which is usual as well.
@@ -129,7 +128,6 @@ class ParameterKind:
     """A number that a joint, a tilt or the payload has: a row of the table.
 
     Attributes:
-        unit: Its unit.
         read: Function that returns its value in a part of the robot; 0 where that has none.
         write: Function that returns the part with another value.
         least, most: Bounds of what a model can be computed with; what is beyond is written as the bound.

@@ -25,7 +25,6 @@ class RobotParameter:
 
     Attributes:
         name: Its name, `joint[1].stiffness`.
-        kind: Its row of `PARAMETER_KINDS`.
         coordinate: Number of its elastic coordinate; of a motor that of its gear.
         gear: Number of its gear; None for a tilt.
         value: Value in the robot file, in its unit.
@@ -61,7 +60,6 @@ def robot_parameters(
     Args:
         torque_curve: A name of `TORQUE_CURVES`, which may have no backlash; a gear whose own table it
             takes has neither backlash nor stiffness.
-        kinds: Those that count, in their order.
         drive: "ideal" where motors follow their command whatever that takes.
     """
     chain = build_chain(robot)

@@ -53,10 +53,8 @@ class MarchingRobot(SimulatedRobot, Protocol):
         """Begin a simulation, until another one of this robot begins; the result takes its windows.
 
         Args:
-            command: Motion of the drives.
             start: Wrenches in initialisation, at the start alone.
             end: Time up to which it may go on [s].
-            mode: "dynamic" or "quasistatic".
 
         Raises:
             SimulationError: If the robot cannot be simulated.
@@ -77,7 +75,6 @@ class InvertibleRobot(SimulatedRobot, Protocol):
         """Return the paths of the undeflected tools under a motion of the drives.
 
         Args:
-            joints: The motion.
             time: Rising, within the motion [s], (k,).
         """
 
@@ -92,11 +89,8 @@ class InvertibleRobot(SimulatedRobot, Protocol):
         """Return the commands that keep the moving robot's tools on their paths.
 
         Args:
-            desired: Desired paths of the tools.
             wrench: Wrenches on them, from their start to their end.
-            controller: Controller that takes the commands.
             goal: Deviation at the tools that needs no further improvement [m].
-            watch: Function called with the progress of the work.
 
         Raises:
             PlanningError: If a path asks for more than the drives can do.

@@ -28,11 +28,7 @@ class RobotEdit:
     """A robot file while numbers of its joints change, named as in `joint[3].tilt[1].stiffness`.
 
     Args:
-        file: The file.
         robot: Its robot; joints count along its chain, in a file beside a URDF they may not.
-
-    Raises:
-        RobotFileError: If the file cannot be read.
 
     Example:
         >>> import tempfile
@@ -155,7 +151,6 @@ class RobotEdit:
         """Return the new file.
 
         Args:
-            head: Comment at its beginning.
             target: Place of the written file: it names its URDF from there.
         """
         for joint in {joint for joint, _ in self._tilt_remarks}:
@@ -222,7 +217,6 @@ class RobotEdit:
             del self._content[SOURCES][key]
 
     def _set_source(self, place: str, source: str) -> None:
-        """Set what [sources] says of a number."""
         self._content.setdefault(SOURCES, tomlkit.table())[place] = source
 
     def _part(self, name: str) -> tuple[str, MutableMapping[str, Any]]:

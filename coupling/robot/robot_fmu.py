@@ -23,12 +23,12 @@ from coupling.robot.fmu_signals import (
     POSE_OUTPUTS,
     SPRING_INPUTS,
     WRENCH_INPUTS,
+    UnpackedRobot,
     input_rows,
     rows_with_spring,
     save_trajectory,
 )
 from coupling.robot.robot import Advance
-from coupling.robot.unpacked_robot import UnpackedRobot
 from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
@@ -58,8 +58,6 @@ class RobotFmu:
 
     Args:
         file: The FMU; one built with --arrays is for other masters.
-        torque_curve: "linear", "backlash" or "spline".
-        watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
 
     Attributes:
@@ -123,7 +121,6 @@ class RobotFmu:
         Args:
             command: Motion of the drives, which covers the history's times.
             wrench: Wrench on the tool; the path is given at its instants.
-            mode: "dynamic" or "quasistatic".
             robot: Robot with other numbers than the FMU's; None: the FMU's.
             what: Remark on what is simulated, for who watches.
 
@@ -131,8 +128,7 @@ class RobotFmu:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
-        rows = self._run(command, wrench, mode, robot=robot, what=what)
-        return ToolPath(wrench.instants, rows)
+        return self._run(command, wrench, mode, robot=robot, what=what)[0]
 
     def march(
         self,
@@ -145,14 +141,9 @@ class RobotFmu:
         """Begin a simulation that goes on window by window, until the FMU begins another one.
 
         Args:
-            command: Motion of the drives.
             start: Wrench on the tool in initialisation, at the start alone.
             end: Time up to which it may go on [s].
-            mode: "dynamic" or "quasistatic".
             robot: As for `simulate`.
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
         """
         parameters = self._prepare(command, mode, robot)
         (process,) = self._start_processes(1)
@@ -187,13 +178,9 @@ class RobotFmu:
 
         Returns:
             The path, and the elastic coordinates at its times [rad], (n, m).
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
         """
         names = [f"deflection[{i + 1}]" for i in range(coordinates)]
-        rows = self._run(command, wrench, "dynamic", names)
-        return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
+        return self._run(command, wrench, "dynamic", names)
 
     def with_motors(
         self,
@@ -208,14 +195,10 @@ class RobotFmu:
         Args:
             command, wrench, robot, what: As for `simulate`.
             joints: Joints that have the motors, from 0.
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
         """
         names = [f"motor_{name}[{i + 1}]" for name in _OF_MOTORS for i in joints]
-        rows = self._run(command, wrench, "dynamic", names, robot, what)
-        path = ToolPath(wrench.instants, rows[:, : len(POSE)])
-        blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
+        path, rows = self._run(command, wrench, "dynamic", names, robot, what)
+        blocks = np.hsplit(rows, len(_OF_MOTORS))
         return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
 
     def gears(
@@ -231,14 +214,10 @@ class RobotFmu:
 
         Returns:
             Wind-ups [rad], then torques of the gears [N m], (n, 2 joints).
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
         """
         names = [f"deflection[{k + 1}]" for k in coordinates]
         names += [f"gear_torque[{i + 1}]" for i in range(len(coordinates))]
-        rows = self._run(command, WrenchHistory.none(time), "dynamic", names, robot)
-        return rows[:, len(POSE) :]
+        return self._run(command, WrenchHistory.none(time), "dynamic", names, robot)[1]
 
     def _run(
         self,
@@ -248,8 +227,8 @@ class RobotFmu:
         further: Sequence[str] = (),
         robot: Robot | None = None,
         what: str = "",
-    ) -> np.ndarray:
-        """Return poses, and the values of further outputs behind them, (n, 7 + further)."""
+    ) -> tuple[ToolPath, np.ndarray]:
+        """Return the TCP's path, and the values of further outputs on it, (n, further)."""
         parameters = self._prepare(command, mode, robot)
         instants = wrench.instants
         (first,) = self._start_processes(1)
@@ -273,12 +252,13 @@ class RobotFmu:
             with _simulation_errors():
                 for process, job in zip(processes, jobs, strict=True):
                     process.send(job)
-                return np.vstack([process.receive(progress) for process in processes])
+                rows = np.vstack([process.receive(progress) for process in processes])
         except BaseException as error:
             # What others still answer would be taken for the next simulation's.
             if len(processes) > 1 or not isinstance(error, SimulationError):
                 self._end()
             raise
+        return ToolPath(instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
     def _prepare(
         self, command: JointPath, mode: Mode, robot: Robot | None
@@ -294,7 +274,6 @@ class RobotFmu:
         return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
 
     def _start_processes(self, count: int) -> list[WorkerProcess]:
-        """Return as many processes."""
         while len(self._processes) < count:
             with _simulation_errors(f"{self.file}: "):
                 self._processes.append(WorkerProcess(self._folder.path))

@@ -45,19 +45,9 @@ class SimulatedModel:
         return replace(self, robot=robot, what=what)
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the path that the TCP takes.
-
-        Raises:
-            SimulationError: If the FMU refuses the robot or a step.
-            HostError: If the FMU's process has ended.
-        """
+        """Return the path that the TCP takes."""
         return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
 
     def march(self, command: JointPath, start: WrenchHistory, end: float, mode: Mode) -> Advance:
-        """Begin a simulation that goes on window by window, as `RobotFmu.march`.
-
-        Raises:
-            SimulationError: If the FMU refuses the robot.
-            HostError: If the FMU's process has ended.
-        """
+        """Begin a simulation that goes on window by window, as `RobotFmu.march`."""
         return self.fmu.march(command, start, end, mode, self.robot)

@@ -35,12 +35,10 @@ class CheckedCommand:
     Attributes:
         case: The case; its process is without the noise that is taken off.
         kind: "couple" or "compensate".
-        cell: The robots.
         models: Simulation of each of them.
         fmus: FMUs of these and of other robots.
         correction: The command, with what it leads to.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
-        watch: Function called with the progress of the work.
         findings: Findings by the names of their checks.
         durations: Wall time by part of the run [s].
     """
@@ -79,21 +77,9 @@ class CheckedCommand:
             return None
 
 
-def _always(command: CheckedCommand) -> bool:
-    return True
-
-
 def of_corrections(command: CheckedCommand) -> bool:
     """Return whether a command is corrected, not that of a coupling alone."""
     return command.kind == "compensate"
-
-
-def _no_warnings(command: CheckedCommand) -> Sequence[LimitWarning]:
-    return ()
-
-
-def _no_sections(figures: RunResult) -> list[Section]:
-    return []
 
 
 @dataclass(frozen=True)
@@ -112,9 +98,9 @@ class Check(Generic[Finding]):
     name: str
     compute: Callable[[CheckedCommand], Finding]
     absent: Finding
-    applies: Callable[[CheckedCommand], bool] = _always
-    warnings: Callable[[CheckedCommand], Sequence[LimitWarning]] = _no_warnings
-    sections: Callable[[RunResult], list[Section]] = _no_sections
+    applies: Callable[[CheckedCommand], bool] = lambda _: True
+    warnings: Callable[[CheckedCommand], Sequence[LimitWarning]] = lambda _: ()
+    sections: Callable[[RunResult], list[Section]] = lambda _: []
 
 
 @contextmanager

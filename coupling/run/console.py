@@ -39,7 +39,6 @@ class RunView:
     """Shows a run while it goes on; a context manager that clears its progress bar.
 
     Args:
-        console: Console to write to; text is no markup to it.
         verbose: Whether every evaluation is a row that stays.
     """
 

@@ -8,9 +8,7 @@ import numpy as np
 
 from coupling.errors import PlanningError, StabilityError
 from coupling.process.milling_force import MeanForce
-from coupling.results.cut_result import CutResult
-from coupling.results.cut_stability import CutStability
-from coupling.results.mean_force import MeanForceAcross
+from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.run.check import Check, CheckedCommand
 from coupling.run.cut_figures import cut_result, milling_and_table
 from coupling.stability.path_stability import stability_in_brief
@@ -25,8 +23,6 @@ class CutFinding:
 
     Attributes:
         stability: Stability of the cut; None where nothing is milled, or it is not known.
-        cut: Figures of the cut; None where nothing is milled.
-        force: Mean force across the feed, likewise.
         remarks: Reason why its stability is not known, as sentences.
     """
 

@@ -16,13 +16,13 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
-from coupling.run.design import sobol
 from coupling.run.fmu_pool import FmuPool
 from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.uncertain_parameters import (
     SampledRobots,
     StiffnessRanges,
     UncertainParameters,
+    draw_samples,
 )
 from coupling.run.usual_gears import UsualValue, completed, left_out
 
@@ -108,7 +108,7 @@ class ExpectedRobots:
 
     def draws(self, count: int) -> Iterator[SampledRobots]:
         """Yield robots and forces, by the first points of a scrambled Sobol sequence."""
-        for row in self.parameters.at(sobol(count, len(self.parameters.entries), _SEED)):
+        for row in draw_samples("sobol", count, _SEED, self.parameters):
             yield self.parameters.sampled(row.tolist())
 
 

@@ -19,7 +19,6 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 
     Args:
         command: Motion of the drives; at rest at both ends where it has no rates.
-        limits: Limits of the drives.
 
     Example:
         >>> rows, none = np.array([0.0, 1.0]), np.array([np.inf])
@@ -49,12 +48,10 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 
 
 def _limit(value: float) -> float | None:
-    """Return a limit, None where there is none."""
     return float(value) if np.isfinite(value) else None
 
 
 def _compute(command: CheckedCommand) -> tuple[tuple[DriveMotion, ...], ...]:
-    """Return what a command asks of the drives of every robot, and of their motors."""
     case, demands = command.case, []
     for joints, placed, motor in zip(
         command.correction.joints.robots,

@@ -20,7 +20,6 @@ from coupling.results.repeatability import Repeatability
 from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 from coupling.robot.cell import Cell
-from coupling.run.case_process import evaluated_process
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
@@ -40,11 +39,7 @@ from elastic_robot.fmi.interface import Mode
 
 @dataclass(frozen=True)
 class RunBegins(Event):
-    """A run begins.
-
-    Attributes:
-        desired: Desired paths of all tools.
-    """
+    """A run begins."""
 
     desired: ToolPath
 
@@ -55,15 +50,12 @@ class Run(Shown):
 
     Attributes:
         kind: "couple" or "compensate".
-        robots: Names of the robots, in the order of the tools.
         correction: Correction that the method found.
-        mode: Mode in which the robots were simulated.
         findings: Findings of `CHECKS` by name, of those that apply.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
         remarks: Sentences on unusual values of the case or the process's response, and on what the
             reader of a program left out or assumed.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
-        durations: Wall time by part [s].
         not_stored: Number of the process's answers that could not be kept in the store.
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
         repeatability: Difference of two responses to one path, the last one where the method has not
@@ -114,9 +106,7 @@ class Run(Shown):
         """Return the deviation of a path from the desired one, or another.
 
         Args:
-            path: Paths of all tools.
             tool: Number of the tool, from 0; None: the worst figures of all.
-            other: Paths to compare with, at the same times.
         """
         reference = self.desired if other is None else other
         if tool is None:
@@ -138,10 +128,6 @@ class Run(Shown):
 def run_coupling(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
     """Couple the robots, commanded along the desired paths, with their process.
 
-    Args:
-        watch: Function called with what happens.
-        store: Folder of the store of evaluations; None keeps nothing.
-
     Raises:
         CouplingError: If the path cannot be planned or the robot cannot be simulated.
     """
@@ -149,20 +135,12 @@ def run_coupling(case: Case, watch: Watch = unwatched, store: Path | None = None
 
 
 def run_compensation(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
-    """Compute the corrected command of a case and validate it, as `run_coupling`.
-
-    Raises:
-        CouplingError: As `run_coupling`.
-    """
+    """Compute the corrected command of a case and validate it, as `run_coupling`."""
     return _run(case, "compensate", case.method, watch, store)
 
 
 def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
-    """Return the loop of a case's robots and its process, as its tables say.
-
-    Args:
-        watch: Function called with what happens.
-    """
+    """Return the loop of a case's robots and its process, as its tables say."""
     return Loop(
         cell,
         case.process,
@@ -176,11 +154,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 
 
 def coupled_path(case: Case) -> ToolPath | None:
-    """Return the path on which a single robot and its process agree, base frame; None: not found.
-
-    Raises:
-        CouplingError: If the robot cannot be simulated.
-    """
+    """Return the path on which a single robot and its process agree, base frame; None: not found."""
     (robot,) = case.robots
     with FmuPool("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
@@ -197,7 +171,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
     for text in moving:
         watch(WarningEvent(text))
     require_motors_that_hold(case)
-    process = evaluated_process(case, store, watch, noise_removal(case, watch))
+    process = case.evaluated_process(store, watch, noise_removal(case, watch))
     with explained_by_motors(case, process), FmuPool(case.fmu, watch) as fmus:
         with timed("build", durations):
             cell, models = cell_of(case.robots, fmus)

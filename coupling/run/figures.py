@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from coupling.path.deviation import Deviation
+from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.smoothing import ForceNoise
 from coupling.results.drive_result import CommandResult
@@ -29,7 +30,6 @@ from coupling.run.execute import Run
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.path_checks import TOOL_GAP, UNLOADED_PATHS
 from coupling.run.plant import PLANT_REPLAY
-from coupling.run.tooth_passing import tooth_passing_parts
 
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
 
@@ -132,7 +132,6 @@ def _with_robot(part: _Named, run: Run) -> _Named:
 
 
 def _noise(noise: ForceNoise | None) -> NoiseResult | None:
-    """Return the noise of the process's forces; None where it can have none."""
     if noise is None:
         return None
     return NoiseResult(
@@ -146,9 +145,6 @@ def _noise(noise: ForceNoise | None) -> NoiseResult | None:
 
 def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """Return what to expect on a robot that is none of the model's own.
-
-    Args:
-        before: Deviation under its uncorrected command.
 
     Returns:
         None where nothing was replayed, of a coupling, which commands nothing, and of a robot that was
@@ -165,11 +161,16 @@ def _of_tool(wrench: WrenchHistory, tool: int | None) -> WrenchHistory:
 
 
 def _tooth_passing(run: Run, tools: slice) -> ToothPassingResult | None:
-    """Return what a periodic process leaves, slow part and ripple apart; None where none does."""
-    parts, period = tooth_passing_parts(run), run.correction.response.period
-    if parts is None or period is None:
+    """Return what a periodic process leaves, slow part and ripple apart; None where none does.
+
+    Neither does one whose period is longer than the path.
+    """
+    correction = run.correction
+    time, period = correction.desired.time, correction.response.period
+    if period is None or period > time[-1] - time[0]:
         return None
-    parts_of_tools = parts[tools]
+    deviation = correction.achieved.position - correction.desired.position
+    parts_of_tools = [DeviationParts.of(time, of_tool, period) for of_tool in deviation[tools]]
     lowest = np.min([part.lowest.min(axis=0) for part in parts_of_tools], axis=0)
     highest = np.max([part.highest.max(axis=0) for part in parts_of_tools], axis=0)
     walls = zip(lowest.tolist(), highest.tolist(), strict=True)

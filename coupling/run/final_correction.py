@@ -20,11 +20,7 @@ from elastic_robot.fmi.interface import IDEAL
 
 
 def final_correction(command: CheckedCommand, answers: RepeatedAnswers) -> Correction:
-    """Return the correction of a command with the outcome, reason and evaluations of the whole run.
-
-    Args:
-        answers: Second answers of its process.
-    """
+    """Return the correction of a command with the outcome, reason and evaluations of the whole run."""
     correction = command.correction
     if chattering := _chattering(command):
         return replace(correction, outcome=Outcome.CHATTERS, reason=chattering)

@@ -28,12 +28,7 @@ _MOST_PROCESSES = 4
 
 
 class FmuPool:
-    """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
-
-    Args:
-        kind: Kind of the FMUs.
-        watch: Function called with the progress of a simulation.
-    """
+    """FMUs of robots, built and loaded when first asked for; a context manager that ends them."""
 
     def __init__(self, kind: str, watch: Watch = unwatched) -> None:
         self.kind = kind
@@ -50,12 +45,7 @@ class FmuPool:
         self._stack.close()
 
     def of(self, robot: Robot, torque_curve: str, drive: str = IDEAL) -> SimulatedModel:
-        """Return the robot with its FMU, whose drives are "ideal" or have a "servo".
-
-        Raises:
-            BuildError: If it cannot be built.
-            SimulationError: If it cannot run here.
-        """
+        """Return the robot with its FMU, whose drives are "ideal" or have a "servo"."""
         loaded = self._loaded.get((robot.to_json(), torque_curve, drive))
         if loaded is not None:
             return loaded
@@ -73,11 +63,7 @@ class FmuPool:
     def take(
         self, robot: Robot, torque_curve: str, fmu: bytes, drive: str = IDEAL
     ) -> SimulatedModel:
-        """Return a robot with its FMU, which is there already.
-
-        Raises:
-            SimulationError: If it cannot run here.
-        """
+        """Return a robot with its FMU, which is there already."""
         file = self._file()
         file.write_bytes(fmu)
         return self._load(robot, torque_curve, file, drive)

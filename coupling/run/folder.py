@@ -78,7 +78,6 @@ def _write_figures(folder: Path, figures: RunResult) -> None:
 
 
 def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> None:
-    """Write the tables of one robot and its tool."""
     correction, time, plant = run.correction, run.desired.time, run.finding_of(PLANT_REPLAY)
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": correction.achieved}
     if plant is not None:

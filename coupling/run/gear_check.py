@@ -12,8 +12,7 @@ from coupling.results.outlook import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.results.section import UM, Note, Section, Table
 from coupling.run.check import Check, CheckedCommand
-from coupling.run.gear_loads import diagnose_robots
-from coupling.run.load_limits import load_warnings
+from coupling.run.gear_loads import diagnose_robots, load_warnings
 
 
 def _compute(command: CheckedCommand) -> tuple[tuple[GearDiagnosis, ...], ...]:

@@ -46,13 +46,13 @@ _QUARTER, _ROUGH = np.pi / 2.0, 6e-4
 _TWELFTH, _FINE = np.pi / 12.0, 1e-4
 
 
-def remark(place: str, key: str, value: float) -> str:
+def remark(place: str, key: str, value: float, is_computed: bool = False) -> str:
     """Return what there is to say of a value, "" where it is usual.
 
     Args:
-        place: Its place, in words.
         key: One of `EXPECTED`.
         value: In the unit there.
+        is_computed: Whether a formula has computed it, so that nobody was mistaken in its unit.
 
     Example:
         >>> print(remark("process: tensile_strength_Pa", "process.tensile_strength_Pa", 310.0))
@@ -62,36 +62,22 @@ def remark(place: str, key: str, value: float) -> str:
     usual = EXPECTED[key]
     unit = f" {usual.unit}" * bool(usual.unit)
     if usual.holds(value):
-        if usual.unit == "deg" and (degrees := _degrees_in_radians(value)):
+        if usual.unit == "deg" and not is_computed and (degrees := _degrees_in_radians(value)):
             return (
                 f"{place}: expected degrees, got {value:.6g}, a part of pi: did you mean"
                 f" {degrees:g} deg ({value:.6g} rad)?"
             )
         return ""
-    meant = [
-        f"{factor * value:.4g}{unit} ({value:.6g} {name})"
-        for name, factor in MISTAKEN.get(usual.unit, {}).items()
-        if usual.holds(factor * value)
-    ]
-    return out_of_range(place, key, value) + (
-        f": did you mean {' or '.join(meant)}?" if meant else ""
-    )
-
-
-def out_of_range(place: str, key: str, value: float) -> str:
-    """Return that a value is unusual, whatever was meant, "" where it is usual.
-
-    Args:
-        place, key, value: As of `remark`.
-    """
-    usual = EXPECTED[key]
-    if usual.holds(value):
-        return ""
-    unit = f" {usual.unit}" * bool(usual.unit)
-    return (
+    text = (
         f"{place}: expected {usual.low:.4g} to {usual.high:.4g}{unit} ({usual.why}), got"
         f" {value:.6g}{unit}"
     )
+    meant = [
+        f"{factor * value:.4g}{unit} ({value:.6g} {name})"
+        for name, factor in MISTAKEN.get(usual.unit, {}).items()
+        if usual.holds(factor * value) and not is_computed
+    ]
+    return f"{text}: did you mean {' or '.join(meant)}?" if meant else text
 
 
 def _degrees_in_radians(value: float) -> float:

@@ -35,14 +35,6 @@ def logged_folder(
     What a run that was killed has left is taken over.  A block that fails leaves the folder only where
     something was computed, and a note on the error tells where.
 
-    Args:
-        kind: "couple", "compensate" or "place".
-        case: The case file.
-        folder: Folder of the result.
-        overwrite: A result that is there may be replaced.
-        store: Store of evaluations, if any.
-        report: Function called with what happens.
-
     Raises:
         CouplingError: If another run writes the folder, or it may not or cannot be written.
     """

@@ -28,12 +28,7 @@ from coupling.solve.fixed_point import Coupling, Loop
 
 @dataclass(frozen=True)
 class ScaledProcess:
-    """A process whose wrench is another one's, times a factor.
-
-    Attributes:
-        process: The other one.
-        factor: Factor of its whole wrench.
-    """
+    """A process whose wrench is another one's, times a factor."""
 
     process: Process
     factor: float
@@ -59,12 +54,7 @@ class ScaledProcess:
 
 @dataclass(frozen=True)
 class ScaledMarch(ScaledProcess):
-    """A `ScaledProcess` that is coupled marching in time.
-
-    Attributes:
-        process: The other one.
-        factor: Factor of its whole wrench.
-    """
+    """A `ScaledProcess` that is coupled marching in time."""
 
     process: MarchedProcess
 
@@ -84,7 +74,6 @@ class PlantReplay:
 
     Attributes:
         differences: Its differences from the model, in words.
-        desired: Desired paths of the tools.
         path: Paths that the plant's tools take, at the same times.
         wrench: Wrenches that they meet.
         coupling: Coupling of plant and process; None where the wrench is the model's.
@@ -139,11 +128,6 @@ def plant_cell(cell: Cell, plant: Plant, models: FmuPool) -> Cell:
 def run_on_plant(case: Case, cell: Cell, correction: Correction, watch: Watch) -> PlantReplay:
     """Run a command as written on moving robots and under a load that differ from the model.
 
-    Args:
-        cell: Its plant.
-        correction: The command, with what it leads to on the model.
-        watch: Function called with the progress of the work.
-
     Raises:
         SimulationError: If the plant cannot be simulated.
     """
@@ -171,16 +155,10 @@ def coupled_on(
     """Return the coupling of a plant that moves under a command with the case's process.
 
     Args:
-        case: The case; the process sees its samples.
-        cell: The plant.
-        force: Factor of the process's wrench.
-        joints: The command.
         start: Paths on the model, whose times hold the case's samples.
-        watch: Function called with the progress of the work.
 
     Raises:
         ProcessError: If the process has no answer to the first path.
-        SimulationError: If the plant cannot be simulated.
     """
     loop = Loop(
         cell,
@@ -197,11 +175,7 @@ def coupled_on(
 
 
 def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
-    """Return what is other on a plant, a phrase for each difference.
-
-    Args:
-        robots: Robots of the case.
-    """
+    """Return what is other on a plant, a phrase for each difference."""
     said = []
     for difference, model in zip(plant.robots, robots, strict=True):
         phrases = list(difference.difference.in_words())
@@ -220,17 +194,12 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
 
 def _compute(command: CheckedCommand) -> PlantReplay:
     case = command.case
-    assert case.plant is not None
+    assert case.plant is not None  # else the check does not apply
     cell = plant_cell(command.cell, case.plant, command.fmus)
     return run_on_plant(case, cell, command.correction, command.watch)
 
 
-def _has_plant(command: CheckedCommand) -> bool:
-    return command.case.plant is not None
-
-
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command leaves on the plant beside the model."""
     plant_result = figures.plant
     if plant_result is None:
         return []
@@ -249,4 +218,10 @@ def _sections(figures: RunResult) -> list[Section]:
     return [Section("On the plant", (text, *warning, deviation_table(rows)))]
 
 
-PLANT_REPLAY = Check[PlantReplay | None]("plant", _compute, None, _has_plant, sections=_sections)
+PLANT_REPLAY = Check[PlantReplay | None](
+    "plant",
+    _compute,
+    None,
+    lambda command: command.case.plant is not None,
+    sections=_sections,
+)

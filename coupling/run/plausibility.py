@@ -84,7 +84,6 @@ def _without_peaks(force: np.ndarray) -> np.ndarray:
 
 
 def _of_rigid_robots(case: Case) -> Iterator[str]:
-    """Yield a sentence for each robot that does not give way anywhere."""
     for robot in case.robots:
         if robot.description.is_rigid:
             yield (
@@ -120,12 +119,7 @@ def unsure_stiffness(placed: PlacedRobot) -> list[str]:
 
 
 def remarks_on_robot(robot: Robot, numbers: Sequence[Number] = ()) -> list[str]:
-    """Return a sentence for each value of a robot that is out of what is usual.
-
-    Args:
-        robot: The robot.
-        numbers: Numbers of its file.
-    """
+    """Return a sentence for each value of a robot that is out of what is usual."""
     quantities = (*quantities_of_robot(robot), *quantities_of_file(robot.name, numbers))
     said = [text for quantity in quantities if (text := quantity.remark)]
     return [*said, *_upward_gravity(robot, Rotation.identity())]

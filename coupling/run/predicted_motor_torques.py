@@ -72,12 +72,7 @@ class PredictedMotorTorque:
 def predict_motor_torques(
     moving: MovingRobot, links: UniformSpline, loads: GearLoads
 ) -> tuple[PredictedMotorTorque, ...]:
-    """Return what a path asks of the motors of a robot.
-
-    Args:
-        links: Motion of its links.
-        loads: Torques of its gears along it.
-    """
+    """Return what a path asks of the motors of a robot."""
     chain, joints = moving.model.chain, moving.model.gear_joint
     wind_up = moving.wind_up_from(loads.static[0], loads.time, loads.torque)
     motion = np.stack([links.at(loads.time, order)[:, chain.drive] for order in range(3)])
@@ -117,9 +112,6 @@ def predict_motor_torques(
 def require_motors_that_hold(case: Case) -> None:
     """Refuse servos whose motors do not hold their robot at rest, friction's help included.
 
-    Args:
-        case: Its robots, and the path that they shall hold them along.
-
     Raises:
         PlanningError: With joint, time, torque and limit.
     """
@@ -149,10 +141,6 @@ def explained_by_motors(case: Case, process: EvaluatedProcess) -> Iterator[None]
 
     A robot whose motor has less torque than its weight or the process needs falls, and nothing can be
     computed of it.
-
-    Args:
-        case: Its robots, simulated.
-        process: Its process, with its last evaluation.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
@@ -197,5 +185,4 @@ def _limited_robots(
 
 
 def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
-    """Return a warning with the name of its robot where there are several."""
     return warning.of_robot(placed.name if len(case.robots) > 1 else "")

@@ -12,7 +12,7 @@ from coupling.files.sources import Number, kind, places
 from coupling.path.histories import WrenchHistory
 from coupling.results.cut_result import CutResult
 from coupling.robot.parameter_table import PARAMETER_KINDS
-from coupling.run.mistaken_units import out_of_range, remark
+from coupling.run.mistaken_units import remark
 from coupling.run.usual_ranges import EXPECTED, range_key
 from elastic_robot.body import triangle_excess
 from elastic_robot.description import Robot
@@ -42,29 +42,20 @@ class Quantity:
     """A number that has a usual range.
 
     Attributes:
-        place: Its place, in words.
         key: Its key of `EXPECTED`.
         value: In the unit there.
+        is_computed: Whether a formula has computed it, so that nobody was mistaken in its unit.
     """
 
     place: str
     key: str
     value: float
+    is_computed: bool = False
 
     @property
     def remark(self) -> str:
         """What there is to say of it, "" where it is usual."""
-        return remark(self.place, self.key, self.value)
-
-
-@dataclass(frozen=True)
-class ComputedQuantity(Quantity):
-    """A number that a formula has computed, in whose unit nobody was mistaken."""
-
-    @property
-    def remark(self) -> str:
-        """What there is to say of it, "" where it is usual."""
-        return out_of_range(self.place, self.key, self.value)
+        return remark(self.place, self.key, self.value, self.is_computed)
 
 
 def quantities_of_case(
@@ -81,12 +72,13 @@ def quantities_of_case(
     if cut is not None:
         yield from _of_cut(cut, case)
     if wrench is not None:
-        quantity = ComputedQuantity if case.process_table.FORMULA else Quantity
-        yield quantity("process: largest force", "answer.peak_force", wrench.peak_force)
+        is_computed = case.process_table.FORMULA
+        yield Quantity(
+            "process: largest force", "answer.peak_force", wrench.peak_force, is_computed
+        )
 
 
 def _of_tables(case: Case) -> Iterator[Quantity]:
-    """Yield the numbers of a case's tables."""
     for place, value in places(case.resolved):
         key = range_key(kind(place))
         for size in _sizes(value):
@@ -131,7 +123,6 @@ def _largest(entries: Iterable[float]) -> float:
 
 
 def _of_payload(name: str, values: dict[str, object]) -> Iterator[Quantity]:
-    """Yield the weight of a payload over the load that its robot is rated for."""
     mass, rated = values.get("payload.mass"), values.get("payload_N")
     if isinstance(mass, int | float) and isinstance(rated, int | float):
         place = f"robot {name}: payload: mass of {mass:g} kg"
@@ -168,7 +159,6 @@ def quantities_of_robot(robot: Robot) -> Iterator[Quantity]:
 
 
 def _of_drive(place: str, drive: Drive) -> Iterator[Quantity]:
-    """Yield what follows from several keys of a drive."""
     inertia = drive.inertia
     bandwidth = drive.rate_gain / inertia / (2.0 * np.pi)
     yield Quantity(f"{place}: rate loop", "joint.drive.rate_bandwidth", bandwidth)
@@ -198,7 +188,6 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
     """Yield how close a tool comes to the column of its robot, where the path is at its height.
 
     Args:
-        placed: The robot.
         points: Points of its tool in the world [m], (k, 3).
     """
     robot = placed.description
@@ -221,7 +210,6 @@ def _of_column(placed: PlacedRobot, points: np.ndarray) -> Iterator[Quantity]:
 
 
 def _of_cut(cut: CutResult, case: Case) -> Iterator[Quantity]:
-    """Yield what follows from tool path and cutter of a milling case."""
     diameter = case.resolved["process"]["cutter_diameter_m"]
     depth, feed = cut.figures["depth_m"].largest, cut.figures["feed_per_tooth_m"].largest
     yield Quantity("process: axial depth", "milling.axial_depth", depth / diameter)

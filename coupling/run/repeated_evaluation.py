@@ -18,7 +18,6 @@ from coupling.process.base import ProcessRequest
 from coupling.process.noise_filter import LowPass
 from coupling.process.smoothing import ForceNoise, NoiseRemoval
 from coupling.results.repeatability import Repeatability
-from coupling.run.case_process import evaluated_process
 from coupling.solve.correction import Correction
 from coupling.solve.outcome import Outcome
 from coupling.store import EvaluatedProcess
@@ -53,13 +52,7 @@ class RepeatedAnswers:
 def repeat_answers(
     case: Case, process: EvaluatedProcess, correction: Correction, watch: Watch
 ) -> RepeatedAnswers:
-    """Return what second answers tell: one that its noise asks for, one where a method did not end.
-
-    Args:
-        process: The process of the case as the method has evaluated it.
-        correction: Result of the method.
-        watch: Function called with what happens.
-    """
+    """Return what second answers tell: one that its noise asks for, one where a method did not end."""
     removal, last = process.noise_removal, None
     first = None if removal is None else removal.repeatability
     if first is None or not first.disturbs:
@@ -86,9 +79,6 @@ def noise_removal(case: Case, watch: Watch) -> NoiseRemoval | None:
 
     Forces of programs that are uneven are compared with those of a second evaluation of the same path
     where that takes no more than a minute: only what differs is noise, unless the case has a cutoff.
-
-    Args:
-        watch: Function called with what happens.
     """
     table = case.process_table
     if not isinstance(table, NoisySchema):
@@ -111,7 +101,6 @@ def _second_response(
     not evaluated, nor is a process that takes too long or has become another one meanwhile.
 
     Args:
-        first: The first one.
         longest: Longest time that it may have taken [s].
     """
     if not isinstance(case.process_table, ProcessTable) or first.seconds > longest:
@@ -143,4 +132,4 @@ def _anew(case: Case, longest: float, watch: Watch) -> EvaluatedProcess | None:
         return None
     if process.identity != case.process.identity:
         return None
-    return evaluated_process(replace(case, process=process), watch=watch)
+    return replace(case, process=process).evaluated_process(watch=watch)

@@ -27,7 +27,6 @@ class RobotVariation:
 
     Attributes:
         name: Difference from the model, in words.
-        difference: Difference of every robot.
         force: Factor of the wrench.
 
     Example:
@@ -59,9 +58,6 @@ def replayed(command: ReplayedCommand) -> tuple[Replay, ...]:
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
         robots.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     models = command.models
     if all(model.robot.is_rigid for model in models):
@@ -91,14 +87,10 @@ def noise_replays(
     Args:
         samples: Times at which the process is evaluated [s], (k,).
         noise: Noise of its forces as they come.
-        correction: The command, with the forces without what was taken off.
 
     Returns:
         The replay, of white noise low-passed at the lowest cutoff of what takes it off the forces; none
         where there is no noise.
-
-    Raises:
-        SimulationError: If a robot cannot be simulated.
     """
     if noise is None or not noise.significant:
         return ()
@@ -123,7 +115,6 @@ def _compute(command: CheckedCommand) -> tuple[Replay, ...]:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command leaves on robots that differ from the model."""
     if not figures.robustness:
         return []
     text = (

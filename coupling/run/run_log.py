@@ -39,10 +39,7 @@ class RunLog:
     process holds the folder was killed.
 
     Args:
-        folder: Folder of the run.
         kind: Command that runs: "couple", "compensate" or "place".
-        case: Its case file.
-        store: Store of its evaluations; None without.
 
     Raises:
         OSError: If the file cannot be written.
@@ -86,18 +83,11 @@ class RunLog:
 
         Args:
             durations: Wall time by part [s].
-
-        Raises:
-            OSError: If it cannot be written.
         """
         self._write(state="finished", waiting=None, durations_s=dict(durations))
 
     def stop(self, error: BaseException) -> None:
-        """Say that the run has ended before its end, where it can be written.
-
-        Args:
-            error: Why: the run was interrupted, or has failed.
-        """
+        """Say that the run has ended before its end, where it can be written."""
         interrupted = isinstance(error, KeyboardInterrupt)
         state, reason = ("interrupted", "by hand") if interrupted else ("failed", str(error))
         with suppress(OSError):
@@ -127,13 +117,7 @@ def is_finished(folder: Path) -> bool:
 
 
 def is_to_go_on(folder: Path, kind: str, case: Path) -> bool:
-    """Return whether a folder holds the result of a command whose process has failed on the way.
-
-    Args:
-        folder: The folder.
-        kind: The command, as of `RunLog`.
-        case: Its case file.
-    """
+    """Return whether a folder holds the result of a command whose process has failed on the way."""
     log = read_log(folder)
     if log is None or (log.state, log.kind, log.case) != ("finished", kind, str(case.resolve())):
         return False

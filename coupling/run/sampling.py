@@ -54,9 +54,6 @@ def sampling_of(case: Case, cell: Cell, correction: Correction) -> SamplingCheck
     of other processes the force is taken as parabolas between samples instead of lines: where a process
     does not tell when its force has corners, the steeper ones.  The robots answer to either against the
     process's stiffness, where it is known, as in a coupling.
-
-    Args:
-        correction: The command, with the process's answer to the path under it.
     """
     rigid = all(placed.description.is_rigid for placed in case.robots)
     if rigid or not np.any(correction.response.wrench.wrench):
@@ -101,7 +98,6 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     No parabola reaches across a jump.
 
     Args:
-        wrench: The history, without springs.
         choice: `flatter` where corners are rows, `steeper` where they may be anywhere.
 
     Example:
@@ -166,12 +162,10 @@ class _RecordedProcess:
     identity: str = ""
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return the answer."""
         return self.response
 
 
 def _task_at(case: Case, time: np.ndarray) -> Task:
-    """Return what the tools are to do, at other times."""
     task, motion_path = case.task, _between(case.motion.path, time)
     support = task.support
     if support is not None:
@@ -183,7 +177,6 @@ def _task_at(case: Case, time: np.ndarray) -> Task:
 
 
 def _between(path: ToolPath, time: np.ndarray) -> ToolPath:
-    """Return the paths of all tools at other times."""
     return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
 
 

@@ -49,11 +49,7 @@ class SimulatedMotorTorques:
         )
 
     def exceeded(self, robot: str) -> Iterator[LimitWarning]:
-        """Yield a warning for each motor whose torque limit is exceeded.
-
-        Args:
-            robot: Name of the robot in a cell of several, else empty.
-        """
+        """Yield a warning for each motor whose torque limit is exceeded."""
         for joint, motor in self.torques.items():
             torque, limit = motor.motor_torque_Nm, motor.motor_torque_limit_Nm
             if limit is not None and torque > limit:
@@ -75,9 +71,6 @@ def simulate_motor_torques(
 
     Returns:
         None where no joint has a motor.
-
-    Raises:
-        SimulationError: If the robot cannot be simulated.
     """
     robot = model.robot
     joints = [i for i, joint in enumerate(robot.joints) if joint.drive is not None]
@@ -176,7 +169,6 @@ def _warnings(command: CheckedCommand) -> tuple[LimitWarning, ...]:
 
 
 def _sections(figures: RunResult) -> list[Section]:
-    """Return what the command asks of the motors, beside their limits."""
     driven = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
     if not driven:
         return []

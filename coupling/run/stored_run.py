@@ -10,7 +10,7 @@ from typing import get_args
 
 import numpy as np
 
-from coupling.errors import ResultError, reason_of
+from coupling.errors import ResultError, locate_errors, reason_of
 from coupling.files.atomic_folder import unfinished_name
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
@@ -51,12 +51,10 @@ class StoredRobot(Shown):
     """One robot's files of a run.
 
     Attributes:
-        figures: Content of its result.json.
         desired, uncompensated, achieved: Paths of its tool.
         joints: Motion of its drives, in the rows of the controller.
         command: Path of its undeflected tool at these rows.
         correction: Path of the undeflected tool minus desired, at its times [m, rad], (n, 6).
-        wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
         wrong_backlash: Path of its tool on the robot whose backlash differs, where it leaves more; None
             where it was not simulated.
@@ -99,8 +97,6 @@ class StoredRun(Shown):
     """A run read back from its folder.
 
     Attributes:
-        folder: Its folder.
-        figures: Content of result.json.
         robots: Robots by name; the files of a single one are in the run's folder itself.
         gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
         workpieces: Workpieces by `figures.stages`, where the process tells.
@@ -128,7 +124,6 @@ def read_run(folder: Path, tables: WrittenTables | None = None) -> StoredRun:
     """Read a run folder.
 
     Args:
-        folder: The folder.
         tables: Tables of it that were just written; None: all are read from their files.
 
     Raises:
@@ -237,7 +232,7 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
     has_anchor = (folder / f"{ANCHOR}.csv").exists()
-    try:
+    with locate_errors(str(folder), ValueError, ResultError):
         rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if has_anchor else None
         spring = (
             None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
@@ -263,8 +258,6 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
                 if (file := folder / f"{name}_{mode}.csv").is_file()
             },
         )
-    except ValueError as cause:
-        raise ResultError(f"{folder}: {cause}") from cause
     _require_one_run(folder, times)
     return robot
 

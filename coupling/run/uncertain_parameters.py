@@ -1,4 +1,4 @@
-"""Uncertain parameters of robots and load, and the robots that their values make."""
+"""Uncertain parameters of robots and load, the robots that their values make, and designs of samples."""
 
 from __future__ import annotations
 
@@ -35,7 +35,6 @@ class UncertainParameter:
     Attributes:
         name: Its key in [study]; with a joint's number in brackets where each joint has its own, and the
             robot's name before it where there are two robots.
-        spread: Its distribution.
 
     Example:
         >>> UncertainParameter("stiffness_factor[1]", LogUniform(0.5, 2.0)).at(np.array([0.0, 0.5, 1.0]))
@@ -75,12 +74,7 @@ class UncertainParameter:
 
 @dataclass(frozen=True)
 class SampledRobots:
-    """Robots and a load that a sample's values make.
-
-    Attributes:
-        differences: Difference of each robot of the case.
-        force: Factor of the process's wrench.
-    """
+    """Robots and a load that a sample's values make."""
 
     differences: tuple[RobotDifference, ...]
     force: float
@@ -96,8 +90,6 @@ class UncertainParameters:
     """Uncertain parameters of the robots of a case, and of its force.
 
     Attributes:
-        entries: The parameters.
-        robots: Names of the case's robots.
         joints: Number of joints of each robot.
         payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
             (3,); None: at its TCP.
@@ -182,11 +174,7 @@ class UncertainParameters:
         return np.column_stack(columns) if columns else np.empty((len(shares), 0))
 
     def sampled(self, values: Sequence[float]) -> SampledRobots:
-        """Return the robots and the load of a sample.
-
-        Args:
-            values: One for each entry.
-        """
+        """Return the robots and the load of a sample."""
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
@@ -240,3 +228,38 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     amounts[joint] += 0.5
     difference = RobotDifference({variation.name: tuple(amounts)})
     return bool(difference.values(robot.description, robot.torque_curve, robot.drive))
+
+
+def sobol(count: int, width: int, seed: int) -> np.ndarray:
+    """Return the first points of a scrambled Sobol sequence, (count, width).
+
+    More points of the same seed begin with these: a study can grow.
+
+    Example:
+        >>> bool(np.all(sobol(9, 2, seed=1)[:5] == sobol(5, 2, seed=1)))
+        True
+    """
+    from scipy.stats import qmc
+
+    power = max(int(np.ceil(np.log2(count))), 0)
+    points: np.ndarray = qmc.Sobol(width, scramble=True, rng=seed).random_base2(power)
+    return points[:count]
+
+
+def latin_hypercube(count: int, width: int, seed: int) -> np.ndarray:
+    """Return a Latin hypercube: a point in each of `count` slices of every axis, (count, width).
+
+    Another number of points is another design.
+    """
+    from scipy.stats import qmc
+
+    return qmc.LatinHypercube(width, rng=seed).random(count)
+
+
+DESIGNS = {"sobol": sobol, "latin-hypercube": latin_hypercube}
+GROWS = ("sobol",)
+
+
+def draw_samples(design: str, count: int, seed: int, parameters: UncertainParameters) -> np.ndarray:
+    """Return the values of the parameters of a design's samples, in their units, (count, k)."""
+    return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))

@@ -11,7 +11,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.errors import StabilityError
 from coupling.path.histories import ToolPath
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.stability.case_cut import CaseCuts, PlacedCut, is_milling
 from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement, in_words

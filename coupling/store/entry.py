@@ -41,8 +41,6 @@ class EntryInfo:
     """Description of a response beside it.
 
     Attributes:
-        key: Key of the answer.
-        process: Name of the process.
         samples, tools: Size of the path.
         seconds: Time that the evaluation took [s].
         host: Machine that computed it.
@@ -105,10 +103,6 @@ _as_stored = np.ascontiguousarray
 
 def encode_response(response: ProcessResponse, about: EntryInfo) -> memoryview:
     """Return the content of an entry.
-
-    Args:
-        response: A `as_stored` one.
-        about: Description beside it.
 
     Raises:
         TypeError: If the answer has an array of something else than numbers.

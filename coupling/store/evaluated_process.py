@@ -41,12 +41,9 @@ class EvaluatedProcess:
     Args:
         process: The process; without an identity it is evaluated every time.
         store: The store; None: every answer is computed.
-        watch: Function called with every answer, and with tries that fail.
-        name: Name of the process, for people.
         tries: Tries of one evaluation at most, >= 1: a licence may be taken, a node lost.
         identify: Function that finds the identity of the process anew; where that is another one after
             an evaluation, as a file of the process has changed, its answer is not kept.
-        noise_removal: Removal of the noise in its answers; None: they are left as they are.
 
     Attributes:
         last: Last evaluation, its answer with its noise; None before the first.

@@ -39,11 +39,7 @@ _LOOK = 0.1
 
 @dataclass(frozen=True)
 class WaitingForOther(Event):
-    """Another process computes the same evaluation; this one waits for its answer.
-
-    Attributes:
-        text: Who does, since when.
-    """
+    """Another process computes the same evaluation; this one waits for its answer."""
 
     text: str
 
@@ -53,8 +49,6 @@ class Entry:
     """An answer in the store.
 
     Attributes:
-        file: Its file.
-        size: [bytes].
         used: When it was written or last used [s since 1970].
         about: Its description; None where it cannot be read.
     """
@@ -85,7 +79,6 @@ class Store:
     """A folder of answers by key; made when the first one is written.
 
     Attributes:
-        folder: The folder.
         watch: Function called with damaged entries, and what is waited for.
     """
 
@@ -93,11 +86,7 @@ class Store:
     watch: Watch = unwatched
 
     def entries(self) -> list[Entry]:
-        """Return what is in the store, the entry that was used last at the end.
-
-        Raises:
-            StoreError: If the folder cannot be read.
-        """
+        """Return what is in the store, the entry that was used last at the end."""
         readable = []
         with self._errors("read"):
             for file in self.folder.iterdir():
@@ -107,11 +96,7 @@ class Store:
         return sorted(readable, key=lambda entry: entry.used)
 
     def read(self, key: str, path: ToolPath) -> ProcessResponse | None:
-        """Return the answer to a path that is kept under a key, or None where none is sound.
-
-        Raises:
-            StoreError: If the folder cannot be read.
-        """
+        """Return the answer to a path that is kept under a key, or None where none is sound."""
         with suppress(DamagedError):
             return self._read(key, path)
         return None
@@ -125,9 +110,6 @@ class Store:
         """Hold a key while its answer is computed; another process that needs it waits meanwhile.
 
         Gives the answer where it has come in the meantime.  An entry that is damaged is set aside.
-
-        Raises:
-            StoreError: If the store cannot be written.
         """
         with self._errors("written"):
             (self.folder / LOCKS).mkdir(parents=True, exist_ok=True)
@@ -144,25 +126,14 @@ class Store:
             lock.release()
 
     def room(self, key: str, size: int) -> AtomicFile:
-        """Take room for an answer before it is computed; its key is to be held.
-
-        Args:
-            size: Least size of the answer [bytes].
-
-        Raises:
-            StoreError: If the disk is full or the store cannot be written.
-        """
+        """Take room for an answer before it is computed; its key is to be held."""
         with self._errors("written"):
             for draft in self.folder.glob(f"{key}{ENTRY}.*{PARTIAL}"):
                 draft.unlink(missing_ok=True)  # of a process that was killed
             return AtomicFile(self._file(key), size)
 
     def write(self, file: AtomicFile, response: ProcessResponse, about: EntryInfo) -> None:
-        """Keep an answer, in the room that was taken for it.
-
-        Raises:
-            StoreError: If it cannot be written.
-        """
+        """Keep an answer, in the room that was taken for it."""
         with self._errors("written"):
             try:
                 file.write([encode_response(response, about)])
@@ -171,11 +142,7 @@ class Store:
                 raise StoreError(f"the result cannot be kept: {cause}") from cause
 
     def clear(self, entries: Sequence[Entry]) -> None:
-        """Remove entries, entries that were set aside, and what killed processes have left.
-
-        Raises:
-            StoreError: If a file cannot be removed.
-        """
+        """Remove entries, entries that were set aside, and what killed processes have left."""
         with self._errors("cleared"):
             for entry in entries:
                 entry.file.unlink(missing_ok=True)
@@ -247,7 +214,6 @@ def to_clear(
     """Return the entries to remove: those not used for a time, and the oldest beyond a size.
 
     Args:
-        entries: All entries, the one that was used last at the end.
         now: [s since 1970].
         older_than: Time without use after which an entry goes [s]; None: none goes for its age.
         keep: Size of the entries that may stay [bytes]; None: any.

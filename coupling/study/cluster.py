@@ -18,8 +18,7 @@ from uuid import uuid4
 import elastic_robot
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
-from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, ended_again
-from coupling.study.workers import Workers
+from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, Workers, ended_again
 from elastic_robot import fingerprint
 
 try:
@@ -54,7 +53,6 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
     """Keeps a bench in a worker: loaded with its first sample, ended with the study.
 
     Args:
-        name: Name of the study on the cluster.
         work: Content of the study.
     """
 
@@ -67,13 +65,11 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
     @property
     def bench(self) -> RobotPool:
-        """The bench."""
         if self._bench is None:
             self._bench = RobotPool(self._work)
         return self._bench
 
     def teardown(self, worker: object) -> None:
-        """End it."""
         if self._bench is not None:
             self._bench.close()
             self._bench = None
@@ -96,16 +92,7 @@ def _version() -> str:
 
 
 def _require_same(version: str, of_workers: Mapping[str, str | Exception]) -> None:
-    """Refuse workers of another version than the study's.
-
-    Args:
-        version: The study's version.
-        of_workers: Their versions by address, or why they have none.
-
-    Raises:
-        StudyError: If there is one; it is named.
-        ModuleNotFoundError: If one lacks this package.
-    """
+    """Refuse workers of another version than the study's."""
     for address, other in of_workers.items():
         if isinstance(other, ModuleNotFoundError) and other.name in _PACKAGES:
             raise other
@@ -126,8 +113,6 @@ def simulate(
 
     Args:
         points: Values of the parameters by sample.
-        workers: Who does the work.
-        place: The study's folder.
 
     Raises:
         StudyError: If the cluster cannot be reached, has another version of

@@ -23,23 +23,20 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample, StudySource
-from coupling.run.design import GROWS
 from coupling.run.drawn_plants import ExpectedRobots
 from coupling.run.stored_run import CASE, StoredRun, read_run
-from coupling.run.uncertain_parameters import UncertainParameters
+from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 from coupling.study.folder import (
     ROWS,
     begin,
     different,
-    draw_samples,
     in_short,
     points_of,
     require_same,
 )
-from coupling.study.robot_pool import StudyJob, simulate_here
+from coupling.study.robot_pool import StudyJob, Workers, simulate_here
 from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
-from coupling.study.workers import Workers
 
 
 @dataclass(frozen=True)
@@ -47,12 +44,8 @@ class Study:
     """A study that has begun.
 
     Attributes:
-        folder: Its folder.
-        case: Name of the case.
         source: Files that it rests on.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
-        table: Table [study].
-        parameters: Uncertain parameters.
         points: Values of the parameters, in their units, (n, k).
         run: The run of the command.
         work: Data for the workers.
@@ -108,10 +101,6 @@ def open_study(
     """Begin a study in its folder, or go on with the one that was begun there.
 
     Args:
-        folder: The study's folder, of this program alone.
-        table: Table [study].
-        run: Run folder of the command.
-        couple: Whether the process is evaluated for every sample.
         store: Store of evaluations that keeps what it answers then, if any.
 
     Raises:
@@ -193,7 +182,6 @@ def _simulate(
 
 
 def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:
-    """Return what workers need to know."""
     robots = [run.robots[robot.name] for robot in case.robots]
     wrench = WrenchHistory.of_tools([loaded_robot.wrench for loaded_robot in robots])
     has_force = bool(np.any(wrench.wrench))

@@ -84,7 +84,6 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
 def _figures(
     study: Study, samples: Sequence[StudySample], points: np.ndarray, figures: dict[str, np.ndarray]
 ) -> StudyResult:
-    """Return the content of study.json."""
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
     shares = sorted({tail, 0.5, table.coverage, 1.0 - tail, EXPECTED_SHARE})

@@ -24,15 +24,13 @@ from coupling.files.atomic_folder import (
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import (
-    LIST,
     REPORT,
     begin_folder,
     claim,
     is_of_kind,
     remove_written,
 )
-from coupling.run.design import DESIGNS, GROWS
-from coupling.run.uncertain_parameters import UncertainParameters
+from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES = "samples.csv", "bands.csv", "study.json"
@@ -43,16 +41,9 @@ _FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock
 _FOLDERS = (RUN, unfinished_name(Path(RUN)).name, replaced_name(Path(RUN)).name)
 
 
-def _is_without_list(folder: Path) -> bool:
-    """Return whether a study is of an earlier version, which has no list of what was written."""
-    return (folder / IDENTITY).is_file() and not (folder / LIST).exists()
-
-
-def _is_study(folder: Path) -> bool:
-    return is_of_kind(folder, _FOLDER_KIND) or _is_without_list(folder)
-
-
-STUDY_FOLDER = FolderKind(_FOLDER_KIND, "a study", StudyError, _is_study)
+STUDY_FOLDER = FolderKind(
+    _FOLDER_KIND, "a study", StudyError, lambda folder: is_of_kind(folder, _FOLDER_KIND)
+)
 
 
 @contextmanager
@@ -70,7 +61,7 @@ def lock_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
         writing(folder, StudyError),
     ):
         require_free(folder, STUDY_FOLDER, overwrite=True)  # else it is gone on with
-        begin_folder(folder, _FOLDER_KIND, known_names=_FILES if _is_without_list(folder) else ())
+        begin_folder(folder, _FOLDER_KIND)
         if overwrite:
             remove_written(folder)
             begin_folder(folder, _FOLDER_KIND)
@@ -79,22 +70,14 @@ def lock_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
 
 
 def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
-    """Write a table, columns of any unit, (rows, columns), as a whole file.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write a table, columns of any unit, (rows, columns), as a whole file."""
     text = StringIO()
     write_table(text, columns, values)
     AtomicFile(file).write([text.getvalue().encode()])
 
 
 def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
-    """Return whether a study of this identity was begun in a folder.
-
-    Raises:
-        StudyError: If it is another one's.
-    """
+    """Return whether a study of this identity was begun in a folder."""
     file = folder / IDENTITY
     if not file.exists():
         return False
@@ -152,18 +135,9 @@ def write_points(folder: Path, points: np.ndarray, parameters: UncertainParamete
 
 
 def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the names of the parameters and their values in all samples, in their units, (n, k).
-
-    Raises:
-        StudyError: If the table cannot be read.
-    """
+    """Return the names of the parameters and their values in all samples, in their units, (n, k)."""
     _, *names = read_header(folder / POINTS, StudyError)
     return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
-
-
-def draw_samples(design: str, count: int, seed: int, parameters: UncertainParameters) -> np.ndarray:
-    """Return the values of the parameters of a design's samples, in their units, (count, k)."""
-    return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
 
 
 def points_of(

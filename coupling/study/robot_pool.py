@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
@@ -17,7 +18,6 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
-from coupling.run.case_process import evaluated_process
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from coupling.run.uncertain_parameters import SampledRobots, UncertainParameters
@@ -31,17 +31,26 @@ RETRIES = 3
 
 
 @dataclass(frozen=True)
+class Workers:
+    """Who does the work.
+
+    Attributes:
+        count: Processes of a local cluster, one thread each.
+        scheduler: Address of a running cluster's scheduler; empty: a local cluster.
+    """
+
+    count: int = os.cpu_count() or 1
+    scheduler: str = ""
+
+
+@dataclass(frozen=True)
 class StudyJob:
     """What every worker needs to know of a study; it goes to other machines as a pickle.
 
     Attributes:
         kind: Kind of the FMUs.
-        robots: Robots of the case.
-        fmus: Their FMUs.
-        parameters: Their uncertain parameters.
         desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
-        joints: The command.
         wrench: Wrenches on the model's tools, at these times.
         process: The case file, where the process is to be evaluated for every sample; else None.
         store: Store of evaluations that keeps what the process answers, if any.
@@ -73,7 +82,7 @@ class RobotPool:
         self._case: Case | None = None
         if work.process is not None:
             case = load_case(work.process, self._stack.enter_context(ScratchFolder()))
-            self._case = replace(case, process=evaluated_process(case, work.store))
+            self._case = replace(case, process=case.evaluated_process(work.store))
 
     def __enter__(self) -> RobotPool:
         return self

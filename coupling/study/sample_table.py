@@ -22,7 +22,6 @@ class SampleTable:
         file: Its file; made where there is none.  What is torn at its end is cut off.
 
     Attributes:
-        samples: Finished samples by number.
         damaged: Number of lines that do not agree with their checksum; their samples are missing.
 
     Raises:
@@ -61,11 +60,7 @@ class SampleTable:
         return number in self.samples and not self.samples[number].failure
 
     def add(self, sample: StudySample) -> None:
-        """Write a sample to the disk.
-
-        Raises:
-            StudyError: If that fails; what was written before is kept.
-        """
+        """Write a sample to the disk."""
         line = sample.line()
         try:
             written = self._stream.write(line)

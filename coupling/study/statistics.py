@@ -23,7 +23,6 @@ def quantile(values: np.ndarray, share: float) -> np.ndarray:
 
     Args:
         values: Independent values, any unit, (n,) or (n, m) for m columns.
-        share: The probability.
 
     Returns:
         One value, or m; the extremes of the sample where n is too small for the probability.
@@ -68,7 +67,6 @@ class DeviationBand:
 
         Args:
             distance: Deviation of every sample at every place [m], >= 0, (n, m), n >= 2.
-            coverage: Share of further robots that it is to hold.
         """
         tail = 0.5 * (1.0 - coverage)
         low, median, high = (quantile(distance, share) for share in (tail, 0.5, 1.0 - tail))

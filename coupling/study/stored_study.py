@@ -20,8 +20,6 @@ class StoredStudy(Shown):
     """A finished study.
 
     Attributes:
-        figures: Content of study.json.
-        names: Names of the parameters.
         points: Values of the parameters, in their units, (n, k).
         measures: Deviations of the samples by name [m], (n,).
         time: Beginnings of the parts of the path [s], (m,).

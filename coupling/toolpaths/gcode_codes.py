@@ -93,6 +93,9 @@ _REFUSED: dict[float, tuple[str, str]] = {
     51.0: ("scaling", "scale in the CAM system"),
     51.1: ("a mirror", "mirror in the CAM system"),
     52.0: _SHIFT,
+    58.0: _SHIFT,
+    59.0: _SHIFT,
+    62.0: ("a mirror, or the speed in corners", "write G0 or G1 in its line"),
     65.0: ("a call of a macro", "let the post-processor write its moves out"),
     66.0: ("a call of a macro", "let the post-processor write its moves out"),
     53.6: ("a turn of the tool to its plane about the tip", "use G53.1"),
@@ -134,6 +137,18 @@ _PRINTER_M = frozenset(
         862.2, 862.3, 862.4, 862.5, 862.6, 863, 871, 900, 906, 907, 911, 913, 914, 915, 970, 991, 1002,
     )
 )  # fmt: skip
+# What they mean on mills of five axes, where the machine's axes are named.
+_OF_ROTARY_AXES = {
+    114.0: ("another kinematics", "take it out, and write coordinates in [tool_path.rotary]"),
+    116.0: (
+        "a feed of rotary axes in millimetres",
+        "take it out, and post-process with feeds of the tip, under M128",
+    ),
+    126.0: (
+        "the shortest way of rotary axes",
+        "take it out, and name them in shortest of [tool_path.rotary]",
+    ),
+}
 # Heidenhain's words from which on X, Y, Z are the tool's tip in the part, and to which.
 TIP_M = {128.0, 129.0}
 # Words from which on they are, and those that end it; those of tilted planes.
@@ -173,6 +188,8 @@ _PRINTER_M_OF_AXES = frozenset(
     )
 )
 _COORDINATES = frozenset("XYZIJK")
+# Programmed shifts of SINUMERIK and NUM, and the mirror of OKUMA, which others have without coordinates.
+_SHIFTS_BY_COORDINATES = frozenset((58.0, 59.0, 62.0))
 # Letters of the M-words of mills: P, Q, L, E of outputs, inputs and stops.
 PARAMETERS_OF_M = "PQLE"
 
@@ -194,6 +211,17 @@ def require_one_of_each(g: Sequence[float]) -> None:
             )
 
 
+def require_motion_word(g: Sequence[float], letters: Collection[str]) -> None:
+    """Refuse coordinates beside a word that some controls take for a shift or a mirror by them.
+
+    Raises:
+        ValueError: If no word of the line says that they are a move.
+    """
+    for value in _SHIFTS_BY_COORDINATES.intersection(g):
+        if not (_COORDINATES.isdisjoint(letters) or any(word in MOTIONS for word in g)):
+            raise ValueError(refused_g(value))
+
+
 def refused_g(value: float) -> str:
     """Return the sentence for a G-word that is not read."""
     name, remedy = _REFUSED.get(
@@ -212,15 +240,20 @@ def are_of_printers(m: Sequence[float], letters: Collection[str]) -> bool:
     return any(value in _PRINTER_M for value in m) and _COORDINATES.isdisjoint(letters)
 
 
-def require_functions(m: Sequence[float]) -> None:
+def require_functions(m: Sequence[float], is_of_five_axes: bool = False) -> None:
     """Refuse M-words that are more than a function of the machine: M0 to M99 are, but for a few.
+
+    Args:
+        m: Numbers of the words.
+        is_of_five_axes: Whether the machine's rotary axes are named.
 
     Raises:
         ValueError: If there is such a word, or one that no standard knows.
     """
+    refused = _REFUSED_M | _OF_ROTARY_AXES if is_of_five_axes else _REFUSED_M
     for value in m:
-        if value in _REFUSED_M:
-            name, remedy = _REFUSED_M[value]
+        if value in refused:
+            name, remedy = refused[value]
             raise ValueError(f"expected no M{value:g}, got {name}: {remedy}")
         if not (value < 100.0 or value in TIP_M or value in _PRINTER_M):
             raise ValueError(

@@ -26,11 +26,13 @@ from coupling.toolpaths.gcode_codes import (
     are_of_printers,
     refused_g,
     require_functions,
+    require_motion_word,
     require_one_of_each,
 )
 from coupling.toolpaths.gcode_feed import Feed
 from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
 from coupling.toolpaths.gcode_rotary import OTHER_AXES
+from coupling.toolpaths.gcode_setups import Setups
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_waits import Waits
 from coupling.toolpaths.gcode_words import Block, read_blocks, require_letters, require_within
@@ -73,6 +75,10 @@ def read_program(
         except ValueError as cause:
             raise CaseError(f"{file}: line {block.line}: {cause}") from cause
     machine.waits.note_long()
+    try:
+        machine.setups.require_single_offset()
+    except ValueError as cause:
+        raise CaseError(f"{file}: {cause}") from cause
     if not machine.has_moved:
         unknown = machine.unknown
         letters = ", ".join(unknown)
@@ -102,6 +108,7 @@ class _Machine:
         tool: Direction of the tool.
         spindle: Words of its spindle.
         waits: Its waits.
+        setups: Its tools and offsets.
     """
 
     def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
@@ -120,6 +127,8 @@ class _Machine:
         self._away: str | None = None
         self._cancelled = False
         self.has_moved = False
+        self._is_of_five_axes = rotary is not None
+        self.setups = Setups()
 
     @property
     def unknown(self) -> list[str]:
@@ -137,7 +146,9 @@ class _Machine:
             ValueError: If it is not read.
         """
         values = block.values
-        require_functions(block.m)
+        require_functions(block.m, self._is_of_five_axes)
+        if ended := self.setups.take(block, self.has_moved):
+            self._lose(f"{ended} in line {block.line}")
         if not block.g and are_of_printers(block.m, values):
             values = {}  # theirs alone
         self.spindle.take(block.line, block.g, block.m, values)
@@ -181,6 +192,7 @@ class _Machine:
     def _modes(self, g: tuple[float, ...], values: dict[str, float]) -> None:
         """Take the modes of a line, and the words of those that change nothing."""
         require_one_of_each(g)
+        require_motion_word(g, values)
         for value in g:
             if value in MOTIONS:
                 self._motion, self._cancelled = value, False
@@ -188,6 +200,11 @@ class _Machine:
                 self._plane = value
             elif value in UNITS:
                 self._unit = UNITS[value]
+                if value == 70.0:
+                    self._notes.assume(
+                        "F is in inches under G70; SINUMERIK's controls keep the machine's unit of F"
+                        " there, and inches are G700"
+                    )
             elif value in (90.0, 91.0):
                 self._absolute = value == 90.0
             elif value in (90.1, 91.1):
@@ -201,6 +218,9 @@ class _Machine:
             elif value in (10.0, 11.0, 92.0) and not values:
                 # A printer's retraction, its filament's zero, the spindle's limit.
                 self._notes.leave_out(f"G{value:g}")
+            elif value == 52.0 and values and not any(values.get(a, 1.0) for a in values):
+                self._notes.leave_out("G52 of zeros")
+                values.clear()
             elif value != 4.0 and value not in RETURNS and value not in _DIRECTION_WORDS:
                 raise ValueError(refused_g(value))
         for value in _PLACELESS_WORDS.intersection(g):
@@ -294,6 +314,8 @@ class _Machine:
                 f"expected a place to begin an arc at, got none for {unknown[0]}: give it before"
             )
         if unknown:
+            if values and self._away and self._motion == 1.0:
+                raise self._behind()
             if values and (self._motion == 1.0 or self._away):
                 self._notes.leave_out(f"G{self._motion:g} from an unknown {', '.join(unknown)}")
             elif self._away:
@@ -309,10 +331,7 @@ class _Machine:
             self._lose("")
             return
         if self._away:
-            raise ValueError(
-                f"expected no moves behind {self._away}, got some: take it out, or split the program"
-                " there"
-            )
+            raise self._behind()
         self.tool.require_meaning()
         arc = self._arc_words(values).arc(start, end) if is_arc else None
         turn = self.tool.turn(state, stays)
@@ -322,10 +341,17 @@ class _Machine:
         if self._motion != 0.0:
             way = turn.angle if stays and turn else arc.length if arc else math.dist(before, target)
             feed = self._feed.over(way, stays)
+            self.setups.require_single_tool()
         self.has_moved = True
         if feed is not None:
             self.spindle.course.cut()
         yield GcodeMove(start, end, feed, arc, turn)
+
+    def _behind(self) -> ValueError:
+        """Return the refusal of moves behind what took the tool away."""
+        return ValueError(
+            f"expected no moves behind {self._away}, got some: take it out, or split the program there"
+        )
 
     def _arc_words(self, values: dict[str, float]) -> ArcWords:
         return ArcWords(

@@ -11,11 +11,14 @@ from coupling.programs.text import shorten
 # Statements of Siemens' that move nothing: messages, the blank's size, smoothing.
 _IDLE_STATEMENT = re.compile(
     r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)"
-    r"|TRANS|ROT|SCALE|MIRROR|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
+    r"|TRANS|ROT|SCALE|MIRROR|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC|KONT|NORM|CUT2DF?|DYN(?:NORM|POS|ROUGH|SEMIFIN|FINISH))\s*(?:;.*)?",
     re.IGNORECASE | re.DOTALL,
 )
 # The tool by its name, and words of further spindles; those of the first are S and M.
 _TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM][2-9]=\d+')
+_SELECTED_TOOL = re.compile(r'T\d*="?([^"]*)')
+# Lengths and loads of corners, which are driven to their points.
+_SMOOTHING = re.compile(r"(?:ADIS|ADISPOS)=(?:\d+(?:\.\d*)?|\.\d+)")
 _FIRST_SPINDLE = re.compile(r"([SM])1=(?=\d)")
 # Statements of Siemens' on the tool's direction, and components of it as a vector.
 _STATEMENT = re.compile(r"TRAORI(?:\(\d?\))?|TRAFOOF(?:\(\))?|ORIWKS|ORIMKS|ORIVECT|ORIAXES")
@@ -112,11 +115,13 @@ class CommonWords:
         code: Its words of a letter and a number.
         statements: Its statements on the tool's direction, without blanks.
         components: Components of its tool vector by their names A3, B3, C3.
+        tool: Name of the tool that it selects; empty if none.
     """
 
     code: str
     statements: tuple[str, ...] = ()
     components: tuple[tuple[str, float], ...] = ()
+    tool: str = ""
 
 
 def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
@@ -145,9 +150,13 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         # A return to the reference point, as G28; $X only unlocks.
         notes.leave_out(code)
         return CommonWords("G28" if code == "$H" else "")
-    without, count = _TOOL_NAME.subn("", _FIRST_SPINDLE.sub(r"\1", code))
+    plain, smoothings = _SMOOTHING.subn("", code)
+    if smoothings:
+        notes.leave_out("ADIS=")
+    without, count = _TOOL_NAME.subn("", _FIRST_SPINDLE.sub(r"\1", plain))
     if count:
         notes.leave_out("T=" if "T" in code else "S=")
+    tool = _SELECTED_TOOL.search(code)
     statements = tuple(_STATEMENT.findall(without))
     if "TRAORI" in statements and _BASE_DIRECTION.search(line):
         raise ValueError(
@@ -155,7 +164,12 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         )
     components = tuple((name, float(value)) for name, value in _COMPONENT.findall(without))
     words = _PLACE_BY_SIGN.sub(r"\1", _COMPONENT.sub("", _STATEMENT.sub("", without)))
-    return CommonWords(words.replace("CR=", "R").replace("SUPA", "G53"), statements, components)
+    return CommonWords(
+        words.replace("CR=", "R").replace("SUPA", "G53"),
+        statements,
+        components,
+        tool[1] if tool else "",
+    )
 
 
 def refusal(code: str, end: int) -> str:

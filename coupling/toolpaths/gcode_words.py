@@ -6,7 +6,7 @@ import codecs
 import io
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from coupling.errors import CaseError
@@ -42,6 +42,7 @@ class Block:
         m: Numbers of its M-words.
         values: Its other words but line numbers, by their letter; a tool vector's by A3, B3, C3.
         statements: Its statements on the tool's direction, without blanks.
+        tool: Name or number of the tool that it selects; empty if none.
     """
 
     line: int
@@ -49,6 +50,7 @@ class Block:
     m: tuple[float, ...]
     values: dict[str, float]
     statements: tuple[str, ...] = ()
+    tool: str = ""
 
 
 def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
@@ -87,6 +89,8 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
             if is_tnc and block is not None and is_blank(block.g):
                 notes.leave_out("G30, G31 of a blank")
                 continue
+            if is_tnc and block is not None and block.tool:
+                block = replace(block, m=(*block.m, 6.0))  # T is TOOL CALL there
         except ValueError as cause:
             if other := other_format(content, ["gcode"]):
                 raise CaseError(f"{file}: expected G-code, {other}") from cause
@@ -146,10 +150,11 @@ def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
         code = _LINE_END.sub("", code)
     g, m, values = [], [], {}
     statements: tuple[str, ...] = ()
+    tool = ""
     words = _WORD.findall(code)
     if "".join(words) != code:
         common = common_words(line, code, notes)
-        words, statements = _WORD.findall(common.code), common.statements
+        words, statements, tool = _WORD.findall(common.code), common.statements, common.tool
         if "".join(words) != common.code:
             raise ValueError(refusal(common.code, _end_of_words(common.code)))
         values = dict(common.components)
@@ -169,14 +174,21 @@ def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
                     f"expected one word {letter}, got two: write the one that is meant"
                 )
             values[letter] = value
+        elif "." in word and (g or m or values):
+            raise ValueError(
+                f"expected the line's number before its words, got {word}, a call of blocks by their"
+                " number: let the post-processor write its moves out"
+            )
+    if "T" in values:
+        tool = f"{values['T']:g}"
     if "E" in values and _EXPONENT.search(plain):
         raise ValueError(
             "expected numbers without exponents, got a digit and E: write them out, or a blank before a"
             " word E"
         )
-    if not (g or m or values or statements):
+    if not (g or m or values or statements or tool):
         return None
-    return Block(number, tuple(g), tuple(m), values, statements)
+    return Block(number, tuple(g), tuple(m), values, statements, tool)
 
 
 def _end_of_words(code: str) -> int:

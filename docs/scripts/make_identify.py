@@ -23,7 +23,7 @@ from coupling.identification.static.measurements import (
     read_measurements,
     rms,
 )
-from coupling.identification.static.verdicts import Identification
+from coupling.results.identified_result import IdentifiedResult
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
 from examples.mujoco_robot.measuring import measured
@@ -41,10 +41,11 @@ def measurements() -> Measurements:
 
 
 @cache
-def identified(*add: str) -> Identification:
+def identified(*add: str) -> IdentifiedResult:
     """Return what they say of its joints, and of parameters that are added to them."""
     start = load_robot(EXAMPLES / "fanuc_start.toml")
-    return identify(start, measurements(), IdentifyOptions(noise_of(measurements()), add=add))
+    options = IdentifyOptions(noise_of(measurements()), add=add)
+    return identify(start, measurements(), options).result
 
 
 @PAGE.part
@@ -58,7 +59,7 @@ def fanuc() -> str:
     rows = [
         ("six joints", *_sizes(axial)),
         ("and the tilt of joint 3 about z of its body", *_sizes(tilted)),
-        ("published stiffness, no tilt", f"{1e3 * axial.rms_start:.3f}", "", "", "", ""),
+        ("published stiffness, no tilt", _mm(axial.rms_m.start), "", "", "", ""),
     ]
     (tilt,) = [p for p in tilted.parameters if p.added]
     assert tilt.support is not None
@@ -113,18 +114,22 @@ def _percent(shares: np.ndarray, digits: int) -> str:
     return f"{low if low == high else f'{low} to {high}'} %".replace("inf %", "unlimited")
 
 
-def _sizes(found: Identification) -> tuple[str, ...]:
+def _sizes(found: IdentifiedResult) -> tuple[str, ...]:
     torsions = [p.value for p in found.parameters if ".tilt[" not in p.name]
     tilts = [p.value for p in found.parameters if p.added]
-    worst = np.linalg.norm(found.left_out[found.worst(1)[0]])
+    worst = np.linalg.norm(found.displacements("left_out_error"), axis=1).max()
     return (
-        f"{1e3 * rms(found.residual):.3f}",
-        f"{1e3 * rms(found.left_out):.3f} mm",
+        _mm(found.rms_m.fit),
+        f"{_mm(found.rms_m.left_out)} mm",
         f"{1e3 * worst:.2f} mm",
         ", ".join(_kilo(value) for value in torsions if value)
         + "".join(f"; tilt {_kilo(value)}" for value in tilts if value),
-        f"{found.fit.separability.condition:.1f}",
+        f"{found.condition:.1f}",
     )
+
+
+def _mm(length: float | None) -> str:
+    return "" if length is None else f"{1e3 * length:.3f}"
 
 
 def _kilo(stiffness: float) -> str:

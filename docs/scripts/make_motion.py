@@ -16,7 +16,6 @@ from plotly.subplots import make_subplots
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import Recording, read_recording
-from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, JOINTS, PLANT, QUIET
 from coupling.results.motion_result import MotionResult
 from docs.scripts.experiment import Curve, Page, add_curves
@@ -44,7 +43,7 @@ def found(fit: str, predict: str) -> MotionResult:
     """Return what recordings, a letter each, say of the KR 300, and how they predict others."""
     robot = load_robot(find_robot("kuka_kr300"))
     fits, others = ([recording(name) for name in names] for names in (fit, predict))
-    return motion_figures(identify_motion(robot, fits, others, BANDWIDTH, leave_out=False))
+    return identify_motion(robot, fits, others, BANDWIDTH, leave_out=False).result
 
 
 @PAGE.part

@@ -22,8 +22,8 @@ from coupling.run.folder import write_run
 from coupling.study.conduct import changed_table, open_study, simulate_samples
 from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
+from coupling.study.robot_pool import Workers
 from coupling.study.stored_study import StoredStudy, read_study
-from coupling.study.workers import Workers
 from docs.scripts.experiment import Page, um
 from docs.scripts.page import table
 from docs.scripts.pictures import save

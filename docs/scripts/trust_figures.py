@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.identification.static.verdicts import Identification
+from coupling.results.identified_result import IdentifiedResult
 from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.pictures import styled
 from docs.scripts.trust_comparison import GRADES, Against, Comparison
@@ -75,14 +75,14 @@ def _grades(figure: go.Figure) -> None:
         low = high
 
 
-def deflections(found: dict[str, Identification]) -> go.Figure:
+def deflections(found: dict[str, IdentifiedResult]) -> go.Figure:
     """Draw deflections of the measured robot against those predicted without their row [mm]."""
     figure = go.Figure()
     ends = [0.0, 0.0]
     marks = zip(found.items(), (_OTHER, COLOURS[Against.MEASUREMENT]), strict=True)
     for (name, own), colour in marks:
-        measured = 1e3 * own.measured.deflection.ravel()
-        predicted = measured - 1e3 * own.left_out.ravel()
+        measured = 1e3 * own.displacements("measured").ravel()
+        predicted = measured - 1e3 * own.displacements("left_out_error").ravel()
         ends = [min(ends[0], measured.min()), max(ends[1], measured.max())]
         marker = {"color": colour, "size": 7, "symbol": "circle-open", "line": {"width": 1.5}}
         figure.add_scatter(x=measured, y=predicted, mode="markers", name=name, marker=marker)

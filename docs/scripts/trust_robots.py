@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.static.measurements import rms
-from coupling.identification.static.verdicts import Identification
+from coupling.results.identified_result import IdentifiedResult
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example, replays
@@ -47,14 +47,14 @@ class Fanuc:
         return cls(
             _left_out("deflection of a real robot, joints", axial),
             _left_out("deflection of a real robot, joints and a tilt", tilted),
-            1e3 * float(np.linalg.norm(tilted.left_out, axis=1).max()),
+            1e3 * float(np.linalg.norm(tilted.displacements("left_out_error"), axis=1).max()),
             min(widths),
             max(widths),
         )
 
 
-def _left_out(what: str, found: Identification) -> Comparison:
-    error, data = rms(found.left_out), rms(measurements().deflection)
+def _left_out(what: str, found: IdentifiedResult) -> Comparison:
+    error, data = rms(found.displacements("left_out_error")), rms(measurements().deflection)
     words = f"{1e3 * error:.2f} of {1e3 * data:.2f} mm"
     return Comparison(what, Against.MEASUREMENT, error, data, words)
 

@@ -10,7 +10,6 @@ import pytest
 
 from coupling.cli.robots import robots
 from coupling.files.provenance import load_provenance, urdf_numbers
-from coupling.files.ratings import load_ratings
 from coupling.files.robot_file import load_robot
 from coupling.run.plausibility import remarks_on_robot
 from elastic_robot.body import Body
@@ -116,10 +115,10 @@ def test_moments_0_7_percent_beyond_the_triangle_are_remarked_and_3_percent_refu
 def test_an_effort_is_a_limit_where_it_is_positive(tmp_path):
     for effort, limits in ((100.0, {1: 100.0, 2: 50.0}), (0.0, {2: 50.0}), (-1.0, {2: 50.0})):
         file = write(tmp_path, effort=effort)
-        assert load_ratings(file, load_robot(file)).efforts == limits
+        assert load_provenance(file, load_robot(file)).ratings.efforts == limits
         assert ("effort: expected >= 0 N m, got -1" in remarks(file)) == (effort < 0.0)
     rated = write(tmp_path, toml=("gear_torque_Nm = { peak = 70.0 }", ""))
-    assert load_ratings(rated, load_robot(rated)).efforts == {2: 50.0}
+    assert load_provenance(rated, load_robot(rated)).ratings.efforts == {2: 50.0}
 
 
 def test_placeholders_and_missing_masses_are_remarked(tmp_path):

@@ -42,9 +42,9 @@ def test_a_tilt_that_is_there_is_added_and_one_that_is_not_is_not(seed):
     for true, added in ((arm(tilt=True), ("joint[3].tilt[1].stiffness",)), (axial, ())):
         rows = noisy(exact(true, 16, seed=seed + 10), rng, 1e-5)
         found = identify(axial, rows, IdentifyOptions(noise_of(rows), add=("supported",)))
-        assert tuple(p.name for p in found.parameters if p.added) == added
+        assert tuple(p.name for p in found.result.parameters if p.added) == added
         if added:
-            (own,) = [p for p in found.parameters if p.name in added]
+            (own,) = [p for p in found.result.parameters if p.name in added]
             assert own.identified
             assert own.low < 8e5 < own.high
 
@@ -53,7 +53,7 @@ def test_a_tilt_of_the_start_file_without_support_keeps_its_value():
     rows = noisy(exact(arm(), 16, seed=4), np.random.default_rng(3), 1e-5)
     start = arm(tilt=True)
     found = identify(start, rows, IdentifyOptions(noise_of(rows)))
-    (own,) = [p for p in found.parameters if "tilt" in p.name]
+    (own,) = [p for p in found.result.parameters if "tilt" in p.name]
     assert not own.identified
     assert found.robot.joints[2].tilt[0].stiffness == pytest.approx(
         start.joints[2].tilt[0].stiffness, rel=1e-12
@@ -66,7 +66,7 @@ def test_backlash_that_loads_reverse_is_found_by_name():
     true = replace(arm(), joints=(loose, *arm().joints[1:]))
     rows = noisy(exact(true, 16, seed=5), np.random.default_rng(1), 1e-5)
     found = identify(arm(), rows, IdentifyOptions(noise_of(rows), add=("joint[1].backlash",)))
-    (own,) = [p for p in found.parameters if p.kind == "backlash"]
+    (own,) = [p for p in found.result.parameters if p.kind == "backlash"]
     assert own.identified
     assert own.low < 2e-4 < own.high < 3e-4
     with pytest.raises(IdentifyError, match=r"did you mean 'joint\[1\]\.backlash'"):
@@ -82,9 +82,9 @@ def test_a_constant_part_of_every_deflection_is_suspected(part, words):
     way = right / np.linalg.norm(right, axis=1, keepdims=True)
     rows = noisy(replace(rows, deflection=right + part * way), rng, 5e-6)
     found = identify(arm(), rows, IdentifyOptions(noise_of(rows), "linear"))
-    assert found.loss is not None
-    assert abs(-found.loss.value_m - part) < found.loss.half_m
-    said = loss_suspicion(found.loss)
+    assert found.result.common_loss is not None
+    assert abs(-found.result.common_loss.value_m - part) < found.result.common_loss.half_m
+    said = loss_suspicion(found.result.common_loss)
     assert (words in said) if words else said == ""
 
 
@@ -98,10 +98,9 @@ def test_a_point_that_was_elsewhere_is_suspected_where_it_was(which):
     off = StaticModel(elasticity, replace(rows, **place), "linear").predict(elasticity.start)
     spoiled = noisy(replace(rows, deflection=off.deflection), rng, 1e-7)
     found = identify(arm(), spoiled, IdentifyOptions(noise_of(spoiled), "linear"))
-    (own,) = [point for point in found.points if point.name == which]
-    assert own.support.supported
-    np.testing.assert_allclose(own.shift, shift, atol=5e-4)
-    assert which in own.suspicion()
+    (words,) = [words for words in found.result.warnings if f"the {which} seems to be" in words]
+    place = [float(number) for number in words.partition("[")[2].partition("]")[0].split(",")]
+    np.testing.assert_allclose(place, shift, atol=5e-4)
     right = noisy(rows, rng, 5e-6)
     found = identify(arm(), right, IdentifyOptions(noise_of(right), "linear"))
-    assert [point.suspicion() for point in found.points] == ["", ""]
+    assert not any("seems to be" in words for words in found.result.warnings)

@@ -18,7 +18,6 @@ from coupling.identification.static.fit import IdentifyOptions, fit_static
 from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import Measurements, noise_of
 from coupling.identification.static.model import StaticModel
-from coupling.identification.static.results import identified_text
 from elastic_robot.description import Robot
 
 
@@ -57,8 +56,8 @@ def test_the_direction_named_changes_nothing_measured():
     (direction,) = found.unseen
     assert direction.in_words in ("joint[2] - joint[3]", "joint[3] - joint[2]")
     assert [pair.names for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
-    result = identify(robot, rows, IdentifyOptions(noise_of(rows)))
-    verdict = {parameter.name: parameter for parameter in result.parameters}
+    found = identify(robot, rows, IdentifyOptions(noise_of(rows)))
+    verdict = {parameter.name: parameter for parameter in found.result.parameters}
     assert verdict["joint[1].stiffness"].identified
     for name in direction.names:
         assert not verdict[name].identified
@@ -105,7 +104,7 @@ def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     file.write_text(tomlkit.dumps(data))
     assert load_robot(file) == start
     found = identify(start, rows, IdentifyOptions(noise_of(rows)))
-    target.write_text(identified_text(found, file, target, "a test"))
+    target.write_text(found.text(file, "a test", target))
     written = load_robot(target)
     assert written.joints[2].stiffness == start.joints[2].stiffness  # to the last bit
     assert written.joints[0].stiffness == pytest.approx(true.joints[0].stiffness, rel=0.05)
@@ -122,7 +121,7 @@ def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
         "joint[2].stiffness_range": "95 % interval, identified, a test",
     }
     ranges = [joint.get("stiffness_range") for joint in content["joint"]]
-    assert ranges == [[p.low, p.high] for p in found.parameters[:2]] + [None]
+    assert ranges == [[p.low, p.high] for p in found.result.parameters[:2]] + [None]
 
 
 def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path):
@@ -132,9 +131,9 @@ def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path)
     many = noisy(many, np.random.default_rng(0), 1e-5)
     for rows in (one, many):
         found = identify(robot, rows, IdentifyOptions(noise_of(rows)))
-        assert not any(parameter.identified for parameter in found.parameters)
+        assert not any(parameter.identified for parameter in found.result.parameters)
         with pytest.raises(IdentifyError, match="not written: nothing is identified"):
-            identified_text(found, tmp_path / "a.toml", tmp_path / "b.toml", "a test")
+            found.text(tmp_path / "a.toml", "a test", tmp_path / "b.toml")
 
 
 def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
@@ -144,8 +143,8 @@ def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
         robot, replace(rows, deflection=-rows.deflection), IdentifyOptions(noise_of(rows))
     )
     assert np.all(found.fit.at.x >= 0.0)
-    assert found.refusal == "nothing is identified"
-    assert {parameter.reason for parameter in found.parameters} == {
+    assert found.result.refusal == "nothing is identified"
+    assert {parameter.reason for parameter in found.result.parameters} == {
         "deflections are opposite to its load: it would be negative"
     }
 

@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.place.coarse_screen import select_places
 from coupling.place.moved_path import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.settings import NAMES, CellLayout
-from coupling.place.station_choice import select_places
 from coupling.robot.batch.following import Targets, angles_from_home, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics

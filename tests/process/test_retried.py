@@ -19,7 +19,6 @@ from coupling.errors import CaseError, HostError, ProcessError, StoreError
 from coupling.events import Event, WarningEvent
 from coupling.path.histories import ToolPath
 from coupling.process import PROCESSES, ProcessTable
-from coupling.run.case_process import evaluated_process
 from coupling.store import EvaluatedProcess
 
 PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
@@ -59,7 +58,7 @@ def names(folder: Path) -> list[str]:
 def test_a_program_that_fails_every_second_time_answers_with_one_retry(tmp_path):
     case = loaded(tmp_path, EVERY_SECOND + PLAIN_SPRINGS, "retries = 1")
     told: list[Event] = []
-    process = evaluated_process(case, watch=told.append)
+    process = case.evaluated_process(watch=told.append)
     for number in (1, 2):
         assert process.evaluate(case.desired).wrench.peak_force == pytest.approx(400.0)
         warned = [event.text for event in told if isinstance(event, WarningEvent)]
@@ -103,7 +102,7 @@ def test_one_that_always_fails_says_how_often_it_was_tried(tmp_path, program, ke
     case = loaded(tmp_path, program, f"{keys}retries = 2")
     told: list[Event] = []
     with pytest.raises(ProcessError) as failure:
-        evaluated_process(case, watch=told.append).evaluate(case.desired)
+        case.evaluated_process(watch=told.append).evaluate(case.desired)
     said = str(failure.value)
     assert said.startswith("all 3 tries failed, the last one: evaluation 0003: ")
     assert cause in said
@@ -116,7 +115,7 @@ def test_one_that_always_fails_says_how_often_it_was_tried(tmp_path, program, ke
 def test_without_the_key_the_first_failure_is_the_last(tmp_path):
     case = loaded(tmp_path, EVERY_SECOND + PLAIN_SPRINGS, "")
     with pytest.raises(ProcessError, match=r"^evaluation 0001: .*exit status 1"):
-        evaluated_process(case).evaluate(case.desired)
+        case.evaluated_process().evaluate(case.desired)
     assert names(tmp_path / "work") == ["0001"]
 
 
@@ -129,7 +128,7 @@ def test_the_next_try_finds_the_restart_files_of_the_one_that_failed(tmp_path):
         "if done < 3: sys.exit(f'lost after {done} steps')\n"
     )
     case = loaded(tmp_path, steps + PLAIN_SPRINGS, "retries = 3", "{restart}")
-    process = evaluated_process(case)
+    process = case.evaluated_process()
     process.evaluate(case.desired)
     assert names(tmp_path / "work") == ["0001", "0002", "0003", "0004"]
     other = case.desired.displaced(np.full(6, 1e-9))  # has no restart files
@@ -209,11 +208,11 @@ def own_case(folder: Path, retries: object) -> Case:
 def test_a_process_of_ones_own_has_the_key_for_nothing(tmp_path):
     """Its exception counts as a failure, the answers of all counts of tries have one identity."""
     case = own_case(tmp_path, 2)
-    assert evaluated_process(case).evaluate(case.desired).wrench.peak_force == 0.0
+    assert case.evaluated_process().evaluate(case.desired).wrench.peak_force == 0.0
     assert len((tmp_path / "tries").read_text()) == 3
     assert own_case(tmp_path, 0).process.identity == case.process.identity
     (tmp_path / "tries").unlink()
-    process = evaluated_process(own_case(tmp_path, 1))
+    process = own_case(tmp_path, 1).evaluated_process()
     with pytest.raises(ProcessError, match=r"^all 2 tries failed, the last one: .*OSError: no lic"):
         process.evaluate(case.desired)
 
@@ -227,7 +226,7 @@ def test_an_fmu_has_it_too(tmp_path):
     (tmp_path / "case.toml").write_text(text.replace("stiffness_N_m = 2.0e5", names))
     case = load_case(tmp_path / "case.toml")
     with pytest.raises(ProcessError, match=r"^all 2 tries failed, the last one: .*wall\.fmu"):
-        evaluated_process(case).evaluate(case.desired)
+        case.evaluated_process().evaluate(case.desired)
 
 
 @pytest.mark.parametrize("retries", ["-1", "21", "1.5", '"twice"'])

@@ -146,6 +146,7 @@ def assigned(index: int, values) -> str:
 def test_offsets_increments_and_last_positions_are_those_of_matrices_and_sums(a, b, c):
     """Offset and INC add number by number, Tool_Offset multiplies by a frame in the tool."""
     first, second, shift = ([round(x, 4) for x in (*p, *q)] for p, q in (a, b, c))
+    first[4] *= 0.5  # within 90 deg, as a controller holds it
     program = read(
         assigned(1, first)
         + assigned(2, second)
@@ -159,6 +160,22 @@ def test_offsets_increments_and_last_positions_are_those_of_matrices_and_sums(a,
         program.moves, [matrix(first), matrix(added), matrix(offset), tool, tool], strict=True
     ):
         np.testing.assert_allclose(matrix_of(move.pose), expected, atol=2e-6)
+
+
+def test_an_increment_may_tilt_over_but_none_may_follow():
+    """Beyond P = 90 deg a controller holds the pose by other angles, to which it adds."""
+    start, tilt = [1.0, 2.0, 3.0, 10.0, 60.0, 20.0], [4.0, 0.0, 0.0, 5.0, 50.0, 7.0]
+    text = (
+        assigned(1, start) + assigned(2, tilt) + "L PR[1] 5mm/sec FINE\nL PR[2] 5mm/sec FINE INC\n"
+    )
+    over = read(text).moves[1]
+    np.testing.assert_allclose(matrix_of(over.pose), matrix(np.add(start, tilt)), atol=2e-6)
+    with pytest.raises(ProgramError, match="P within 90 deg before INC, got 110"):
+        read(text + "L PR[2] 5mm/sec FINE INC")
+    held = read(text + "PR[3]=LPOS\nPR[3,1]=PR[3,5]\nL PR[3] 5mm/sec FINE").moves[2]
+    assert held.pose[0] == pytest.approx(
+        0.070
+    )  # P = 110 deg is 70 deg, with W and R turned by 180 deg
 
 
 @given(st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES))

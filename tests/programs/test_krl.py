@@ -282,6 +282,27 @@ def test_a_folder_gives_the_programs_that_are_called_and_the_data_of_all(tmp_pat
     assert places(read_program(tmp_path / "main.src")) == [[0, 0, 0], [1, 0, 0]]
 
 
+def test_data_of_all_programs_come_from_a_dat_whose_src_is_not_called(tmp_path):
+    """A name that two of them define is known only if the called one is among them."""
+    points = f"DEFDAT p PUBLIC\nDECL GLOBAL FRAME XA={ZERO}\nDECL FRAME XB={ZERO}\n?\nENDDAT\n"
+    (tmp_path / "main.src").write_text(f"DEF main()\n{START}\nLIN XA\nLIN XA:{{X 7}}\nEND\n")
+    (tmp_path / "p.dat").write_text(points.replace("X 0", "X 5", 1))
+    shared = read_program(tmp_path / "main.src")
+    (tmp_path / "main.src").write_text(f"DEF main()\n{START}\nLIN XB\nEND\n")
+    with pytest.raises(ProgramError, match=r"got 'XB': give the \.dat"):
+        read_program(tmp_path / "main.src")
+    (tmp_path / "main.src").write_text(f"DEF main()\n{START}\nLIN XA\nLIN XA:{{X 7}}\nEND\n")
+    (tmp_path / "old.dat").write_text(points)
+    with pytest.raises(ProgramError, match=r"XA, which is GLOBAL in several \.dat"):
+        read_program(tmp_path / "main.src")
+    (tmp_path / "main.dat").write_text(points.replace("?\n", "").replace("X 0", "X 5", 1))
+    assert (
+        places(read_program(tmp_path / "main.src"))
+        == places(shared)
+        == [[0, 0, 0], [5, 0, 0], [5, 0, -7]]
+    )
+
+
 def test_damaged_programs_are_read_or_refused():
     whole = "\n".join(body for body, _ in COMPUTED.values())
     read_or_refused(lambda text: program(f"{START}\n{text}", POINTS), whole)

@@ -81,6 +81,24 @@ EXECUTED = {
         "p2.trans := p2.trans + a.trans;" + to("p2"),
         [[1, 2, 7]],
     ),
+    "powers and parts of numbers": (
+        f"{to('Offs(p2,Pow(2,3)-Max(3,4),Trunc(-3.789 Dec:=2),Trunc(-3.9)+Min(7,2))')}".replace(
+            " Dec", "\\Dec"
+        ),
+        [[54, -3.78, -1]],
+    ),
+    # (3, 4, 12) x (1, 2, 3) is (-12, 3, 2), their product 47, the first's length 13.
+    "products of vectors": (
+        "VAR pos a := [3,4,12]; VAR pos b := [1,2,3]; p2.trans := CrossProd(a,b);"
+        + to("p2")
+        + to("Offs(p1,VectMagn(a),DotProd(a,b),0)"),
+        [[-12, 3, 2], [13, 47, 0]],
+    ),
+    # A quarter turn about z takes (1, 2, 3) to (-2, 1, 3).
+    "a place in a pose": (
+        "VAR pose f := [[5,7,11],NOrient([1,0,0,1])]; p2.trans := PoseVect(f,[1,2,3]);" + to("p2"),
+        [[3, 8, 14]],
+    ),
     "work object moved": (
         "wq.uframe.trans.x := 600;" + to("p2") + "wq.uframe.trans.x := 500;",
         [[150, 0, 0]],

@@ -39,7 +39,7 @@ REFUSED = {
         for word in ("ArcL", "ArcLStart", "ArcLEnd", "SpotL", "PaintL", "DispL", "TriggLIOs")
     },
     "number of a procedure": ('CallByVar "p",1;', "got CallByVar, the number of a procedure"),
-    "function that is not computed": (to("Offs(p2,Pow(2,3),0,0)"), "got Pow, which"),
+    "function that is not computed": (to("Offs(p2,MaxRobSpeed(),0,0)"), "got MaxRobSpeed, which"),
     "part by reference": ("Change p2.trans.x;", "whole data for x of Change, which may"),
     "where the robot is": (
         f"p2 := CRobT(\\Tool:=tq); {to('p2')}",

@@ -17,7 +17,7 @@ from coupling.report.result_answers import (
     stability_answer,
     study_answer,
 )
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
 from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult

@@ -12,7 +12,7 @@ from reported import compensated
 
 from coupling.report.document import document
 from coupling.report.run_answer import RunContext, run_answer
-from coupling.results.cut_stability import CutStability
+from coupling.results.cut_result import CutStability
 from coupling.results.outlook import DeviationInterval, DrawnDeviation
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, NextStep

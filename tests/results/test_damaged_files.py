@@ -14,12 +14,15 @@ from hypothesis import strategies as st
 from coupling import results
 from coupling.errors import ResultError
 from coupling.results.base import ResultFile
+from coupling.results.parameter_result import FitResult
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState
 
 for module in pkgutil.iter_modules(results.__path__, f"{results.__name__}."):
     importlib.import_module(module.name)
-KINDS = ResultFile.__subclasses__()
+KINDS = [
+    k for k in (*ResultFile.__subclasses__(), *FitResult.__subclasses__()) if k is not FitResult
+]
 
 
 def example(schema: dict, known: dict) -> object:

@@ -13,7 +13,7 @@ from places import CASES, EXAMPLES
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
-from coupling.files.ratings import Ratings, load_ratings
+from coupling.files.provenance import Ratings, load_provenance
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.robot_schema import GearTorque
 from coupling.inverse.diagnosis import diagnose, gear_loads
@@ -21,7 +21,7 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_edit import RobotEdit
-from coupling.run.load_limits import exceeded
+from coupling.run.gear_loads import exceeded
 from coupling.run.plausibility import remarks
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
@@ -107,7 +107,9 @@ def test_ratings_are_read_and_change_no_robot(tmp_path):
     file.write_text(text.replace(JOINT_2, JOINT_2 + RATED_2))
     robot = load_robot(file)
     assert robot == load_robot(ICME)
-    assert load_ratings(file, robot) == Ratings(2650.0, {2: GearTorque(peak=3e3, emergency=6e3)})
+    assert load_provenance(file, robot).ratings == Ratings(
+        2650.0, {2: GearTorque(peak=3e3, emergency=6e3)}
+    )
 
 
 def test_beside_a_urdf_gears_are_found_by_the_names_of_their_joints(tmp_path):
@@ -119,7 +121,7 @@ def test_beside_a_urdf_gears_are_found_by_the_names_of_their_joints(tmp_path):
     text = text.replace("[[joint]]\nstiffness", f"{first}stiffness")
     file = tmp_path / "kuka.toml"
     file.write_text(text.replace(third, f"{third}gear_torque_Nm = {{ peak = 7000.0 }}\n"))
-    found = load_ratings(file, load_robot(file))
+    found = load_provenance(file, load_robot(file)).ratings
     assert found == Ratings(1470.0, {3: GearTorque(peak=7000.0)})
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from coupling.cli.main import _whole, main
-from coupling.results.cut_stability import WILL_CHATTER
+from coupling.results.cut_result import WILL_CHATTER
 
 # A slot in steel, 2 mm deep at 3000 1/min: it chatters from 1.7 mm.
 SLOT = """

@@ -22,7 +22,7 @@ from coupling.check.new_case import (
     new_case,
     write_case,
 )
-from coupling.check.spindle import HEAVY_SPINDLE
+from coupling.check.typical_gears import HEAVY_SPINDLE
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots

@@ -16,8 +16,8 @@ from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
 from coupling.results.study_result import StudySample
 from coupling.study.conduct import simulate_samples
+from coupling.study.robot_pool import Workers
 from coupling.study.sample_table import SampleTable
-from coupling.study.workers import Workers
 
 
 def sample(number: int) -> StudySample:

@@ -21,7 +21,7 @@ from coupling.run.execute import run_compensation
 from coupling.run.plant import PLANT_REPLAY
 from coupling.store import Store
 from coupling.study.cluster import _client, _require_same, _version
-from coupling.study.workers import Workers
+from coupling.study.robot_pool import Workers
 from elastic_robot import __version__
 
 pytest.importorskip("distributed")

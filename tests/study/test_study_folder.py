@@ -22,12 +22,3 @@ def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
     with lock_folder(place, overwrite=True):
         assert {file.name for file in place.iterdir()} == theirs | {"run", LIST}
         assert {file.name for file in (place / "run").iterdir()} == {"notes.txt", LIST}
-
-
-def test_a_study_of_an_earlier_version_has_no_list_and_goes_on(tmp_path):
-    for name in ("study.toml", "rows.jsonl", "notes.txt"):
-        (tmp_path / name).write_text("")
-    with lock_folder(tmp_path, overwrite=False):
-        assert {"study.toml", "rows.jsonl", "notes.txt"} < {f.name for f in tmp_path.iterdir()}
-    with lock_folder(tmp_path, overwrite=True):
-        assert {file.name for file in tmp_path.iterdir()} == {LIST, "notes.txt"}

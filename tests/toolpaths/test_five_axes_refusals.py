@@ -57,6 +57,8 @@ MACHINE = AC | {"coordinates": "machine", "points_m": {"A": [0.0, 0.0, 0.1], "C"
         (None, ["G43.5", "G2 X5 I2 J1 F600"], "expected lines under G43.5, got an arc"),
         (AC, ["TRAORI", "G1 X5 A20 F600", "TRAFOOF", "X0 Y0 Z0", "X1"], "TRAFOOF, the end of TRAORI"),
         (AC, ["G43.4", "G1 X5 A20 F600", "G49", "G0 X0 Y0 Z0", "X1"], "behind G49, the end of G43.4"),
+        (AC, ["M126"], "no M126, got the shortest way of rotary axes: take it out, and name them"),
+        (AC, ["M116"], "no M116, got a feed of rotary axes in millimetres"),
         (AC, ["G43.4 A1e9"], "numbers without exponents"),
         (AC, ["G43.4 A99999999"], "A: expected at most 1e[+]06 deg"),
         (AC, ["TRAORI A2=30"], "a direction of the tool in another form 'A2=30'"),

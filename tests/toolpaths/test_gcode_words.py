@@ -64,9 +64,13 @@ def ends_mm(read: GcodeProgram) -> list[list[float]]:
         ("A0 B0", ["A0, a rotary axis that stands still", "B0, a rotary axis that stands still"]),
         ("U0 W0", ["U0", "W0"]),
         ('MSG("face; (a)")', ["MSG"]),
-        ('T="MILL 10" M6', ["T=", "M6"]),
+        ('T="MILL 10"', ["T="]),
         ("CYCLE832(0.01,_FINISH,1)", ["CYCLE832"]),
         ("$X", ["$X"]),
+        ("G52 X0 Y0 Z0", ["G52 of zeros"]),
+        ("G641 ADIS=0.5", ["ADIS=", "G641"]),
+        ("CUT2DF", ["CUT2DF"]),
+        ("T2 (at hand)", ["T2"]),
     ],
 )
 def test_words_that_change_no_path_are_listed(tmp_path, line, words):
@@ -129,6 +133,15 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("G10 L2 P1 X5", "an offset set by the program"),
         ("G52 X5", "a shift of the coordinates"),
         ("G92 X0 Y0 Z0", "a shift of the coordinates"),
+        ("G59 X5", "no G59, got a shift of the coordinates"),
+        ("G62 X1 Y0", "no G62, got a mirror"),
+        ("M17\nG1 X20", "no moves behind M17, the end of a sub-program, in line 4"),
+        ("G20 N5.1", "before its words, got N5.1, a call of blocks"),
+        ("T2 M6\nG0 Y5\nG1 X20", "a cut behind the change to tool 2 in line 4"),
+        ('T="B" M6\nG1 X20', "a cut behind the change to tool B in line 4"),
+        ("E1\nG1 X20\nE2\nG1 X30", "one offset, got E2 behind E1"),
+        ("G1 X20 E0.5\nG61", "no G61 of a printer, got a place"),
+        ("G53 Z0\nG0 X20 Y5\nG1 Z-5", "no moves behind G53"),
         ("G50 X5", "G50 without coordinates, got X"),
         ("G5.1 X1 Y1 I1", "G5.1 without coordinates, got X"),
         ("G81 Z-1 R2", "a cycle: let the post-processor"),
@@ -310,3 +323,32 @@ def test_a_coordinate_without_a_point_among_pointed_ones_is_told(tmp_path):
     assert sentence.startswith("line 4: Y5 is a whole number")
     for lines in (START, ("G21 G90", "G0 X0. Y0 Z0.", "G1 X1.5 Y5. F1")):
         assert not program(tmp_path, *lines).assumptions
+
+
+def test_a_tool_that_is_changed_for_itself_or_behind_the_cuts_is_one_tool(tmp_path):
+    lines = ["T1 M6", *START, "T2", "T1 M6", "G1 X20", "T2 M6", "G0 Z5", "M30"]
+    assert ends_mm(program(tmp_path, *lines)) == [
+        [10.0, 0.0, 0.0],
+        [20.0, 0.0, 0.0],
+        [20.0, 0.0, 5.0],
+    ]
+    tnc = (
+        "%PART G71 *",
+        "T1 G17 S99*",
+        "G00 G90 X+0 Y+0 Z+0*",
+        "G01 X+1 F9*",
+        "T2 G17 S99*",
+        "X+2*",
+    )
+    with pytest.raises(CaseError, match=r"line 6: .* the change to tool 2 in line 5"):
+        program(tmp_path, *tnc)
+
+
+def test_a_printers_words_may_be_whole_and_its_motors_be_switched_on(tmp_path):
+    printed = program(tmp_path, "M83", *START, "G1 X20 E1", "M17", "G1 X30 E2")
+    assert ends_mm(printed) == [[10.0, 0.0, 0.0], [20.0, 0.0, 0.0], [30.0, 0.0, 0.0]]
+
+
+def test_feeds_under_g70_are_told(tmp_path):
+    (sentence,) = program(tmp_path, "G70 G0 X0 Y0 Z0", "G1 X1 F5").assumptions
+    assert "SINUMERIK" in sentence

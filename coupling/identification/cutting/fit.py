@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from coupling.errors import IdentifyError
 from coupling.identification.cutting.course import slot_forces
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.identification.differenced import DifferencedResidual
-from coupling.identification.estimate import estimate
 from coupling.identification.intervals import quantile
 from coupling.process.cutting_force import CuttingCoefficients
 
@@ -22,8 +21,8 @@ _MEAN, _ONCE, _PASSING, _RATIO = 0.025, 0.08, 0.05, 0.15
 _WORN, _MOST_WORN = 0.2, 0.9
 # A smaller amplitude is none [N].
 _LEAST = 1.0
-# Steps of a fit, and predicted gain of log likelihood below which it ends.
-_MOST_STEPS, _SETTLED = 100, 1e-10
+# Relative change of unknowns and squares that ends a fit.
+_EXACT = 1e-12
 # First run-outs [m].
 _FIRST = (8e-6, 1.5e-5)
 # Sizes of a coefficient of a cut [Pa], of an edge [N/m], of a run-out [m].
@@ -107,16 +106,13 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
     )
     best = min(
         (
-            estimate(
-                DifferencedResidual(residual, start), bounds, _MOST_STEPS, _SETTLED
-            ).linearisation
+            least_squares(residual, start, "3-point", bounds, ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
             for start in starts
         ),
-        key=lambda point: point.cost,
+        key=lambda found: float(found.cost),
     )
-    jacobian, remaining = best.rows
-    variance = 2.0 * best.cost / (len(remaining) - len(best.x))
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(variance, 1.0)
+    variance = 2.0 * best.cost / (len(best.fun) - count)
+    covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(variance, 1.0)
     # Forces of one feed err together: feeds are counted, not forces.
     half = quantile(len(slots.feed) - 2) * np.sqrt(np.diag(covariance))
     fit = fit_of(best.x)

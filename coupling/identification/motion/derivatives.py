@@ -12,7 +12,7 @@ import numpy as np
 
 from coupling.identification.motion.driven_fmu import GearMotion
 from coupling.identification.motion.driven_motors import motor_losses, motor_torques
-from coupling.identification.motion.problem import MotionProblem, Predicted, SmoothedRecording
+from coupling.identification.motion.problem import MotionPoint, Predicted, SmoothedRecording
 from coupling.identification.motion.sensors import SensorParameter, column, torque_column
 from coupling.robot.parameters import apply_values
 
@@ -35,25 +35,23 @@ class GearSlopes:
     exact: bool = True
 
     @classmethod
-    def of(
-        cls, problem: MotionProblem, x: np.ndarray, near: GearSlopes | None = None
-    ) -> GearSlopes:
-        """Return those of a problem at values as the fit counts [1], (P,), that it is weighed for.
+    def of(cls, point: MotionPoint, near: GearSlopes | None = None) -> GearSlopes:
+        """Return those at a point.
 
         Args:
             near: Derivatives nearby, which stay where they are known; None: all are simulated.
         """
-        moving = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
-        names = tuple(problem.parameters[k].name for k in moving)
+        moving = [k for k, p in enumerate(point.problem.parameters) if p.moves_gears]
+        names = tuple(point.problem.parameters[k].name for k in moving)
         indices = {} if near is None else {name: m for m, name in enumerate(near.names)}
         by_one = []
-        for r, base in enumerate(problem.loaded):
+        for r, base in enumerate(point.predicted):
             rows = np.empty((len(moving), *base.gears.rows.shape))
             for m, (k, name) in enumerate(zip(moving, names, strict=True)):
                 if near is not None and name in indices:
                     rows[m] = near.by_one[r][indices[name]]
                 else:
-                    rows[m] = _simulated(problem, r, x, k)
+                    rows[m] = _simulated(point, r, k)
             by_one.append(rows)
         return cls(names, tuple(by_one), not indices.keys() & set(names))
 
@@ -87,14 +85,15 @@ class GearSlopes:
         return GearSlopes(self.names, by_one, exact=False)
 
 
-def _simulated(problem: MotionProblem, r: int, x: np.ndarray, k: int) -> np.ndarray:
+def _simulated(point: MotionPoint, r: int, k: int) -> np.ndarray:
     """Return the derivative of the gears' motion in recording r by parameter k, (n, 2 j)."""
     # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
-    parameter, smoothed, base = problem.parameters[k], problem.recordings[r], problem.loaded[r]
-    back = min(0.5 * _CHANGE, x[k] - problem.bounds[0][k]) if parameter.of_gear else 0.0
+    problem, base = point.problem, point.predicted[r]
+    parameter, smoothed = problem.parameters[k], problem.recordings[r]
+    back = min(0.5 * _CHANGE, point.x[k] - problem.bounds[0][k]) if parameter.of_gear else 0.0
     ends = []
     for change in (_CHANGE - back, -back):
-        further, gears = x.copy(), base.gears
+        further, gears = point.x.copy(), base.gears
         further[k] += change
         if change:
             robot = problem.with_joint(base.robot, further, parameter.joint)
@@ -119,36 +118,33 @@ class ChannelDerivatives:
     columns: np.ndarray
 
 
-def derivatives(
-    problem: MotionProblem, x: np.ndarray, slopes: GearSlopes
-) -> list[ChannelDerivatives]:
-    """Return the derivatives of a problem's residual by x, as the fit counts, (P,).
+def derivatives(point: MotionPoint, slopes: GearSlopes) -> list[ChannelDerivatives]:
+    """Return the derivatives of a point's residual by x, as the fit counts, (P,).
 
     Args:
-        problem: The problem, weighed for x.
-        x: Values as the fit counts [1], (P,).
+        point: The point, with its weights.
         slopes: Derivatives of the gears' motion there.
     """
-    channels = []
+    channels, problem = [], point.problem
     with_link = problem.recordings[0].recording.with_link
     gears = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
-    for r, (smoothed, base) in enumerate(zip(problem.recordings, problem.loaded, strict=True)):
+    for r, (smoothed, base) in enumerate(zip(problem.recordings, point.predicted, strict=True)):
         links, torques = _by_gears(smoothed, base, slopes.by_one[r])
         for channel, i in enumerate([*with_link, *range(len(problem.robot.joints))]):
             of_torque = channel >= len(with_link)
-            own_numbers = [
+            of_joint = [
                 k
                 for k, p in enumerate(problem.parameters)
                 if not p.moves_gears and p.joint == i and p.of_torque == of_torque
             ]
             if of_torque:
-                deviation, of_gears = problem.torque_deviation[i], torques[:, :, i]
-                others = [-_by_motor(problem, smoothed, base, x, k) for k in own_numbers]
+                deviation, of_gears = point.torque_deviation[i], torques[:, :, i]
+                others = [-_by_motor(point, smoothed, base, k) for k in of_joint]
             else:
-                deviation, of_gears = problem.wind_up_deviation[i], links[:, :, i]
-                others = [_by_sensor(problem, smoothed, base, k) for k in own_numbers]
+                deviation, of_gears = point.wind_up_deviation[i], links[:, :, i]
+                others = [_by_sensor(point, smoothed, base, k) for k in of_joint]
             columns = np.vstack([of_gears, *others]) / deviation
-            channels.append(ChannelDerivatives(r, channel, [*gears, *own_numbers], columns))
+            channels.append(ChannelDerivatives(r, channel, [*gears, *of_joint], columns))
     return channels
 
 
@@ -170,14 +166,14 @@ def _by_gears(
 
 
 def _by_motor(
-    problem: MotionProblem, smoothed: SmoothedRecording, base: Predicted, x: np.ndarray, k: int
+    point: MotionPoint, smoothed: SmoothedRecording, base: Predicted, k: int
 ) -> np.ndarray:
     """Return the change of a motor's torque [N m], (n,), by a number of it, or of beside it."""
-    p = problem.parameters[k]
+    p = point.problem.parameters[k]
     part, gear_torque = base.part[:, p.joint], base.gears.torque[:, p.joint]
     if isinstance(p, SensorParameter):
         return p.size * torque_column(p, smoothed.motion, part, smoothed.recording.step)
-    there = apply_values(base.robot, {p.name: p.in_robot(x[k] + _CHANGE)})
+    there = apply_values(base.robot, {p.name: p.in_robot(point.x[k] + _CHANGE)})
     ends = []
     for robot in (base.robot, there):
         drive = robot.joints[p.joint].drive
@@ -187,21 +183,20 @@ def _by_motor(
 
 
 def _by_sensor(
-    problem: MotionProblem, smoothed: SmoothedRecording, base: Predicted, k: int
+    point: MotionPoint, smoothed: SmoothedRecording, base: Predicted, k: int
 ) -> np.ndarray:
     """Return the change of what is left of a wind-up [rad], (n,), by a number of its encoder."""
-    p = problem.parameters[k]
+    p = point.problem.parameters[k]
     assert isinstance(p, SensorParameter)
     return -p.size * smoothed.remove_fitted(
         column(p, smoothed.motion, base.dry[:, p.joint]), p.joint
     )
 
 
-def jacobian(problem: MotionProblem, x: np.ndarray, slopes: GearSlopes) -> np.ndarray:
-    """Return `derivatives` as one matrix, rows of time with all channels [1], (rows, P)."""
-    counts = [len(smoothed.recording.time) for smoothed in problem.recordings]
-    every = np.zeros((sum(counts), problem.channels, len(x)))
-    parts = np.split(every, np.cumsum(counts)[:-1])
-    for channel in derivatives(problem, x, slopes):
-        parts[channel.recording][:, channel.channel, channel.numbers] = channel.columns.T
-    return every.reshape(-1, len(x))
+def jacobian(point: MotionPoint, slopes: GearSlopes) -> list[np.ndarray]:
+    """Return `derivatives` of each recording as one matrix [1], (n, channels, P)."""
+    count = len(point.x)
+    matrices = [np.zeros((*rows.shape, count)) for rows in point.residuals(point)]
+    for channel in derivatives(point, slopes):
+        matrices[channel.recording][:, channel.channel, channel.numbers] = channel.columns.T
+    return matrices

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.identification.motion.fit import (
-    SUPPORTED,
-    MotionFit,
-    fit_roughly,
-    minus_log_likelihood,
-)
+from coupling.identification.motion.fit import SUPPORTED, MotionExperiment, fit_roughly
 from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 
@@ -20,7 +15,7 @@ _OF_ITSELF, _NARROW = 1.0, 0.3
 _BACK = 0.3
 
 
-def identifiable(fit: MotionFit) -> np.ndarray:
+def identifiable(fit: MotionExperiment) -> np.ndarray:
     """Return the mask of parameters of a fit that the recordings identify, (P,).
 
     What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
@@ -42,7 +37,7 @@ def identifiable(fit: MotionFit) -> np.ndarray:
     return chosen
 
 
-def narrow(fit: MotionFit) -> np.ndarray:
+def narrow(fit: MotionExperiment) -> np.ndarray:
     """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
     width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
     of_slow_error = [
@@ -51,7 +46,7 @@ def narrow(fit: MotionFit) -> np.ndarray:
     return np.asarray(width <= 1.0) & ~np.array(of_slow_error, dtype=bool)
 
 
-def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
+def returns(fit: MotionExperiment, chosen: np.ndarray) -> np.ndarray:
     """Return which parameters, (P,), stay if the fit is repeated from the ends of intervals.
 
     Where the squares are flat or rugged, or have other minima nearly as likely, it ends elsewhere: the
@@ -61,7 +56,7 @@ def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
         chosen: Mask of parameters whose intervals are tried, (P,).
     """
     half = fit.blocks.half * fit.blocks.deviation
-    stays, least = np.ones(len(fit.x), dtype=bool), minus_log_likelihood(fit.problem, fit.x)
+    stays, least = np.ones(len(fit.x), dtype=bool), fit.point.minus_log_likelihood
     for k in np.flatnonzero(chosen):
         others = np.arange(len(fit.x)) != k
         for end in (-1.0, 1.0):
@@ -69,7 +64,7 @@ def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
             x = np.clip(x, *fit.problem.bounds)
             x[others] += fit.blocks.only(others, x - fit.x).step
             back = fit_roughly(fit.problem, x)
-            if minus_log_likelihood(fit.problem, back.x) < least + SUPPORTED:
+            if back.point.minus_log_likelihood < least + SUPPORTED:
                 stays &= np.abs(back.x - fit.x) <= _BACK * half
     return stays
 

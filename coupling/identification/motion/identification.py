@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.fit import (
-    MotionFit,
+    MotionExperiment,
     estimate_slow_errors,
     fit_motion,
     fit_roughly,
     fit_with_restarts,
-    rms,
     select_backlashes,
 )
 from coupling.identification.motion.identifiability import identifiable, narrow, returns
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
-from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
+from coupling.identification.motion.problem import MotionProblem, SmoothedRecording, rms
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.residuals import (
-    RecordingResiduals,
+    misses_load,
+    numbers,
+    recording_result,
     remarks_on,
-    residuals_of,
     terms_left_out,
 )
 from coupling.identification.motion.sensors import (
@@ -35,8 +35,9 @@ from coupling.identification.motion.sensors import (
     torque_parameters,
 )
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
+from coupling.identification.robot_file import Identification
 from coupling.results.base import finite
-from coupling.results.motion_result import TermResult
+from coupling.results.motion_result import LinesResult, MotionResult, RecordingResult
 from coupling.results.parameter_result import ParameterResult
 from elastic_robot.description import Robot
 
@@ -46,77 +47,13 @@ _MOST_ITERATIONS = 4
 _MORE_THAN_ALL = 1.03
 
 
-@dataclass(frozen=True)
-class MotionIdentification:
-    """What recordings identify of a robot.
-
-    Attributes:
-        robot: The start.
-        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        parameters: Verdict on each parameter, but for those of slow errors.
-        fit: The fit of those that are identifiable, and of what is known before.
-        residuals: Those of all recordings, those fitted first.
-        terms: Worth of each term; none if not asked for.
-        remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
-            offset alone predict better.
-    """
-
-    robot: Robot
-    bandwidth: float
-    parameters: tuple[ParameterResult, ...]
-    fit: MotionFit
-    residuals: tuple[RecordingResiduals, ...]
-    terms: tuple[TermResult, ...]
-    remarks: tuple[str, ...]
-
-    @property
-    def identified(self) -> set[str]:
-        """Names of the parameters that are identified."""
-        return {verdict.name for verdict in self.parameters if verdict.identified}
-
-    @property
-    def refusal(self) -> str:
-        """Why no robot should be written, in words; "" where one may be."""
-        if not self.identified:
-            return "nothing is identified"
-        fitted = [recording for recording in self.residuals if not recording.held_out]
-        parts = np.max([recording.torque for recording in fitted], axis=0)
-        lost = (parts > _MORE_THAN_ALL) | np.any(
-            [recording.misses_load for recording in fitted], axis=0
-        )
-        if np.median(parts) > 1.0 or lost.any():
-            worst = int(np.where(lost.any() & ~lost, 0.0, parts).argmax())
-            return (
-                f"the residual of the torque of motor {worst + 1} is {100.0 * parts[worst]:.0f} % of"
-                " it: are angles in rad, torques and angles of this and the neighbouring joints"
-                " those at the gear's output, with the zero and the direction of the robot file?"
-            )
-        return ""
-
-    @property
-    def slow_error(self) -> np.ndarray:
-        """Likely size of slow errors, of one period a turn [rad], (j,); nan without encoder."""
-        sizes = np.full(len(self.robot.joints), np.nan)
-        for p in self.fit.problem.parameters:
-            if isinstance(p, SensorParameter) and p.harmonic == 1:
-                sizes[p.joint] = p.prior * p.size
-        return sizes
-
-    @property
-    def identified_robot(self) -> Robot:
-        """The robot as written."""
-        problem = replace(self.fit.problem, robot=self.robot)
-        written = np.array([p.name in self.identified for p in problem.parameters])
-        return problem.robot_at(np.where(written, self.fit.x, problem.start))
-
-
 def identify_motion(
     robot: Robot,
     recordings: Sequence[Recording],
     held_out: Sequence[Recording],
     bandwidth: float,
     leave_out: bool,
-) -> MotionIdentification:
+) -> Identification[MotionExperiment, MotionResult]:
     """Identify a robot from recordings of its motion.
 
     Args:
@@ -126,21 +63,16 @@ def identify_motion(
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
+    Returns:
+        The fit of what is identifiable and of what is known before, figures, and the robot as written.
+
     Raises:
         IdentifyError: If a joint is rigid, encoders differ, or nothing is to be fitted.
         SimulationError: If the start cannot be simulated along them.
     """
-    _require_elastic(robot)
-    with_link = recordings[0].with_link
-    for recording in (*recordings, *held_out):
-        if recording.with_link != with_link:
-            got, needed = (_links(is_chosen) for is_chosen in (recording.with_link, with_link))
-            raise IdentifyError(
-                f"{recording.name}: expected the links' angles of {recordings[0].name}, {needed}, got"
-                f" {got}: remove the columns that are not in both"
-            )
-    fitted = tuple(SmoothedRecording.of(recording, bandwidth) for recording in recordings)
-    others = tuple(SmoothedRecording.of(recording, bandwidth) for recording in held_out)
+    with_link = _require_alike(robot, [*recordings, *held_out])
+    smoothed = [SmoothedRecording.of(each, bandwidth) for each in (*recordings, *held_out)]
+    count = len(recordings)
     parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link),
@@ -151,19 +83,16 @@ def identify_motion(
             f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
             " recording, got none: nothing can be identified"
         )
-    unit = np.ones(len(robot.joints))
     with DrivenFmu(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, fitted, unit, unit)
-        remarks = [
-            words for smoothed in (*fitted, *others) for words in _torque_remarks(problem, smoothed)
-        ]
-        bare = problem.without(np.array([p.vanishes for p in parameters]))
-        first = fit_roughly(bare)
+        problem = MotionProblem(fmu, robot, parameters, tuple(smoothed[:count]))
+        remarks = [words for each in smoothed for words in _torque_remarks(problem, each)]
+        vanishing = np.array([p.vanishes for p in parameters])
+        first = fit_roughly(problem.without(vanishing))
         lines = _lines(first)
-        fitted = tuple(replace(smoothed, lines=lines) for smoothed in fitted)
-        others = tuple(replace(smoothed, lines=lines) for smoothed in others)
-        bare, problem = (replace(smoothed, recordings=fitted) for smoothed in (bare, problem))
-        fit = first = select_backlashes(problem, fit_with_restarts(bare, first))
+        smoothed = [replace(each, lines=lines) for each in smoothed]
+        problem = replace(problem, recordings=tuple(smoothed[:count]))
+        first = fit_with_restarts(problem.without(vanishing), first)
+        fit = first = select_backlashes(problem, first)
         for _ in range(_MOST_ITERATIONS):
             is_chosen = identifiable(fit) & ~(_is_unexplained(fit) & (fit.problem.prior == 0.0))
             if is_chosen.all() and fit is not first:
@@ -172,25 +101,68 @@ def identify_motion(
                 estimate_slow_errors(fit).only(is_chosen), fit.x[is_chosen], fit.slopes
             )
         verdicts = _judge(parameters, fit)
-        residuals = [
-            residuals_of(fit.problem, smoothed, fit.x, bandwidth, False) for smoothed in fitted
+        results = [
+            recording_result(fit.problem, each, fit.x, bandwidth, k >= count)
+            for k, each in enumerate(smoothed)
         ]
-        residuals += [
-            residuals_of(fit.problem, smoothed, fit.x, bandwidth, True) for smoothed in others
-        ]
-        terms = terms_left_out(fit, residuals[-1]) if leave_out and others else ()
-    remarks += [words for smoothed in residuals for words in remarks_on(smoothed)]
-    return MotionIdentification(
-        robot, bandwidth, verdicts, fit, tuple(residuals), terms, tuple(remarks)
+        is_judged = leave_out and len(held_out) > 0
+        terms = terms_left_out(fit, smoothed[-1], results[-1]) if is_judged else ()
+    inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in robot.joints]
+    lost = [misses_load(*pair) for pair in zip(smoothed, results[:count], strict=False)]
+    identified = {verdict.name for verdict in verdicts if verdict.identified}
+    result = MotionResult(
+        refusal=_refusal(results[:count], np.any(lost, axis=0))
+        if identified
+        else "nothing is identified",
+        converged=fit.converged,
+        bandwidth_Hz=bandwidth,
+        noise_torque_Nm=tuple((smoothed[0].motion.noise * inertia).tolist()),
+        blocks=len(fit.blocks.matrices),
+        remarks=(*remarks, *(words for each in results for words in remarks_on(each))),
+        joints=tuple(i + 1 for i in with_link),
+        parameters=verdicts,
+        recordings=tuple(results),
+        lines=tuple(
+            LinesResult(joint=i + 1, periods=periods) for i, periods in enumerate(lines) if periods
+        ),
+        slow_error_rad=_slow_errors(fit),
+        terms=terms,
     )
+    written = np.array([p.name in identified for p in fit.problem.parameters])
+    problem = replace(fit.problem, robot=robot)
+    identified_robot = problem.robot_at(np.where(written, fit.x, problem.start))
+    return Identification(fit, identified_robot, result, "\n".join(map(_words, results)))
 
 
-def _judge(parameters: Sequence[MotionParameter], fit: MotionFit) -> tuple[ParameterResult, ...]:
+def _require_alike(robot: Robot, recordings: Sequence[Recording]) -> list[int]:
+    """Return the joints whose links all recordings measure, of a robot without rigid joints."""
+    rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
+    if rigid:
+        raise IdentifyError(
+            f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
+        )
+    first = recordings[0]
+    for recording in recordings:
+        if recording.with_link != first.with_link:
+            got, needed = (
+                ", ".join(f"link[{i + 1}]" for i in each.with_link) or "none"
+                for each in (recording, first)
+            )
+            raise IdentifyError(
+                f"{recording.name}: expected the links' angles of {first.name}, {needed}, got {got}:"
+                " remove the columns that are not in both"
+            )
+    return first.with_link
+
+
+def _judge(
+    parameters: Sequence[MotionParameter], fit: MotionExperiment
+) -> tuple[ParameterResult, ...]:
     """Return the verdicts on all parameters, but for those of slow errors, with the last fit."""
-    is_narrow, is_drowned = narrow(fit), _is_unexplained(fit)
-    is_tried = is_narrow & ~is_drowned & [p.of_gear for p in fit.problem.parameters]
+    is_narrow, is_unexplained = narrow(fit), _is_unexplained(fit)
+    is_tried = is_narrow & ~is_unexplained & [p.of_gear for p in fit.problem.parameters]
     reasons = np.select(
-        [is_drowned, ~is_narrow, ~returns(fit, is_tried)],
+        [is_unexplained, ~is_narrow, ~returns(fit, is_tried)],
         [
             "what no model explains is larger",
             "its interval is too wide",
@@ -200,16 +172,15 @@ def _judge(parameters: Sequence[MotionParameter], fit: MotionFit) -> tuple[Param
     ).tolist()
     half = fit.blocks.half * fit.blocks.deviation
     ends = zip((fit.x - half).tolist(), (fit.x + half).tolist(), strict=True)
-    numbers = zip(fit.problem.parameters, fit.x.tolist(), ends, reasons, strict=True)
-    fitted = {
-        p.name: (p.outward(x), sorted(map(p.outward, e)), reason) for p, x, e, reason in numbers
-    }
+    rows = zip(fit.problem.parameters, fit.x.tolist(), ends, reasons, strict=True)
+    fitted = {p.name: (p.outward(x), sorted(map(p.outward, e)), reason) for p, x, e, reason in rows}
+    absent = np.nan, [np.nan, np.nan], "the recordings hardly depend on it"
     verdicts = []
     for p in parameters:
+        is_sensor = isinstance(p, SensorParameter)
         if isinstance(p, SensorParameter) and p.of_slow_error:
             continue
-        reason = "the recordings hardly depend on it"
-        value, (low, high), reason = fitted.get(p.name, (np.nan, [np.nan, np.nan], reason))
+        value, (low, high), reason = fitted.get(p.name, absent)
         verdict = ParameterResult(
             name=p.name,
             unit=p.unit,
@@ -217,15 +188,50 @@ def _judge(parameters: Sequence[MotionParameter], fit: MotionFit) -> tuple[Param
             value=finite(value),
             low=finite(low),
             high=finite(high),
-            written=None
-            if isinstance(p, SensorParameter)
-            else finite(p.value if reason else value),
+            written=None if is_sensor else finite(p.value if reason else value),
             identified=not reason,
             reason=reason,
             term=p.term,
         )
         verdicts.append(verdict)
     return tuple(verdicts)
+
+
+def _refusal(fitted: Sequence[RecordingResult], is_lost: np.ndarray) -> str:
+    """Return why no robot should be written, in words; "" where one may be.
+
+    Args:
+        fitted: Recordings that were fitted.
+        is_lost: Mask of motors whose load is missed, (j,).
+    """
+    parts = np.max([np.array(each.torque_relative, dtype=float) for each in fitted], axis=0)
+    is_lost = is_lost | (parts > _MORE_THAN_ALL)
+    if not (np.median(parts) > 1.0 or is_lost.any()):
+        return ""
+    worst = int(np.where(is_lost.any() & ~is_lost, 0.0, parts).argmax())
+    return (
+        f"the residual of the torque of motor {worst + 1} is {100.0 * parts[worst]:.0f} % of"
+        " it: are angles in rad, torques and angles of this and the neighbouring joints"
+        " those at the gear's output, with the zero and the direction of the robot file?"
+    )
+
+
+def _slow_errors(fit: MotionExperiment) -> tuple[float | None, ...]:
+    """Return the likely size of slow errors, of one period a turn [rad], (j,); None without encoder."""
+    sizes = np.full(len(fit.problem.robot.joints), np.nan)
+    for p in fit.problem.parameters:
+        if isinstance(p, SensorParameter) and p.harmonic == 1:
+            sizes[p.joint] = p.prior * p.size
+    return numbers(sizes)
+
+
+def _words(recording: RecordingResult) -> str:
+    """Return the residuals of a recording, as the head of a robot file says them."""
+    words = "predicted" if recording.held_out else "fitted"
+    links = ", ".join(f"{1e6 * size:.0f}" for size in recording.wind_up_rad if size is not None)
+    torque = ", ".join(f"{100.0 * (part or 0.0):.0f}" for part in recording.torque_relative)
+    link = f"motor less link {links} urad rms, " if links else ""
+    return f"Residual of {recording.name}, {words}: {link}motor torque {torque} % of its rms."
 
 
 def _torque_remarks(problem: MotionProblem, smoothed: SmoothedRecording) -> tuple[str, ...]:
@@ -242,42 +248,28 @@ def _torque_remarks(problem: MotionProblem, smoothed: SmoothedRecording) -> tupl
     return torque_remarks(torques, problem.robot, IdentifyError)
 
 
-def _links(joints: list[int]) -> str:
-    return ", ".join(f"link[{i + 1}]" for i in joints) or "none"
+def _wind_up_residuals(fit: MotionExperiment) -> list[np.ndarray]:
+    """Return what is left of the wind-ups of all recordings [rad], (n, j) each."""
+    pairs = zip(fit.problem.recordings, fit.point.predicted, strict=True)
+    return [fit.problem.residuals(*pair)[0] for pair in pairs]
 
 
-def _require_elastic(robot: Robot) -> None:
-    rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
-    if rigid:
-        raise IdentifyError(
-            f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
-        )
-
-
-def _is_unexplained(fit: MotionFit) -> np.ndarray:
+def _is_unexplained(fit: MotionExperiment) -> np.ndarray:
     """Return which numbers of gears do less than half of what is left of wind-ups, (P,) of bool.
 
     What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
     """
-    problem, gear, residuals = fit.problem, [], []
-    for smoothed in problem.recordings:
-        predicted = problem.predicted(smoothed, fit.x)
-        gear.append(predicted.shares["gear"])
-        residuals.append(problem.residuals(smoothed, predicted)[0])
-    small = np.std(np.vstack(gear), axis=0) < 0.5 * rms(np.vstack(residuals))
-    of_gear = [p.of_gear for p in problem.parameters]
-    return np.array(of_gear) & small[[p.joint for p in problem.parameters]]
+    gear = np.vstack([predicted.shares["gear"] for predicted in fit.point.predicted])
+    small = np.std(gear, axis=0) < 0.5 * rms(np.vstack(_wind_up_residuals(fit)))
+    parameters = fit.problem.parameters
+    return np.array([p.of_gear for p in parameters]) & small[[p.joint for p in parameters]]
 
 
-def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:
+def _lines(fit: MotionExperiment) -> tuple[tuple[float, ...], ...]:
     """Return the lines of every joint's encoder."""
-    problem = fit.problem
-    residuals = [
-        problem.residuals(smoothed, problem.predicted(smoothed, fit.x))[0]
-        for smoothed in problem.recordings
-    ]
-    lines: list[tuple[float, ...]] = [()] * len(problem.robot.joints)
-    for i in problem.recordings[0].recording.with_link:
-        angles = [smoothed.recording.link[:, i] for smoothed in problem.recordings]
+    recordings, residuals = fit.problem.recordings, _wind_up_residuals(fit)
+    lines: list[tuple[float, ...]] = [()] * len(fit.problem.robot.joints)
+    for i in recordings[0].recording.with_link:
+        angles = [smoothed.recording.link[:, i] for smoothed in recordings]
         lines[i] = encoder_lines([residual[:, i] for residual in residuals], angles)
     return tuple(lines)

@@ -61,32 +61,26 @@ class NormalBlocks:
     correlated: float = 1.0
 
     @classmethod
-    def of(
-        cls, jacobian: np.ndarray, residual: np.ndarray, rows: Sequence[int], channels: int
-    ) -> NormalBlocks:
-        """Return the blocks of a linearised problem.
+    def of(cls, jacobians: Sequence[np.ndarray], residuals: Sequence[np.ndarray]) -> NormalBlocks:
+        """Return the blocks of a linearised problem without what is known before.
 
         Args:
-            jacobian: Derivatives of the residual [1], rows of time with all channels, (r, P).
-            residual: The weighed residual [1], (r,).
-            rows: Number of rows of time of each recording.
-            channels: Number of channels in each row.
+            jacobians: Derivatives of each recording's residual [1], (n, channels, P).
+            residuals: The weighed residuals [1], (n, channels).
         """
-        ends = np.cumsum(rows)[:-1]
-        parts = np.split(residual.reshape(-1, channels), ends)
-        jacobians = np.split(jacobian.reshape(-1, channels, jacobian.shape[1]), ends)
-        length = _TIMES * max(correlation_time(part) for part in parts)
-        total = int(np.clip(sum(rows) / length, _FEWEST, _MOST))
+        length = _TIMES * max(correlation_time(rows) for rows in residuals)
+        rows_in_all = sum(map(len, residuals))
+        total = int(np.clip(rows_in_all / length, _FEWEST, _MOST))
         matrices, vectors = [], []
-        for part, columns in zip(parts, jacobians, strict=True):
-            count = max(1, round(total * len(part) / sum(rows)))
+        for rows, columns in zip(residuals, jacobians, strict=True):
+            count = max(1, round(total * len(rows) / rows_in_all))
             for r, a in zip(
-                np.array_split(part, count), np.array_split(columns, count), strict=True
+                np.array_split(rows, count), np.array_split(columns, count), strict=True
             ):
                 flat = a.reshape(-1, a.shape[2])
                 matrices.append(flat.T @ flat)
                 vectors.append(-flat.T @ r.ravel())
-        none = np.zeros(jacobian.shape[1])
+        none = np.zeros(jacobians[0].shape[2])
         return cls(np.array(matrices), np.array(vectors), none, none)
 
     def only(self, chosen: np.ndarray, others: np.ndarray) -> NormalBlocks:

@@ -10,7 +10,7 @@ their smoothed motion; e and T are the FMU's along q, f and s/a those of
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,6 +37,10 @@ from elastic_robot.kinematic_errors import KinematicErrors
 _LEAST_INVERSE = 0.02
 # Rows closer than this [s] count as one beside what is known before: what is left is so long correlated.
 _CORRELATED = 0.2
+# A channel weighs at most so many times as much as its measured size says.
+_LEAST_PART = 1e-3
+# What is left of a channel counts as this at least [rad, N m]: below is rounding.
+_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -108,18 +112,12 @@ class MotionProblem:
         robot: The start.
         parameters: Parameters that are fitted, P of them.
         recordings: The recordings.
-        wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
-        torque_deviation: Those of torques [N m], (j,).
-        loaded: Predictions of the recordings whose friction, as it is loaded, and loops stay in a fit.
     """
 
     fmu: DrivenFmu
     robot: Robot
     parameters: tuple[MotionParameter, ...]
     recordings: tuple[SmoothedRecording, ...]
-    wind_up_deviation: np.ndarray
-    torque_deviation: np.ndarray
-    loaded: tuple[Predicted, ...] = ()
 
     @property
     def start(self) -> np.ndarray:
@@ -154,11 +152,6 @@ class MotionProblem:
         none = {p.name: p.none for p, is_gone in zip(self.parameters, gone, strict=True) if is_gone}
         return replace(self.only(~gone), robot=apply_values(self.robot, none))
 
-    @property
-    def channels(self) -> int:
-        """Number of wind-ups and torques of a recording."""
-        return len(self.recordings[0].recording.with_link) + len(self.robot.joints)
-
     def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
         return apply_values(self.robot, self._values(x, range(len(self.robot.joints))))
@@ -176,29 +169,26 @@ class MotionProblem:
         }
 
     def predicted(
-        self, smoothed: SmoothedRecording, x: np.ndarray, loaded: Predicted | None = None
+        self,
+        smoothed: SmoothedRecording,
+        x: np.ndarray,
+        loaded: Predicted | None = None,
+        there: Predicted | None = None,
     ) -> Predicted:
         """Return the prediction of a recording by values as the fit counts [1], (P,).
 
         Args:
             loaded: A prediction whose friction, as it is loaded, and loops stay; None: those of x.
+            there: A prediction by x with other friction; None: gears are simulated.
+
+        Raises:
+            SimulationError: If the solver cannot step there.
         """
-        robot = self.robot_at(x)
-        gears = self.fmu.simulate(robot, smoothed.recording.time, smoothed.motion)
-        return self._predict(smoothed, x, robot, gears, loaded)
-
-    def reloaded(self, smoothed: SmoothedRecording, x: np.ndarray, there: Predicted) -> Predicted:
-        """Return a prediction by x [1], (P,), with friction, as it is loaded, and loops of its own."""
-        return self._predict(smoothed, x, there.robot, there.gears, None)
-
-    def _predict(
-        self,
-        smoothed: SmoothedRecording,
-        x: np.ndarray,
-        robot: Robot,
-        gears: GearMotion,
-        loaded: Predicted | None,
-    ) -> Predicted:
+        if there is None:
+            robot = self.robot_at(x)
+            gears = self.fmu.simulate(robot, smoothed.recording.time, smoothed.motion)
+        else:
+            robot, gears = there.robot, there.gears
         if loaded is None:
             part = friction_part(smoothed.recording, smoothed.motion, robot, gears)
             dry = self._dry(smoothed, robot, x, part)
@@ -257,34 +247,72 @@ class MotionProblem:
             wind_up[:, i] = smoothed.remove_fitted(wind_up[:, i], i)
         return wind_up, recording.torque - predicted.torque
 
-    def rows(self, wind_up: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return weighed rows of wind-ups and torques [1], (n, channels).
 
-        Args:
-            wind_up, torque: Rows of wind-ups [rad] and torques [N m], (n, j); wind-ups of joints without
-                an encoder do not count.
-        """
-        linked = self.recordings[0].recording.with_link
-        links = wind_up[:, linked] / self.wind_up_deviation[linked]
-        return np.hstack([links, torque / self.torque_deviation])
+@dataclass(frozen=True)
+class MotionPoint:
+    """Recordings around values of the parameters; `of` makes one.
 
-    def residual(self, x: np.ndarray) -> np.ndarray:
-        """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,).
+    Attributes:
+        problem: The problem.
+        x: Values as the fit counts, parts of usual sizes [1], (P,).
+        predicted: Predictions of all recordings there.
+        wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
+        torque_deviation: Those of torques [N m], (j,).
+    """
 
-        Friction, as it is loaded, and loops are those of `loaded`.
-        """
-        return np.concatenate([rows.ravel() for rows in self.residuals_of(self.predictions(x))])
+    problem: MotionProblem
+    x: np.ndarray
+    predicted: tuple[Predicted, ...]
+    wind_up_deviation: np.ndarray
+    torque_deviation: np.ndarray
 
-    def predictions(self, x: np.ndarray) -> tuple[Predicted, ...]:
-        """Return those of all recordings at x [1], (P,), with the friction and loops of `loaded`.
+    @classmethod
+    def of(cls, problem: MotionProblem, x: np.ndarray) -> MotionPoint:
+        """Return a problem at x [1], (P,), channels weighed by the rms of what is left of them.
 
         Raises:
             SimulationError: If the solver cannot step there.
         """
-        pairs = zip(self.recordings, self.loaded, strict=True)
-        return tuple(self.predicted(smoothed, x, loaded) for smoothed, loaded in pairs)
+        predicted = tuple(problem.predicted(smoothed, x) for smoothed in problem.recordings)
+        wind_up, torque = zip(*map(problem.residuals, problem.recordings, predicted), strict=True)
+        measured = np.vstack([smoothed.recording.torque for smoothed in problem.recordings])
+        least = np.maximum(_LEAST_PART * rms(measured), _EXACT)
+        return cls(
+            problem,
+            x,
+            predicted,
+            np.maximum(rms(np.vstack(wind_up)), _EXACT),
+            np.maximum(rms(np.vstack(torque)), least),
+        )
 
-    def residuals_of(self, predicted: Iterable[Predicted]) -> list[np.ndarray]:
-        """Return the weighed residuals of all recordings [1], (n, channels) each, by predictions."""
-        pairs = zip(self.recordings, predicted, strict=True)
-        return [self.rows(*self.residuals(smoothed, prediction)) for smoothed, prediction in pairs]
+    def residuals(self, of: MotionPoint) -> list[np.ndarray]:
+        """Return weighed residuals of all recordings [1], (n, channels) each, at other values.
+
+        Friction, as it is loaded, and loops are those of here.
+        """
+        problem, rows = self.problem, []
+        linked = problem.recordings[0].recording.with_link
+        for smoothed, here, there in zip(
+            problem.recordings, self.predicted, of.predicted, strict=True
+        ):
+            if there is not here:
+                there = problem.predicted(smoothed, of.x, here, there)
+            wind_up, torque = problem.residuals(smoothed, there)
+            links = wind_up[:, linked] / self.wind_up_deviation[linked]
+            rows.append(np.hstack([links, torque / self.torque_deviation]))
+        return rows
+
+    @property
+    def minus_log_likelihood(self) -> float:
+        """Minus the logarithm of likelihood and prior, for channels of any size."""
+        problem = self.problem
+        rows = sum(len(smoothed.recording.time) for smoothed in problem.recordings)
+        deviation = np.concatenate([self.wind_up_deviation, self.torque_deviation])
+        size = np.sum(np.log(deviation[np.isfinite(deviation)]))
+        prior = 0.5 * problem.prior @ (self.x - problem.start) ** 2
+        return float((rows * size + prior) / problem.correlated)
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
+    return np.sqrt(np.mean(values**2, axis=0))

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
 from coupling.identification.motor_torques import LATEST, in_ms, torque_per_current
+from coupling.path.low_pass import zero_phase
 from elastic_robot.description import Robot
 
 TIME = "time"
@@ -165,26 +165,8 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
 
 
 def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
-    """Return columns, (n, k), any unit, without what is faster than a bandwidth; in phase.
-
-    A Butterworth filter runs forwards and backwards over the rows.
-
-    Args:
-        values: Rows at equal times, (n, k), any unit.
-        step: Step of time [s].
-        bandwidth: Half power [Hz]; at or above half the sampling rate nothing is filtered.
-
-    Example:
-        >>> time = 0.004 * np.arange(1000)
-        >>> slow = np.sin(2.0 * np.pi * 1.0 * time)[:, None]
-        >>> bool(np.abs(smooth(slow, 0.004, 20.0) - slow)[100:-100].max() < 1e-4)
-        True
-    """
-    if bandwidth >= 0.5 / step:
-        return values
-    sections = butter(_ORDER, bandwidth, fs=1.0 / step, output="sos")
-    length = min(len(values) - 1, round(2.0 / (bandwidth * step)))
-    return sosfiltfilt(sections, values, axis=0, padlen=length)
+    """Return angles or torques at steps [s], (n, k), below a bandwidth [Hz], without delay."""
+    return zero_phase(values, step, bandwidth, _ORDER, "odd", 2.0)
 
 
 @dataclass(frozen=True)

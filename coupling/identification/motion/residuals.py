@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
-from coupling.identification.motion.fit import MotionFit, minus_log_likelihood, rms
-from coupling.identification.motion.problem import MotionProblem, Predicted, SmoothedRecording
+from coupling.identification.motion.fit import MotionExperiment
+from coupling.identification.motion.problem import (
+    MotionPoint,
+    MotionProblem,
+    SmoothedRecording,
+    rms,
+)
 from coupling.identification.motion.recording import smooth
 from coupling.results.base import finite
-from coupling.results.motion_result import TermResult
+from coupling.results.motion_result import RecordingResult, TermResult, WindUpShareResult
 
 # Part of a motor's torque from which on what is left is remarked upon [1].
 _HALF = 0.5
@@ -18,75 +23,45 @@ _HALF = 0.5
 _MOVES, _MOVING = 0.1, 0.25
 
 
-@dataclass(frozen=True)
-class RecordingResiduals:
-    """What is left of a recording by its prediction.
-
-    Attributes:
-        smoothed: The recording.
-        held_out: Whether it was not fitted.
-        predicted: Its prediction.
-        left_wind_up: Measured less predicted wind-up, the recording's own offset and lines taken off
-            [rad], (n, j); nan without encoder.
-        wind_up: Rms of that [rad], (j,); nan without encoder.
-        without_lines: The same with an offset alone for each encoder [rad], (j,).
-        lag_alone: Rms of what a lag, fitted to the recordings that are fitted, leaves with a recording's
-            own offset and lines, without a model [rad], (j,); nan without encoder.
-        torque: Rms of what is left of the motors' torques over that of the torques [1], (j,).
-        slow_torque: The same below the bandwidth of the motors' motion [1], (j,).
-    """
-
-    smoothed: SmoothedRecording
-    held_out: bool
-    predicted: Predicted
-    left_wind_up: np.ndarray
-    wind_up: np.ndarray
-    without_lines: np.ndarray
-    lag_alone: np.ndarray
-    torque: np.ndarray
-    slow_torque: np.ndarray
-
-    @property
-    def misses_load(self) -> np.ndarray:
-        """Mask of motors with a residual of more than half of the slow torque while they move, (j,).
-
-        These are neither friction, which is fitted, nor noise, but loads.
-        """
-        speed = np.abs(self.smoothed.motion.qd)
-        moves = np.mean(speed > _MOVES * speed.max(axis=0), axis=0)
-        return np.asarray((moves > _MOVING) & (self.slow_torque > _HALF))
-
-
-def residuals_of(
+def recording_result(
     problem: MotionProblem,
     smoothed: SmoothedRecording,
     x: np.ndarray,
     bandwidth: float,
-    held_out: bool,
-) -> RecordingResiduals:
+    is_held_out: bool,
+) -> RecordingResult:
     """Return how well a recording is predicted.
 
     Args:
         x: Values as the fit counts, parts of usual sizes [1], (P,).
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        held_out: Whether it was not fitted.
+        is_held_out: Whether it was not fitted.
     """
-    predicted = problem.predicted(smoothed, x)
+    predicted, recording = problem.predicted(smoothed, x), smoothed.recording
     wind_up, torque = problem.residuals(smoothed, predicted)
-    apart = smoothed.recording.wind_up - predicted.wind_up
-    measured = smoothed.recording.torque
-    size = np.maximum(rms(measured), 1e-300)
-    slow = smooth(torque, smoothed.recording.step, bandwidth)
-    return RecordingResiduals(
-        smoothed,
-        held_out,
-        predicted,
-        wind_up,
-        rms(wind_up),
-        np.std(apart, axis=0),
-        _lag_alone(problem, smoothed),
-        rms(torque) / size,
-        rms(slow) / size,
+    apart, linked = recording.wind_up - predicted.wind_up, recording.with_link
+    size = np.maximum(rms(recording.torque), 1e-300)
+    shares = dict(predicted.shares)
+    if any(smoothed.lines):
+        shares["lines of the encoder"] = apart - wind_up
+    return RecordingResult(
+        name=recording.name,
+        held_out=is_held_out,
+        time=tuple(recording.time.tolist()),
+        rows=len(recording.time),
+        wind_up_rad=numbers(rms(wind_up)),
+        wind_up_without_lines_rad=numbers(np.std(apart, axis=0)),
+        wind_up_lag_alone_rad=numbers(_lag_alone(problem, smoothed)),
+        torque_relative=numbers(rms(torque) / size),
+        slow_torque_relative=numbers(rms(smooth(torque, recording.step, bandwidth)) / size),
+        measured_wind_up=_columns(_centred(recording.wind_up)[:, linked]),
+        left_wind_up=_columns(wind_up[:, linked]),
+        shares=tuple(
+            WindUpShareResult(name=name, wind_up=_columns(_centred(share)[:, linked]))
+            for name, share in shares.items()
+        ),
+        measured_torque=_columns(recording.torque),
+        left_torque=_columns(torque),
     )
 
 
@@ -106,58 +81,80 @@ def _lag_alone(problem: MotionProblem, smoothed: SmoothedRecording) -> np.ndarra
     return sizes
 
 
-def remarks_on(of: RecordingResiduals) -> list[str]:
+def misses_load(smoothed: SmoothedRecording, result: RecordingResult) -> np.ndarray:
+    """Return the motors with a residual of more than half of the slow torque while they move, (j,).
+
+    These are neither friction, which is fitted, nor noise, but loads.
+    """
+    speed = np.abs(smoothed.motion.qd)
+    moves = np.mean(speed > _MOVES * speed.max(axis=0), axis=0)
+    slow_torque = np.array(result.slow_torque_relative, dtype=float)
+    return np.asarray((moves > _MOVING) & (slow_torque > _HALF))
+
+
+def remarks_on(result: RecordingResult) -> list[str]:
     """Return a sentence on each torque of which most is left, and link that lag predicts better."""
-    words, name = "predicted" if of.held_out else "fitted", of.smoothed.recording.name
-    torques = [
-        f"{name}, {words}: the residual of the torque of motor {i + 1} is {100.0 * of.torque[i]:.0f}"
-        " % of it: is the column of another joint, delayed or in another unit, or is the model"
-        " incomplete?"
-        for i in np.flatnonzero(of.torque > _HALF)
+    words = f"{result.name}, {'predicted' if result.held_out else 'fitted'}: the residual of"
+    remarks = [
+        f"{words} the torque of motor {i} is {100.0 * part:.0f} % of it: is the column of another"
+        " joint, delayed or in another unit, or is the model incomplete?"
+        for i, part in enumerate(result.torque_relative, start=1)
+        if part is not None and part > _HALF
     ]
-    return torques + [
-        f"{name}, {words}: the residual of motor less link {i + 1} is {_urad(of.wind_up[i])}, more than"
-        f" with a lag and an offset alone, {_urad(of.lag_alone[i])}: the model of this joint is"
-        " incomplete."
-        for i in of.smoothed.recording.with_link
-        if of.wind_up[i] > of.lag_alone[i]
+    pairs = zip(result.wind_up_rad, result.wind_up_lag_alone_rad, strict=True)
+    return remarks + [
+        f"{words} motor less link {i} is {1e6 * size:.3g} urad, more than with a lag and an offset"
+        f" alone, {1e6 * alone:.3g} urad: the model of this joint is incomplete."
+        for i, (size, alone) in enumerate(pairs, start=1)
+        if size is not None and alone is not None and size > alone
     ]
 
 
-def _urad(angle: float) -> str:
-    return f"{1e6 * angle:.3g} urad"
-
-
-def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermResult, ...]:
-    """Return what each term of a fit is worth, by the others' answer to first order."""
+def terms_left_out(
+    fit: MotionExperiment, smoothed: SmoothedRecording, result: RecordingResult
+) -> tuple[TermResult, ...]:
+    """Return what each term of a fit is worth to a recording, by the others' answer to first order."""
     problem, terms = fit.problem, []
-    least = minus_log_likelihood(problem, fit.x)
     for term in dict.fromkeys(p.term for p in problem.parameters):
         of_term = np.array([p.term == term for p in problem.parameters])
         none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
         x = np.where(of_term, none, fit.x)
-        response = fit.blocks.only(~of_term, x - fit.x)
-        x[~of_term] += response.step
+        x[~of_term] += fit.blocks.only(~of_term, x - fit.x).step
         x = np.clip(x, *problem.bounds)
-        without = residuals_of(problem, of.smoothed, x, 1.0, True)
+        wind_up, torque = map(rms, problem.residuals(smoothed, problem.predicted(smoothed, x)))
+        likelihood = MotionPoint.of(problem, x).minus_log_likelihood
         joint = next(p.joint for p in problem.parameters if p.term == term)
+        part = torque[joint] / max(rms(smoothed.recording.torque)[joint], 1e-300)
         terms.append(
             TermResult(
                 term=term,
                 joint=joint + 1,
-                wind_up_rad=(finite(of.wind_up[joint]), finite(without.wind_up[joint])),
-                torque_relative=(float(of.torque[joint]), float(without.torque[joint])),
-                likelier=finite(minus_log_likelihood(problem, x) - least),
+                wind_up_rad=(result.wind_up_rad[joint], finite(wind_up[joint])),
+                torque_relative=(result.torque_relative[joint] or 0.0, float(part)),
+                likelier=finite(likelihood - fit.point.minus_log_likelihood),
             )
         )
     terms += [
         TermResult(
             term=f"lines of the encoder {i + 1}",
             joint=i + 1,
-            wind_up_rad=(finite(of.wind_up[i]), finite(of.without_lines[i])),
-            torque_relative=(float(of.torque[i]),) * 2,
+            wind_up_rad=(result.wind_up_rad[i], result.wind_up_without_lines_rad[i]),
+            torque_relative=(result.torque_relative[i] or 0.0,) * 2,
         )
-        for i, lines in enumerate(of.smoothed.lines)
+        for i, lines in enumerate(smoothed.lines)
         if lines
     ]
     return tuple(terms)
+
+
+def numbers(values: Iterable[float]) -> tuple[float | None, ...]:
+    """Return numbers as they are stored, None where there is no encoder."""
+    return tuple(map(finite, values))
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    return values - values.mean(axis=0)
+
+
+def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(np.round(column, 9).tolist()) for column in values.T)

@@ -18,7 +18,6 @@ from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     PathCorrection,
-    is_repeated,
     learn_path,
     learning_step,
 )
@@ -40,7 +39,6 @@ class CommandPlan:
         correction: Part that is corrected along the path; None: nothing.
         learned: Result of learning parameters from these runs; None where that was not done.
         options: Options of the search.
-        repeated: Whether the last run left more than by what it differs from the one before.
     """
 
     history: History
@@ -49,7 +47,6 @@ class CommandPlan:
     correction: PathCorrection | None
     learned: Learned | None
     options: NextOptions
-    repeated: bool
 
     @property
     def is_refused(self) -> bool:
@@ -85,14 +82,15 @@ def plan(
     model, learned = _robot(history, options, models, watch)
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
-    repeats = [is_repeated(history, number, model.x) for number in range(len(sizes))]
     is_cautious = not model.has_parameters and history.reverses_gears(model.x)
-    step = learning_step(sizes, repeats, is_cautious, options)
+    step = learning_step(sizes, is_cautious, options)
     if step.worse and learned is None:
         model = model_of_run(history, step.base, options)
         history = history.aligned_with(model.x)
-    correction = None if options.move == "parameters" else learn_path(history, model, step)
-    return CommandPlan(history, model, step, correction, learned, options, repeats[-1])
+    correction = None
+    if options.move != "parameters":
+        correction = learn_path(history, model, step.cutoff, options)
+    return CommandPlan(history, model, step, correction, learned, options)
 
 
 def _robot(
@@ -106,23 +104,10 @@ def _robot(
     if options.move == "path":
         return file_model(history, options), None
     before = model_of_run(history, len(history.runs) - 1, options)
-    if options.move == "auto" and not _is_to_learn(history, before.x):
+    if options.move == "auto" and len(history.runs) > 1:
         return before, None
     learned = _learn(history, options, models, watch)
     return (before if learned.refusal else learned_model(history, learned, options)), learned
-
-
-def _is_to_learn(history: History, x: np.ndarray) -> bool:
-    """Return whether runs are to be learned from: the first, and with it a second that is not repeated.
-
-    That crosses the backlash of gears at other times than the model, which the first does not show.
-
-    Args:
-        history: The runs.
-        x: Log factors of the robot of the last one [1], (P,).
-    """
-    count = len(history.runs)
-    return count == 1 or (count == 2 and not is_repeated(history.aligned_with(x), 1, x))
 
 
 def _learn(history: History, options: NextOptions, models: FmuPool, watch: Watch) -> Learned:

@@ -34,7 +34,6 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
         step=plan.step,
         move=plan.move,
         robot=plan.model.name,
-        repeated=plan.repeated,
         parameters_refused="" if plan.learned is None else plan.learned.refusal,
         lowest_mode_Hz=plan.model.lowest_mode if np.isfinite(plan.model.lowest_mode) else None,
         correction=_correction(plan),
@@ -140,8 +139,8 @@ def _verdict(plan: CommandPlan) -> str:
         name = base.source.folder.name
         return (
             f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} um rms, under"
-            f" {name} only {_rms(plan, base)} um: the next command is that of {name} with a smaller"
-            " correction"
+            f" {name} only {_rms(plan, base)} um: where it was worse the next command is that of {name}"
+            " with a smaller correction"
         )
     forecast = last.source.forecast
     if forecast is None:
@@ -161,14 +160,9 @@ def _move(plan: CommandPlan) -> str:
     if correction is not None:
         words = (
             f"learning along the path up to {correction.cutoff:.2g} Hz with gain"
-            f" {correction.gain:.2g}, with {words}"
+            f" {correction.gain:.2g} in the mean, with {words}"
         )
-    if plan.repeated:
-        return words
-    return (
-        f"{words}; the last two runs differ by as much as remains, which no command corrects: runs are"
-        " averaged"
-    )
+    return words
 
 
 def _rms(plan: CommandPlan, run: MeasuredRun) -> str:

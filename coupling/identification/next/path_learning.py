@@ -4,6 +4,9 @@ The inverse of the robot's model takes the desired path less a correction d.  y_
 s_b the model's under the command of run b, Q a low-pass of zero phase and g the gain.  Where the model
 is on its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured deviation; as s_b is
 simulated, a model whose parameters were learned later takes its part off: nothing is corrected twice.
+
+b and g are chosen at every time of the path: what a friction that changes its sign, or an outlier of one
+run, makes worse at one place is taken back there, and learning goes on elsewhere.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from coupling.identification.next.command_model import CommandModel
 from coupling.identification.next.deviation_size import signal_filter
@@ -20,24 +24,24 @@ from coupling.identification.next.learning_filter import low_passed, weight_of_s
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.measurement import SimulatedPath
+from coupling.identification.runs.slow_part import SlowPart
+from coupling.path.deviation import less_constant
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.linear import interpolate_rows
 from coupling.results.next_result import DeviationSize, LearningStep
 
-# A run confirms its correction that leaves less than this part of the best one before.
-_CONFIRMED = 0.7
 # A run is worse than another by this factor of the rms, and by so many standard deviations of chance.
 _WORSE, _DEVIATIONS = 1.1, 2.0
 # Independent values of what differs from run to run: a shift and a drift in three directions.
 _VALUES = 6.0
-# Cutoff that learning begins with, and where gears cross their backlash at other times than the model's,
-# as its parameters are not learned [Hz].
-_FIRST, _CAUTIOUS = 1.5, 0.4
-# Cutoff up to which it grows [Hz]: above it a correction has more noise than signal.
-_HIGHEST = 3.0
-# Runs that are compared for outliers; a run is one where it is so many times as far from their median as
-# they usually are.
-_COMPARED, _OUTLIER = 3, 6.0
+# Cutoffs of the first correction and of all [Hz]: above these has a correction more noise than signal;
+# and where gears pass through a backlash that was not learned, which fast corrections make them do.
+_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.4, 1.5)
+# A place is worse where its mean square is so many times the best one's, and converges where it is such
+# a part of that; least gain.
+_WORSE_PLACE, _CONVERGES, _LEAST_GAIN = 2.0, 0.5, 0.25
+# Standard deviation of the mean over the time around a place [s].
+_AROUND = 0.2
 # Steps per standard deviation of the filter in time, fewest of them, and steps between a table's rows.
 _STEPS, _FEWEST_STEPS, _TABLE = 8, 32, 4
 
@@ -50,7 +54,7 @@ class PathCorrection:
         time: Even times over the whole path [s], (k,).
         deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
         cutoff: Cutoff of the low-pass Q [Hz].
-        gain: Gain g of the last step.
+        gain: Mean of the gain g along the path.
         noise_share: Part of the noise variance of the run that it was computed from.
     """
 
@@ -82,80 +86,110 @@ def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> 
 
 
 def learning_step(
-    sizes: Sequence[DeviationSize],
-    repeats: Sequence[bool],
-    is_cautious: bool,
-    options: NextOptions,
+    sizes: Sequence[DeviationSize], is_cautious: bool, options: NextOptions
 ) -> LearningStep:
-    """Return from which run the next command goes on, and how far.
+    """Return how the last run compares with the best one, and up to which frequency to learn.
 
-    A worse run is taken back: from the best one, with half the gain and half the cutoff.  The cutoff
-    doubles when a run confirms its correction, up to 3 Hz and that at which learning converges.  What
-    does not repeat from run to run is averaged, with the gains 1/2, 1/3, .. [Butcher2008].
+    The cutoff doubles with every run, as what is worse for it is taken back.
 
     Args:
         sizes: Measured deviation of every run.
-        repeats: Whether each run left more than by what it differs from the run before.
         is_cautious: Whether gears pass through a backlash that was not learned.
         options: Repeatability, and whether the constant counts.
 
     Example:
         >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
-        >>> runs = [size(4e-4), size(4e-5)]
-        >>> step = learning_step(runs, [True] * 2, False, NextOptions())
-        >>> step.base, step.gain, step.cutoff
-        (1, 1.0, 3.0)
-        >>> step = learning_step([*runs, size(9e-5)], [True] * 3, False, NextOptions())
-        >>> step.base, step.gain, step.cutoff
-        (1, 0.5, 1.5)
+        >>> runs = [size(4e-4), size(4e-5), size(9e-5)]
+        >>> learning_step(runs, False, NextOptions())
+        LearningStep(base=1, worse=True, cutoff=3.0)
     """
-    best, base, scale, averaged = 0, 0, 1.0, 1
-    cutoff = options.cutoff or (_CAUTIOUS if is_cautious else _FIRST)
-    worse = False
-    for run in range(1, len(sizes)):
-        worse = is_worse(sizes[run], sizes[best], options)
-        improved = options.rms_of(sizes[run]) < options.rms_of(sizes[best])
-        confirmed = options.rms_of(sizes[run]) < _CONFIRMED * options.rms_of(sizes[best])
-        if improved:
-            best = run
-        base = best if worse else run
-        if worse:
-            scale, cutoff = 0.5 * scale, 0.5 * cutoff
-        elif confirmed:
-            scale, cutoff = min(2.0 * scale, 1.0), min(2.0 * cutoff, options.cutoff or _HIGHEST)
-        elif not repeats[run]:
-            averaged += 1
-    return LearningStep(base, best, worse, scale / averaged, cutoff)
+    last = len(sizes) - 1
+    best = min(range(len(sizes)), key=lambda run: options.rms_of(sizes[run]))
+    worse = is_worse(sizes[last], sizes[best], options)
+    first, highest = _CAUTIOUS if is_cautious else _CUTOFFS
+    cutoff = options.cutoff or min(first * 2.0**last, highest)
+    return LearningStep(best if worse else last, worse, cutoff)
 
 
-def learn_path(history: History, model: CommandModel, step: LearningStep) -> PathCorrection:
+def learn_path(
+    history: History, model: CommandModel, cutoff: float, options: NextOptions
+) -> PathCorrection:
     """Return the next correction along the path.
 
     Args:
         history: All measured runs.
         model: The robot's model.
-        step: Run to go on from, gain and cutoff.
+        cutoff: Cutoff, at most that of the model [Hz].
+        options: Repeatability, and whether the constant counts.
     """
-    run = history.runs[step.base]
-    cutoff = min(step.cutoff, model.highest_cutoff)
-    start, end = run.desired.time[[0, -1]]
+    last, cutoff = history.runs[-1], min(cutoff, model.highest_cutoff)
+    start, end = last.desired.time[[0, -1]]
     count = max(int(np.ceil(_STEPS * (end - start) / width_in_time(cutoff))), _FEWEST_STEPS)
     time = np.linspace(start, end, count - count % _TABLE + _TABLE + 1)
     spacing = float(time[1] - time[0])
-    last = range(max(step.base + 1 - _COMPARED, 0), step.base + 1)
-    unmodelled = replace_outliers(
-        low_passed(
-            spacing,
-            np.stack([_unmodelled_at(time, history, number, model.x) for number in last], axis=1),
-            cutoff,
-        )
+
+    def around(values: np.ndarray) -> np.ndarray:
+        mean: np.ndarray = gaussian_filter1d(values, _AROUND / spacing, axis=0, mode="nearest")
+        return mean
+
+    numbers = range(len(history.runs))
+    squares = np.stack([_squares_at(time, run, options) for run in history.runs], axis=1)
+    base, gain = learning_gain(around(squares), options.random**2)
+    # From the correction of one run to that of another one without a jump.
+    weight = around((base[:, None] == numbers).astype(float))[:, :, None]
+    gain = around(gain)
+    before = np.stack([corrected(run, time) for run in history.runs], axis=1)
+    unmodelled = np.stack(
+        [_unmodelled_at(time, history, number, model.x) for number in numbers], axis=1
     )
-    before = corrected(run, time)
-    gain = step.gain
-    deviation = before + gain * (unmodelled - low_passed(spacing, before, cutoff))
-    samples = run.measured.time
+    change = low_passed(spacing, unmodelled - before, cutoff)
+    deviation = np.sum(weight * (before + gain[:, None, None] * change), axis=1)
+    samples = last.measured.time
     share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
-    return PathCorrection(time[::_TABLE], deviation[::_TABLE], cutoff, gain, gain * share)
+    mean_gain = float(gain.mean())
+    return PathCorrection(time[::_TABLE], deviation[::_TABLE], cutoff, mean_gain, mean_gain * share)
+
+
+def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the run that every place goes on from, and with which gain.
+
+    A place that is no better than in the best run is learned with half the gain, which averages what
+    does not repeat [Butcher2008]; a worse one goes back to that run, which counts twice as much each
+    time, so that a robot that has changed is learned anew.
+
+    Args:
+        squares: Mean squares of the deviation around every place in every run [m^2], (n, runs).
+        random: Mean square of what differs from run to run [m^2].
+
+    Returns:
+        Numbers of the runs (n,), and gains [1], (n,).
+
+    Example:
+        >>> squares = np.array([[9.0, 1.0, 0.9], [9.0, 1.0, 1.1], [9.0, 1.0, 4.0]])
+        >>> base, gain = learning_gain(squares, 0.0)
+        >>> base.tolist(), gain.tolist()
+        ([2, 2, 1], [1.0, 0.5, 0.5])
+    """
+    best, base, gain = squares[:, 0], np.zeros(len(squares), dtype=int), np.ones(len(squares))
+    trusted = base
+    for run, now in enumerate(squares.T[1:], start=1):
+        worse, better = now > _WORSE_PLACE * (best + random), now < best
+        gain = np.where(now < _CONVERGES * best, np.minimum(2.0 * gain, 1.0), gain)
+        gain = np.where(better, gain, np.maximum(0.5 * gain, _LEAST_GAIN))
+        base = np.where(worse, trusted, run)
+        trusted = np.where(better, run, trusted)
+        best = np.where(worse, 2.0 * best, np.minimum(best, now))
+    return base, gain
+
+
+def _squares_at(time: np.ndarray, run: MeasuredRun, options: NextOptions) -> np.ndarray:
+    """Return squares of a run's deviation below the modes at times [m^2], (n,)."""
+    slow = SlowPart.of(run.measured.time)
+    deviation = slow(run.deviation)
+    if not options.absolute:
+        deviation = less_constant(slow.time, deviation)
+    squares: np.ndarray = np.sum(interpolate_rows(time, slow.time, deviation) ** 2, axis=1)
+    return squares
 
 
 def _unmodelled_at(time: np.ndarray, history: History, number: int, x: np.ndarray) -> np.ndarray:
@@ -164,56 +198,7 @@ def _unmodelled_at(time: np.ndarray, history: History, number: int, x: np.ndarra
     return interpolate_rows(time, low_pass.time, low_pass(history.unmodelled(number, x)))
 
 
-def replace_outliers(runs: np.ndarray) -> np.ndarray:
-    """Return the last run, with the median of three where that is far from it (Hampel's filter).
-
-    What one run alone shows for a while is an outlier until another one confirms it.
-
-    Args:
-        runs: Deviations beyond the model of the last runs [m, rad], (k, 1 to 3, 6).
-
-    Example:
-        >>> runs = np.zeros((50, 3, 6))
-        >>> runs[:, :, 0] = 1e-5 * np.arange(3.0)
-        >>> runs[20, 2, 0] = 2e-4
-        >>> replace_outliers(runs)[18:22, 0].tolist()
-        [2e-05, 2e-05, 1e-05, 2e-05]
-        >>> replace_outliers(runs[:, 1:])[20, 0].tolist()
-        0.0002
-    """
-    if runs.shape[1] < _COMPARED:
-        return np.asarray(runs[:, -1])
-    median = np.median(runs, axis=1)
-    distance = np.linalg.norm((runs - median[:, None])[:, :, :3], axis=2)
-    far = distance[:, -1] > _OUTLIER * np.median(np.sort(distance, axis=1)[:, 1:])
-    return np.where(far[:, None], median, runs[:, -1])
-
-
 def corrected(run: MeasuredRun, time: np.ndarray) -> np.ndarray:
     """Return what a run's command corrected along the path at times (n,) [m, rad], (n, 6)."""
     discrepancy = run.source.discrepancy
     return np.zeros((len(time), 6)) if discrepancy is None else discrepancy.at(time)
-
-
-def is_repeated(history: History, number: int, x: np.ndarray) -> bool:
-    """Return whether a run left more than by what it differs from the run before.
-
-    Args:
-        history: The runs.
-        number: Number of the run, from 0.
-        x: Log factors of the robot [1], (P,): what it does of the change of the command is taken off.
-    """
-    if number == 0:
-        return True
-    run, before = history.runs[number], history.runs[number - 1]
-    time, low_pass = run.measured.time, signal_filter(run.measured.time)
-    earlier = interpolate_rows(time, before.measured.time, history.unmodelled(number - 1, x))
-    change = (history.unmodelled(number, x) - earlier)[:, :3]
-    noise = 3.0 * run.noise**2 * low_pass.of_noise
-    return (
-        _mean_square(low_pass(change)) - 2.0 * noise < _mean_square(low_pass(run.deviation)) - noise
-    )
-
-
-def _mean_square(values: np.ndarray) -> float:
-    return float(np.mean(np.sum(values**2, axis=1)))

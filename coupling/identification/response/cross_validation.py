@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from coupling.identification.response.fit import fit_robot
 from coupling.identification.response.mismatch import CHECKS, likely_reading
 from coupling.identification.response.posture import MeasuredPosture, log_residual
-from coupling.identification.response.robot_fit import RobotFit
 from elastic_robot.description import Robot
 
 # Fewer postures have none that the others determine.
@@ -29,7 +29,7 @@ def posture_unlike_others(
     """Return in words which posture cannot be the one that is told; empty if all can, or there are two.
 
     Args:
-        robot, torque_curve: As of `RobotFit.of`.
+        robot, torque_curve: As of `fit_robot`.
         measured: Postures; those held out are left aside.
     """
     measured = [each for each in measured if not each.is_held_out]
@@ -37,11 +37,8 @@ def posture_unlike_others(
         return ""
     errors = []
     for row in range(len(measured)):
-        fitted = RobotFit.of(
-            robot,
-            torque_curve,
-            [replace(each, is_held_out=k == row) for k, each in enumerate(measured)],
-        )
+        held_out = [replace(each, is_held_out=k == row) for k, each in enumerate(measured)]
+        fitted = fit_robot(robot, torque_curve, held_out)
         sizes = [np.abs(log_residual(posture, fitted.values)) for posture in fitted.postures]
         predicted = float(np.median(sizes.pop(row)))
         errors.append((predicted, float(np.median(np.concatenate(sizes))), fitted))

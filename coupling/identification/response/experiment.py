@@ -19,7 +19,6 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.estimate import Trial
 from coupling.identification.least_squares import HUBER
 from coupling.modes.measured_response import MeasuredResponse
 from elastic_robot.linearisation import Linearisation
@@ -169,14 +168,6 @@ class ResponseExperiment:
 
 
 @dataclass(frozen=True)
-class ResponseTrial:
-    """The experiment at other values, with the cost by the weights where the step began [1]."""
-
-    linearisation: ResponseLinearisation
-    cost: float
-
-
-@dataclass(frozen=True)
 class ResponseLinearisation:
     """An experiment around values of its parameters.
 
@@ -212,10 +203,9 @@ class ResponseLinearisation:
         residual = self.residual * weight
         return np.concatenate([residual.real, residual.imag, self.x / self.experiment.prior])
 
-    @property
-    def cost(self) -> float:
-        """Half the squares of the weighted residual [1]."""
-        return 0.5 * float(np.sum(self._weighted(self.weight) ** 2))
+    def cost(self, weighted: ResponseLinearisation) -> float:
+        """Return half the squares of the residual [1], with the weights around other values."""
+        return 0.5 * float(np.sum(self._weighted(weighted.weight) ** 2))
 
     @property
     def robust_cost(self) -> float:
@@ -224,15 +214,9 @@ class ResponseLinearisation:
         loss = np.where(size < HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
         return float(np.sum(loss) + 0.5 * np.sum((self.x / self.experiment.prior) ** 2))
 
-    def try_step(self, step: np.ndarray) -> ResponseTrial:
-        """Return the experiment after a step, units of x, (P,)."""
-        after = self.experiment.at(self.x + step)
-        return ResponseTrial(after, 0.5 * float(np.sum(after._weighted(self.weight) ** 2)))
-
-    def move_to(self, trial: Trial) -> ResponseLinearisation:
-        """Return the experiment where a trial was."""
-        assert isinstance(trial, ResponseTrial)
-        return trial.linearisation
+    def at(self, x: np.ndarray) -> ResponseLinearisation:
+        """Return the experiment around other values, units of x, (P,)."""
+        return self.experiment.at(x)
 
     def recompute(self) -> ResponseLinearisation:
         """Return this one; its derivatives are exact."""

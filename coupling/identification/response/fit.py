@@ -1,17 +1,36 @@
-"""The fit to frequency responses: start, restarts over a common factor, noise, intervals."""
+"""The fit to frequency responses: linearisations, restarts over a common factor, noise, intervals."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from coupling.files.modal_damping import with_damping_ratio
 from coupling.identification.estimate import Estimate, estimate
 from coupling.identification.response.experiment import (
+    DELAY,
+    PostureResponse,
     ResponseExperiment,
     ResponseLinearisation,
 )
+from coupling.identification.response.posture import (
+    DELAY_DEVIATION,
+    FACTOR_DEVIATION,
+    MeasuredPosture,
+)
+from coupling.modes.locked_robot import LockedRobot
+from coupling.robot.parameters import apply_values
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
 
+# Standard deviations of the logs that are known before: a data sheet's or a class's stiffness, and a
+# damping ratio of 0.04, which measured robots have within a factor of 2 to 3 [1].
+_STIFFNESS, _DAMPING, _RATIO = 0.4, 1.0, 0.04
+# Times that the robot is linearised: under its weight it rests elsewhere with other springs.
+_LINEARISED = 3
 # Common factors of all stiffnesses that the fit may start from.
 _FACTORS = (0.5, 0.63, 0.8, 1.0, 1.25, 1.6, 2.0)
 # Standard deviation of the residual before it is estimated, and the least: peaks that are elsewhere;
@@ -36,12 +55,16 @@ class ResponseFit:
         deviation: Standard deviations of the parameters, their units, (P,).
         residual: Standard deviation of the real and imaginary residuals [1].
         noise: Standard deviation of the noise in them [1].
+        postures: The robot in all postures, those held out as well.
+        unloaded: Numbers of the joints in each of them whose gears are in their backlash.
     """
 
     estimate: Estimate[ResponseLinearisation]
     deviation: np.ndarray
     residual: float
     noise: float
+    postures: tuple[PostureResponse, ...] = ()
+    unloaded: tuple[tuple[int, ...], ...] = ()
 
     @property
     def discrepancy(self) -> float:
@@ -49,9 +72,53 @@ class ResponseFit:
         return float(np.sqrt(max(self.residual**2 - self.noise**2, 0.0)))
 
     @property
+    def experiment(self) -> ResponseExperiment:
+        """The responses that were fitted."""
+        return self.estimate.experiment.experiment
+
+    @property
     def x(self) -> np.ndarray:
         """Values of the parameters, their units, (P,)."""
         return self.estimate.x
+
+    @property
+    def values(self) -> np.ndarray:
+        """Fitted stiffnesses and dampings [N m/rad, N m s/rad], (2 m,)."""
+        return np.concatenate(self.experiment.parameters(self.x))
+
+
+def fit_robot(robot: Robot, torque_curve: str, measured: Sequence[MeasuredPosture]) -> ResponseFit:
+    """Fit a robot, linearised where it rests with fitted springs.
+
+    Args:
+        robot: The start, with elastic joints.
+        torque_curve: A name of `TORQUE_CURVES`.
+        measured: Postures, one at least that is not held out.
+
+    Raises:
+        StabilityError: If the robot has no equilibrium in a posture.
+    """
+    stiffness = Parameters.of(robot).stiffness
+    damping = Parameters.of(with_damping_ratio(robot, _RATIO)).damping
+    fitted = [not each.is_held_out for each in measured]
+    instruments = np.tile([FACTOR_DEVIATION, DELAY_DEVIATION / DELAY], sum(fitted))
+    prior = np.append(np.repeat([_STIFFNESS, _DAMPING], len(stiffness)), instruments)
+    names, around, fit = build_chain(robot).elastic_names, robot, None
+    for _ in range(_LINEARISED):
+        locked, springs = LockedRobot(around, torque_curve), Parameters.of(around).stiffness
+        linear = [locked.linear(each.q, np.zeros(6)) for each in measured]
+        postures = tuple(
+            PostureResponse.of(there, springs, each.responses)
+            for there, each in zip(linear, measured, strict=True)
+        )
+        chosen = tuple(p for p, is_fitted in zip(postures, fitted, strict=True) if is_fitted)
+        experiment = ResponseExperiment(chosen, stiffness, damping, prior, 1.0)
+        fit = fit_responses(experiment, np.full(len(prior), np.nan), fit)
+        springs = fit.values[: len(stiffness)]
+        values = zip(names, springs.tolist(), strict=True)
+        around = apply_values(robot, {f"{name}.stiffness": k for name, k in values})
+    assert fit is not None
+    return replace(fit, postures=postures, unloaded=tuple(map(locked.unloaded_joints, linear)))
 
 
 def fit_responses(
@@ -76,11 +143,11 @@ def fit_responses(
     else:
         estimated = start.estimate
     for _ in range(_ROUNDS):
-        size = max(_size(estimated.linearisation), _LEAST)
+        size = max(_size(estimated.experiment), _LEAST)
         experiment = replace(experiment, deviation=size)
         x = np.where(is_free, estimated.x, fixed)
         estimated = _estimate(experiment.at(x), is_free)
-    point = estimated.linearisation
+    point = estimated.experiment
     size = _size(point)
     noise = min(_roughness(point), size)
     return ResponseFit(estimated, _deviations(point, is_free, size, noise), size, noise)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.response.cross_validation import posture_unlike_others
-from coupling.identification.response.fit import ResponseFit, fit_responses
+from coupling.identification.response.fit import ResponseFit, fit_responses, fit_robot
 from coupling.identification.response.posture import (
     MeasuredPosture,
     error_of,
@@ -18,8 +16,7 @@ from coupling.identification.response.posture import (
     posture_result,
 )
 from coupling.identification.response.refusal import refusal_of
-from coupling.identification.response.robot_fit import RobotFit
-from coupling.identification.robot_file import fitted_text, require_written
+from coupling.identification.robot_file import Identification
 from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.robot.parameters import apply_values, unit_of
@@ -38,22 +35,9 @@ _QUANTILE = 1.96
 _NONE = -20.0
 
 
-@dataclass(frozen=True)
-class ResponseIdentification:
-    """What frequency responses have identified.
-
-    Attributes:
-        robot: The robot with what is written.
-        result: Figures.
-    """
-
-    robot: Robot
-    result: ResponseFitResult
-
-
 def identify_from_responses(
     robot: Robot, torque_curve: str, measured: Sequence[MeasuredPosture]
-) -> ResponseIdentification:
+) -> Identification[ResponseFit, ResponseFitResult]:
     """Identify stiffness and damping of all gears and tilts.
 
     Args:
@@ -71,8 +55,8 @@ def identify_from_responses(
         raise IdentifyError(f"robot {robot.name}: expected joints that give way, got none")
     if all(posture.is_held_out for posture in measured):
         raise IdentifyError("measurements: expected responses to fit, got none but those held out")
-    robot_fit = RobotFit.of(robot, torque_curve, measured)
-    experiment, fit, postures = robot_fit.experiment, robot_fit.fit, robot_fit.postures
+    fit = fit_robot(robot, torque_curve, measured)
+    experiment, postures = fit.experiment, fit.postures
     damping, prior = experiment.damping, experiment.prior
     is_identified = fit.deviation[: len(starts)] <= _TOLD * prior[: len(starts)]
     with np.errstate(divide="ignore"):
@@ -80,8 +64,7 @@ def identify_from_responses(
     kept = np.full(len(prior), np.nan)
     kept[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
     refit = fit if is_identified.all() else fit_responses(experiment, kept, fit)
-    values, refitted = robot_fit.values, np.concatenate(experiment.parameters(refit.x))
-    written = np.where(is_identified, refitted, starts)
+    values, written = fit.values, np.where(is_identified, refit.values, starts)
     residuals = [[log_residual(p, each) for each in (starts, values, written)] for p in postures]
     of_fitted, of_others = (
         [r for r, each in zip(residuals, measured, strict=True) if each.is_held_out is held_out]
@@ -103,16 +86,19 @@ def identify_from_responses(
         postures=tuple(
             posture_result(posture, each, joints, written, residual)
             for posture, each, joints, residual in zip(
-                postures, measured, robot_fit.unloaded, residuals, strict=True
+                postures, measured, fit.unloaded, residuals, strict=True
             )
         ),
     )
     unlike = posture_unlike_others(robot, torque_curve, measured)
     refusal = unlike or refusal_of(result, postures, experiment, fit.x[: len(stiffness)])
     changed = {p.name: p.written for p in result.parameters if p.identified and p.written}
-    return ResponseIdentification(
-        apply_values(robot, changed), result.model_copy(update={"refusal": refusal})
+    words = (
+        f"Median of |log(model / measurement)| {result.error.written:.3f}, of the start file"
+        f" {result.error.start:.3f}."
     )
+    result = result.model_copy(update={"refusal": refusal})
+    return Identification(fit, apply_values(robot, changed), result, words)
 
 
 def _parameters(
@@ -145,28 +131,4 @@ def _parameters(
             else "these responses tell hardly more of it than is known without them",
         )
         for name, (start, value, written), spread, identified in rows
-    )
-
-
-def responses_text(identified: ResponseIdentification, start: Path, target: Path) -> str:
-    """Return the robot file with the identified values.
-
-    Args:
-        start: The start file.
-        target: Path of the new one.
-
-    Raises:
-        IdentifyError: If it is refused.
-        RobotFileError: If the start file cannot be read.
-    """
-    result = identified.result
-    require_written(result.refusal, target)
-    fitted = [posture.name for posture in result.postures if not posture.held_out]
-    words = (
-        f"Median of |log(model / measurement)| {result.error.written:.3f}, of the start file"
-        f" {result.error.start:.3f}."
-    )
-    source = f"frequency responses in {len(fitted)} postures: {', '.join(fitted)}"
-    return fitted_text(
-        start, identified.robot, result.parameters, "identify", source, words, target
     )

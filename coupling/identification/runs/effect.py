@@ -163,15 +163,18 @@ class SecantEffect:
         fmus: FMUs of the robot of the file, to run side by side.
         run: The measured run.
         effect: The gears' equation, for parameters without significant effect.
-        change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
-            past, small in the valley.
+        change: Changes of the log factors for differences [1], (P,).
 
     Attributes:
         shown: Numbers of the parameters with a significant effect.
     """
 
     def __init__(
-        self, fmus: Sequence[RobotFmu], run: MeasuredPath, effect: ParameterEffect, change: float
+        self,
+        fmus: Sequence[RobotFmu],
+        run: MeasuredPath,
+        effect: ParameterEffect,
+        change: np.ndarray,
     ) -> None:
         self._fmus, self._effect, self._run = fmus, effect, run
         self._change, prior = change, prior_of(effect.parameters)
@@ -209,10 +212,10 @@ class SecantEffect:
     def _columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         columns = self._plain.copy()
         # Towards what was known before, where the robot is better known.
-        steps = np.diag(np.where(x > 0.0, -self._change, self._change))[self.shown]
-        here, *aside = self._poses([x, *(x + steps)], time)
+        change = np.where(x > 0.0, -self._change, self._change)
+        here, *aside = self._poses([x, *(x + np.diag(change)[self.shown])], time)
         for k, there in zip(self.shown, aside, strict=True):
-            columns[:, :, k] = (there - here) / (-self._change if x[k] > 0.0 else self._change)
+            columns[:, :, k] = (there - here) / change[k]
         return columns
 
     def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:

@@ -3,7 +3,10 @@
 A fit to a whole run has local minima: derivatives do not show that a gear crosses its backlash too late
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
-explained, with restarts at other backlash and damping (`backlash_trials`) where it exceeds the noise.
+explained, with a restart at other backlash and damping (`backlash_trials`) where it exceeds the noise.
+Gears that swing cross at times that are decided by parts in a thousand of the parameters some seconds
+before: where much more is left of an extension than of the part before, the run is no longer
+predictable, and the parameters are those of that part.
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -13,19 +16,21 @@ inflation (`UnexplainedPart`): the most likely robot, and its covariance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
-from coupling.identification.estimate import Estimate, estimate
+from coupling.identification.estimate import estimate
 from coupling.identification.runs.effect import in_parallel
 from coupling.identification.runs.linearisation import (
     FLOOR,
     FitObjective,
     FitPoint,
+    Restart,
     RunLinearisation,
+    size_of,
 )
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
@@ -43,12 +48,13 @@ from coupling.identification.runs.whitening import (
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 
-# Changes of a log factor for differences, one after the other: the valley is narrower than the local
-# minima; and those on its ground.
-_CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
-# Steps of a fit to a part and to the whole; restarts of a part and of the whole, and of so many gears'
-# best sides.
-_PART_STEPS, _STEPS, _PART_TRIES, _TRIES, _RESTART_GEARS = 12, 30, 1, 2, 2
+# Changes of a log factor for differences, at most and at least: what is known well is looked at closely,
+# as the valley is narrower than the local minima.
+_CHANGE, _LEAST_CHANGE = 0.05, 0.002
+# Steps of a fit at most, and fits by rows that count by their noise, each with a spectrum of its own.
+_STEPS, _SETTLING = 30, 2
+# A part in which so many times as much is left as before is not predictable.
+_LOST = 3.0
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
 # every unknown.
 _SETTLED = 0.15
@@ -62,7 +68,7 @@ _SIZES = (1.0 / 3.0, 2.0 / 3.0)
 _FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
 # By which part more at least where what was looked at stays unexplained, as where a gear is in its
 # backlash without load: else a fit that comes to nothing takes longest.
-_STRIDE = 0.5
+_STRIDE = 0.2
 # Means over so long [s] that are so many times noise are no longer explained.
 _OVER, _FAR = 0.2, 2.0
 
@@ -78,12 +84,14 @@ class ParameterFit(FitPoint):
         converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
         spectrum: Spectrum of what the model does not describe.
+        seconds: Part of every run that it is fitted to, as far as they are predictable [s].
     """
 
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
     spectrum: UnmodelledSpectrum
+    seconds: float
 
 
 class Fitter:
@@ -107,19 +115,24 @@ class Fitter:
             progress: Function called with the milliseconds of the runs that are fitted, and all.
         """
         longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
-        whole = FitObjective(self.problem, NONE)
-        now, spectrum = whole.framed(start), USUAL
-        before, seconds = 0.0, _window(whole, now, 0.0)
-        while seconds < np.inf:
+        whole, now = self._whole, self._whole.framed(start)
+        before, seconds, explained, level = 0.0, _window(whole, now, 0.0), None, 1.0
+        # A run that a robot explains already has nothing that the model does not describe.
+        spectrum = USUAL if seconds < np.inf else NONE
+        while before < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _restarted(part, part.at(now.z), _PART_STEPS, _PART_TRIES)
+            here = _restarted(part, part.at(now.z), level)
             spectrum = _likeliest(here, SLOW_SPECTRA)
+            if explained is not None and _is_lost(here, spectrum, before):
+                break
+            explained, before, level = here, seconds, max(part.over_noise(here.point), 1.0)
             whole = FitObjective(self.problem, spectrum)
-            now, before = whole.at(here.point.z), seconds
-            progress(min(round(1e3 * before), longest), 2 * longest)
+            now = whole.at(here.point.z)
+            progress(round(1e3 * min(before, 1e-3 * longest)), 2 * longest)
             seconds = _window(whole, now, before, _is_noise(part, here.point))
         progress(longest, 2 * longest)
-        return self._settled(_restarted(whole, now, _STEPS, _TRIES))
+        assert explained is not None
+        return Fitter(explained.objective.problem)._settled(explained, before)
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
         """Return what given parameters leave, behind the frame that fits them best.
@@ -134,22 +147,23 @@ class Fitter:
         """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         return self._whole.noise(residuals)
 
-    def _settled(self, now: RunLinearisation) -> ParameterFit:
+    def _settled(self, now: RunLinearisation, seconds: float) -> ParameterFit:
         """Return the most likely robot near what was found, and how sure it is."""
-        for change in _SMALL_CHANGES:
+        for _ in range(_SETTLING):
             spectrum = _likeliest(now, SPECTRA)
             over = self._left_over(self._counted(now, spectrum, 1.0)).over
-            counted = _with_secants(self._counted(now, spectrum, over), change)
+            counted = _with_secants(self._counted(now, spectrum, over))
             fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
-            now = fit.linearisation
+            now = fit.experiment
         left_over = self._left_over(self._counted(now, spectrum, 1.0))
         covariance = self._covariance(self._counted(now, spectrum, left_over.over))
         return ParameterFit(
             **vars(now.point),
             covariance=covariance,
-            converged=fit.is_settled,
+            converged=fit.converged,
             left_over=left_over,
             spectrum=spectrum,
+            seconds=seconds,
         )
 
     def _counted(
@@ -177,7 +191,7 @@ class Fitter:
         simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
         but not what other gears do meanwhile.
         """
-        secants = self.problem.secants(_CHANGES[0])
+        secants = self.problem.secants(np.full(len(self.problem.parameters), _CHANGE))
         by_secants, by_equation = (
             np.linalg.inv(
                 now.objective.equations(now.point, now.objective.slopes(now.x, derivatives))[0]
@@ -214,82 +228,84 @@ def _free(objective: FitObjective) -> tuple[np.ndarray, np.ndarray]:
     return -high, high
 
 
-def _refined(
-    objective: FitObjective, start: FitPoint, most: int, changes: Sequence[float]
-) -> Estimate[RunLinearisation]:
-    """Return what is found from some unknowns on, by steps with ever more exact derivatives.
+def _refined(objective: FitObjective, start: FitPoint) -> RunLinearisation:
+    """Return what is found from some unknowns on.
 
     Args:
         objective: Sum of squares of the runs, or of a part of them.
         start: Unknowns to begin at.
-        most: Steps with each kind of derivatives at most.
-        changes: Changes of a log factor for differences of simulations, one after the other [1].
     """
     # Far from the solution derivatives of the gears' equation lead towards it.
-    problem = objective.problem
-    slopes = objective.slopes(start.z, problem.effects)
-    here = RunLinearisation(objective, start, problem.secants(changes[0]), changes[0], slopes)
-    fit = estimate(here, _free(objective), most, _SETTLED)
-    for change in changes[1:]:
-        if _is_noise(objective, fit.linearisation.point):
-            break
-        here = _with_secants(fit.linearisation, change)
-        fit = estimate(here, _free(objective), most, _SETTLED)
-    return fit
+    slopes = objective.slopes(start.z, objective.problem.effects)
+    here = RunLinearisation(objective, start, (), np.zeros(0), slopes)
+    return estimate(_with_secants(here), _free(objective), _STEPS, _SETTLED).experiment
 
 
-def _restarted(objective: FitObjective, start: FitPoint, most: int, tries: int) -> RunLinearisation:
-    """Return what is found from some unknowns and from restarts beside them."""
-    best = _refined(objective, start, most, _CHANGES).linearisation
-    restarts = _restart_points(best)
-    for _ in range(tries):
-        now = best.point
-        neighbour = None if _is_noise(objective, now) else next(restarts, None)
-        if neighbour is None:
-            break
-        other = _refined(objective, neighbour, most, _CHANGES).linearisation
-        there = other.point
-        if 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1] < now.cost - _SETTLED:
-            best, restarts = other, _restart_points(other)
-    return best
+def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float) -> bool:
+    """Whether much more is left of what was looked at last than of what was before [s]."""
+    objective = FitObjective(now.objective.problem, spectrum)
+    earlier, later = [], []
+    for mean, rows in zip(objective.slow, objective.at(now.x).rows, strict=True):
+        is_late = mean.time - mean.time[0] > before
+        earlier.append(rows[~is_late])
+        later.append(rows[is_late])
+    least = max(objective.noise(now.point.residuals), FLOOR)
+    return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), least)
 
 
-def _with_secants(now: RunLinearisation, change: float) -> RunLinearisation:
-    """Return the same with derivatives by differences of simulations, computed when asked for."""
-    secants = now.objective.problem.secants(change)
-    return replace(now, derivatives=secants, reach=change, exact_at=None)
+def _restarted(objective: FitObjective, start: FitPoint, level: float) -> RunLinearisation:
+    """Return what is found from unknowns and, if that leaves more than noise times a level, beside."""
+    here = _refined(objective, start)
+    now = here.point
+    restart = None if _is_noise(objective, now, level) else _best_restart(here)
+    if restart is None:
+        return here
+    aside, fitted = restart.point, objective.try_at(restart.z, now.scale)
+    if fitted is not None and fitted.cost < aside.cost:
+        aside = fitted
+    other = _refined(objective, aside)
+    there = other.point
+    cost = 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1]
+    return other if cost < now.cost - _SETTLED else here
 
 
-def _is_noise(part: FitObjective, now: FitPoint) -> bool:
-    """Whether hardly more is left than noise, by how much chance there is in that."""
-    means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
-    chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
-    return part.over_noise(now) <= max(_NEAR_NOISE, chance)
+def _with_secants(now: RunLinearisation) -> RunLinearisation:
+    """Return the same with derivatives by differences of simulations, computed when asked for.
 
-
-def _restart_points(now: RunLinearisation) -> Iterator[FitPoint]:
-    """Yield where to try again: beside what was found, in backlash and damping of one gear each.
-
-    All else is fitted to these with derivatives that are known, which tells a gear's best side.
+    Differences are as large as the standard deviations of the parameters by the derivatives so far.
     """
     problem = now.objective.problem
-    shown = {int(k) for secant in problem.secants(_CHANGES[0]) for k in secant.shown}
-    gears = backlash_trials(problem.parameters, shown)
+    variance = np.diag(np.linalg.inv(now.objective.equations(now.point, now.slopes)[0]))
+    change = np.sqrt(variance[: len(problem.parameters)]).clip(_LEAST_CHANGE, _CHANGE)
+    return replace(now, derivatives=problem.secants(change), reach=change, exact_at=None)
 
-    def tried(fmu: RobotFmu, step: np.ndarray) -> FitPoint:
+
+def _is_noise(part: FitObjective, now: FitPoint, level: float = 1.0) -> bool:
+    """Whether hardly more is left than noise times a level, by how much chance there is in that."""
+    means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
+    chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
+    return part.over_noise(now) <= level * max(_NEAR_NOISE, chance)
+
+
+def _best_restart(now: RunLinearisation) -> Restart | None:
+    """Return where to try again: beside what was found, in backlash and damping of one gear.
+
+    All else is fitted to these with derivatives that are known, which tells the best gear and side.
+    """
+    problem = now.objective.problem
+    secants = problem.secants(np.full(len(problem.parameters), _CHANGE))
+    shown = {int(k) for secant in secants for k in secant.shown}
+
+    def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
         return now.objective.fit_others(now.point, now.slopes, step, fmu)
 
-    all_steps = [step for steps in gears for step in steps]
-    ordered = iter(in_parallel(problem.fmus, all_steps, tried))
-    candidates = [
-        min((next(ordered) for _ in steps), key=lambda point: point.cost) for steps in gears
-    ]
-    yield from sorted(candidates, key=lambda point: point.cost)[:_RESTART_GEARS]
+    restarts = in_parallel(problem.fmus, backlash_trials(problem.parameters, shown), tried)
+    return min(restarts, key=lambda restart: restart.cost, default=None)
 
 
 def backlash_trials(
     parameters: Sequence[RobotParameter], shown: Collection[int]
-) -> list[list[np.ndarray]]:
+) -> list[np.ndarray]:
     """Return steps of log factors to both sides, for every gear whose backlash is shown.
 
     What a gear's crossing takes is 2 B d: its backlash and its damping pull against each other, and
@@ -301,7 +317,7 @@ def backlash_trials(
         shown: Numbers of the parameters with a significant effect.
 
     Returns:
-        Steps of each gear whose backlash and damping have a significant effect [1], (P,).
+        Steps of the gears whose backlash and damping have a significant effect [1], (P,).
     """
     of = {
         (parameter.gear, parameter.kind): k for k, parameter in enumerate(parameters) if k in shown
@@ -312,12 +328,10 @@ def backlash_trials(
         pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
         if len(pair) < 2:
             continue
-        steps = []
         for size, signs in product(_SIZES, _STEPS_ASIDE):
             step = np.zeros(len(parameters))
             step[pair] = size * prior[pair] * signs
-            steps.append(step)
-        trials.append(steps)
+            trials.append(step)
     return trials
 
 

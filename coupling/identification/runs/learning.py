@@ -145,6 +145,12 @@ class Learned:
             if run.measured.motors
             for words in run.measured.motors.remarks
         ]
+        if np.isfinite(self.fit.seconds):
+            remarks.append(
+                f"only the first {self.fit.seconds:.3g} s are predictable, and learned from: after them"
+                " gears that swing without load cross their backlash at times that are decided by less"
+                " than is known of the robot"
+            )
         if not self.unexplained or self.refusal:
             return remarks
         return [
@@ -191,6 +197,7 @@ def learn(
     fit = Fitter(problem).fit(
         start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
+    problem = problem.until(fit.seconds)
     spread = spread_of(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)

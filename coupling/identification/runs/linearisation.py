@@ -16,7 +16,6 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.special import gammaincinv
 
 from coupling.errors import SimulationError
-from coupling.identification.estimate import Trial
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
 from coupling.identification.runs.residual import Residual, noise_of
@@ -26,7 +25,7 @@ from coupling.robot.robot_fmu import RobotFmu
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
-_FRAME_ITERATIONS, _FITTED = 3, 1
+_FRAME_ITERATIONS = 3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
 
@@ -59,6 +58,21 @@ class FitPoint:
     def cost(self) -> float:
         """Half the sum of squares [1]."""
         return 0.5 * self.squares
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Where a fit may begin again.
+
+    Attributes:
+        point: Unknowns of which a few were changed.
+        z: The others fitted to these, by derivatives [1, m, rad, s], (U,).
+        cost: Cost that is predicted there [1].
+    """
+
+    point: FitPoint
+    z: np.ndarray
+    cost: float
 
 
 @cache
@@ -216,8 +230,8 @@ class FitObjective:
 
     def fit_others(
         self, now: FitPoint, slopes: Sequence[np.ndarray], step: np.ndarray, fmu: RobotFmu
-    ) -> FitPoint:
-        """Return what a step comes to with all that it does not change fitted to it.
+    ) -> Restart:
+        """Return a step, and what is predicted where all that it does not change is fitted to it.
 
         Args:
             now: The point it begins at.
@@ -229,15 +243,11 @@ class FitObjective:
         z[: len(step)] += step
         after = self.at(z, now.scale, fmu)
         free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
-        for _ in range(_FITTED):
-            matrix, right = self.equations(after, slopes)
-            z = after.z.copy()
-            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
-            further = self.try_at(z, now.scale, fmu)
-            if further is None or further.cost >= after.cost:
-                break
-            after = further
-        return after
+        matrix, right = self.equations(after, slopes)
+        change = np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+        z = after.z.copy()
+        z[free] += change
+        return Restart(after, z, after.cost - 0.5 * float(right[free] @ change))
 
     def framed(self, x: np.ndarray) -> FitPoint:
         """Return what given parameters leave behind the frame that fits them best.
@@ -282,7 +292,7 @@ class RunLinearisation:
         objective: Their objective.
         point: Residuals and cost there.
         derivatives: Derivatives of the poses of every run by log factors.
-        reach: Change of a log factor over which they hold [1].
+        reach: Changes of the log factors over which they hold [1], (P,).
         slopes: Derivatives of the slow rows of every run by log factors [m], (k, c, P).
         exact_at: Log factors where those were computed [1], (P,); None: nowhere.
     """
@@ -290,7 +300,7 @@ class RunLinearisation:
     objective: FitObjective
     point: FitPoint
     derivatives: Sequence[PoseDerivatives]
-    reach: float
+    reach: np.ndarray
     slopes: Sequence[np.ndarray] = ()
     exact_at: np.ndarray | None = None
 
@@ -308,11 +318,6 @@ class RunLinearisation:
         return factor, -solve_triangular(factor, right, trans="T")
 
     @property
-    def cost(self) -> float:
-        """Half the squares of residuals and prior [1]."""
-        return self.point.cost
-
-    @property
     def unit(self) -> float:
         """Decrease of the cost that makes the measurement likelier by e."""
         return 1.0
@@ -323,28 +328,32 @@ class RunLinearisation:
         if self.exact_at is None:
             return False
         count = len(self.exact_at)
-        return bool(np.abs(self.x[:count] - self.exact_at).max() <= self.reach)
+        return bool(np.all(np.abs(self.x[:count] - self.exact_at) <= self.reach))
 
-    def try_step(self, step: np.ndarray) -> FitPoint | None:
-        """Return the residual after a step [1, m, rad, s], (U,); None of a robot that gives way."""
-        return self.objective.try_at(self.x + step, self.point.scale)
+    def cost(self, weighted: RunLinearisation) -> float:
+        """Return half the squares of residuals and prior [1], by the scale around other values."""
+        point = self.point
+        return 0.5 * self.objective.rescaled(point.z, point.rows, weighted.point.scale)[1]
 
-    def move_to(self, trial: Trial) -> RunLinearisation:
-        """Return the runs around a trial, with derivatives that explain the step [Broyden1965]."""
-        assert isinstance(trial, FitPoint)
+    def at(self, x: np.ndarray) -> RunLinearisation | None:
+        """Return the runs around other values [1, m, rad, s], (U,); None of a robot that gives way.
+
+        Their derivatives explain the step [Broyden1965].
+        """
+        point = self.objective.try_at(x)
+        if point is None:
+            return None
         count = len(self.objective.problem.parameters)
         slopes = []
         for number, before in enumerate(self.slopes):
             columns = self.objective.columns(self.point, number, before)
-            step = (trial.z - self.x)[self.objective.unknowns_of(number)]
-            unexplained = self.point.slow[number] - trial.slow[number] - columns @ step
+            step = (x - self.x)[self.objective.unknowns_of(number)]
+            unexplained = self.point.slow[number] - point.slow[number] - columns @ step
             size = np.linalg.norm(before, axis=(0, 1))
             share = size**2 * step[:count]
             length = float(share @ step[:count])
             share = share / length if length > 0.0 else 0.0 * share
             slopes.append(before + unexplained[:, :, None] * share)
-        scale, squares = self.objective.rescaled(trial.z, trial.rows)
-        point = replace(trial, scale=scale, squares=squares)
         return replace(self, point=point, slopes=slopes)
 
     def recompute(self) -> RunLinearisation:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,9 +69,6 @@ class FitProblem:
     runs: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()
-    _secants: dict[float, tuple[SecantEffect, ...]] = field(
-        init=False, repr=False, compare=False, default_factory=dict
-    )
 
     @property
     def fmu(self) -> RobotFmu:
@@ -107,18 +104,16 @@ class FitProblem:
         """Return the problem of the first seconds of every measured run."""
         return replace(self, runs=tuple(run.until(seconds) for run in self.runs))
 
-    def secants(self, change: float) -> tuple[SecantEffect, ...]:
+    def secants(self, change: np.ndarray) -> tuple[SecantEffect, ...]:
         """What the parameters do in each measured run, by differences of simulations.
 
         Args:
-            change: Change of a log factor.
+            change: Changes of the log factors [1], (P,).
         """
-        if change not in self._secants:
-            self._secants[change] = tuple(
-                SecantEffect(self.fmus, run, effect, change)
-                for run, effect in zip(self.runs, self.effects, strict=True)
-            )
-        return self._secants[change]
+        return tuple(
+            SecantEffect(self.fmus, run, effect, change)
+            for run, effect in zip(self.runs, self.effects, strict=True)
+        )
 
     def frame_values(self, z: np.ndarray, number: int) -> np.ndarray:
         """Return frame, clock, probe and the motors' clock of a measured run, as far as there are.

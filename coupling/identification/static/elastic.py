@@ -131,6 +131,12 @@ class Candidate:
     joint: int
     axis: tuple[float, ...] | None
 
+    def in_units(self, value: float) -> float:
+        """Return a compliance as a stiffness [N m/rad], infinite for none, or one as the other."""
+        if self.axis is None:
+            return value
+        return 1.0 / value if value > 0.0 else np.inf
+
     def added_to(self, robot: Robot, value: float) -> tuple[Robot, str]:
         """Return the robot with this parameter, and the parameter's name in the FMU.
 

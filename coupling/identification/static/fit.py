@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.estimate import Estimate, Trial, estimate
+from coupling.identification.estimate import Estimate, estimate
 from coupling.identification.evidence import support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.least_squares import LinearProblem, robust_weights
@@ -87,10 +87,7 @@ class StaticExperiment:
         Raises:
             IdentifyError: If the robot finds no rest there, with the row.
         """
-        return self.linearise_around(values, self.predict(values))
-
-    def linearise_around(self, values: np.ndarray, prediction: Prediction) -> StaticLinearisation:
-        """Return the experiment around values of p, in its units, (P,), with their prediction."""
+        prediction = self.predict(values)
         residual = self.measured.deflection - prediction.deflection
         white = self.white
         if white is None:
@@ -105,21 +102,6 @@ class StaticExperiment:
         if self.white is None:
             weight = robust_weights(problem, values, self.loss)
         return StaticLinearisation(self, values, prediction, white, problem, weight)
-
-
-@dataclass(frozen=True)
-class StaticTrial:
-    """A prediction that was tried.
-
-    Attributes:
-        values: Values of p, in its units, (P,).
-        prediction: Prediction there.
-        cost: Half the squares that it leaves [1].
-    """
-
-    values: np.ndarray
-    prediction: Prediction
-    cost: float
 
 
 @dataclass(frozen=True)
@@ -163,35 +145,24 @@ class StaticLinearisation:
         return np.vstack(matrix), np.concatenate(residual)
 
     @property
-    def cost(self) -> float:
-        """Half the squares of the weighted residual [1]."""
-        return self._cost(self.x, self.prediction)
-
-    @property
     def unit(self) -> float:
         """Variance of a number as it is left, and at least that of rounding [1]."""
         count = self.problem.target.size
-        return max(2.0 * self.cost, _ROUNDING**2 * float(np.sum(self.white**2))) / count
+        return max(2.0 * self.cost(self), _ROUNDING**2 * float(np.sum(self.white**2))) / count
 
-    def _cost(self, values: np.ndarray, prediction: Prediction) -> float:
-        residual = self.experiment.measured.deflection - prediction.deflection
-        whitened = np.einsum("kij,kj->ki", self.white, residual) * self.weight[:, None]
-        prior = self.experiment.known_before(values)
+    def cost(self, weighted: StaticLinearisation) -> float:
+        """Return half the squares of the residual [1], with the weights around other values."""
+        residual = self.experiment.measured.deflection - self.prediction.deflection
+        whitened = np.einsum("kij,kj->ki", weighted.white, residual) * weighted.weight[:, None]
+        prior = self.experiment.known_before(self.x)
         return 0.5 * float(np.sum(whitened**2) + prior @ prior)
 
-    def try_step(self, step: np.ndarray) -> StaticTrial | None:
-        """Return the prediction after a step, (P,); None where the robot finds no rest."""
-        values = self.x + step
+    def at(self, x: np.ndarray) -> StaticLinearisation | None:
+        """Return the experiment around other values, (P,); None where the robot finds no rest."""
         try:
-            prediction = self.experiment.predict(values)
+            return self.experiment.linearise(x)
         except IdentifyError:
             return None
-        return StaticTrial(values, prediction, self._cost(values, prediction))
-
-    def move_to(self, trial: Trial) -> StaticLinearisation:
-        """Return the experiment around the values of a trial."""
-        assert isinstance(trial, StaticTrial)
-        return self.experiment.linearise_around(trial.values, trial.prediction)
 
     def recompute(self) -> StaticLinearisation:
         """Return the same: its Jacobian is exact."""
@@ -233,7 +204,7 @@ class StaticFit:
             model: The robot's equilibria.
             rigid: The problem in the rigid posture; None: that around the fitted values.
         """
-        point, converged = estimated.linearisation, estimated.is_at_minimum
+        point, converged = estimated.experiment, estimated.converged
         reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
         return cls(model, point, converged, reason, rigid or point.problem)
 
@@ -277,7 +248,7 @@ def fit_static(
         return rigid_prediction(elasticity, measured, values)
 
     first = fit_from(replace(experiment, predict=predict_rigid), elasticity.start)
-    observable = first.linearisation.problem
+    observable = first.experiment.problem
     try:
         estimated = fit_from(replace(experiment, observable=observable), first.x)
     except IdentifyError as cause:
@@ -285,7 +256,7 @@ def fit_static(
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
             " deflections in m, base axes?"
         )
-        return StaticFit(model, first.linearisation, False, reason, observable)
+        return StaticFit(model, first.experiment, False, reason, observable)
     return StaticFit.of(model, estimated, observable)
 
 

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from coupling.errors import HysteresisError, IdentifyError, one_of
 from coupling.identification.evidence import support
 from coupling.identification.intervals import left_out
-from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
+from coupling.identification.robot_file import Identification
+from coupling.identification.static.elastic import ElasticParameters, candidates
 from coupling.identification.static.fit import IdentifyOptions, StaticFit, fit_static
 from coupling.identification.static.loops import identify_loops
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.model import StaticModel
 from coupling.identification.static.prediction import candidate_column
-from coupling.identification.static.suspicions import common_loss, shifted_points
-from coupling.identification.static.verdicts import (
-    CandidateTest,
-    Identification,
-    judge_parameters,
-)
+from coupling.identification.static.suspicions import common_loss, point_suspicions
+from coupling.identification.static.verdicts import conclude, further_result, judge_parameters
+from coupling.results.identified_result import FurtherResult, IdentifiedResult
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 
@@ -29,7 +25,9 @@ _SIZE = {True: 1e-9, False: 1e-6}
 SUPPORTED = "supported"
 
 
-def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> Identification:
+def identify(
+    robot: Robot, measured: Measurements, options: IdentifyOptions
+) -> Identification[StaticFit, IdentifiedResult]:
     """Identify a robot's elasticity, and from loading loops the hysteresis of its gears.
 
     Args:
@@ -75,65 +73,48 @@ def require_no_hysteresis(robot: Robot) -> None:
 
 def _identify_single(
     robot: Robot, measured: Measurements, options: IdentifyOptions, rms_start: float
-) -> Identification:
+) -> Identification[StaticFit, IdentifiedResult]:
     """Return what single loads identify, with parameters that are added one after the other."""
     added: list[str] = []
-    for name in options.add:
-        if name != SUPPORTED:
-            robot, added_name = _with(robot, measured, options, name)
-            added.append(added_name)
-    identification = _once(robot, measured, options, tuple(added), rms_start)
-    while SUPPORTED in options.add:
-        best = [further for further in identification.further if further.support.supported]
-        if not best:
+    named = [name for name in options.add if name != SUPPORTED]
+    while True:
+        elasticity = ElasticParameters.of(robot, options.torque_curve)
+        fit = fit_static(elasticity, measured, options)
+        further = {each.name: each for each in _further(fit, options)}
+        supported = [each for each in further.values() if each.supported]
+        if named:
+            name = named.pop(0)
+            if name not in further:
+                raise IdentifyError(f"--add: {one_of([SUPPORTED, *further], name)}")
+        elif SUPPORTED in options.add and supported:
+            name = min(supported, key=lambda each: each.left_out_change or 0.0).name
+        else:
             break
-        chosen = min(best, key=lambda further: further.support.left_out_change or 0.0)
-        robot, added_name = chosen.candidate.added_to(robot, chosen.value)
+        value = further[name].value
+        (candidate,) = [
+            each for each in candidates(robot, options.torque_curve) if each.name == name
+        ]
+        robot, added_name = candidate.added_to(
+            robot, candidate.in_units(np.inf if value is None else value)
+        )
         added.append(added_name)
-        identification = _once(robot, measured, options, tuple(added), rms_start)
-    return identification
-
-
-def _with(
-    robot: Robot, measured: Measurements, options: IdentifyOptions, name: str
-) -> tuple[Robot, str]:
-    """Return the robot with a candidate, at the value that fits beside the others, and its name."""
-    by_name = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
-    if name not in by_name:
-        raise IdentifyError(f"--add: {one_of([SUPPORTED, *by_name], name)}")
-    fit = fit_static(ElasticParameters.of(robot, options.torque_curve), measured, options)
-    (further,) = _further(fit, options, [by_name[name]])
-    return by_name[name].added_to(robot, further.value)
-
-
-def _once(
-    robot: Robot,
-    measured: Measurements,
-    options: IdentifyOptions,
-    added: tuple[str, ...],
-    rms_start: float,
-) -> Identification:
-    elasticity = ElasticParameters.of(robot, options.torque_curve)
-    fit = fit_static(elasticity, measured, options)
-    return Identification(
+    return conclude(
         fit,
         judge_parameters(fit, added),
         # What is added and not identified vanishes.
         np.where(np.isin(elasticity.names, added), elasticity.least, elasticity.start),
         fit.at.in_units(left_out(fit.at.problem, fit.at.weight)),
         rms_start,
-        tuple(_further(fit, options, candidates(robot, options.torque_curve))),
+        tuple(further.values()),
         common_loss(fit.at),
-        tuple(shifted_points(fit.at)),
+        point_suspicions(fit.at),
     )
 
 
-def _further(
-    fit: StaticFit, options: IdentifyOptions, tested_candidates: Sequence[Candidate]
-) -> list[CandidateTest]:
-    """Return candidates tested one by one beside the parameters of a fit."""
+def _further(fit: StaticFit, options: IdentifyOptions) -> list[FurtherResult]:
+    """Return parameters that the robot does not have, tested one by one beside those of a fit."""
     robot, at, results, whole = fit.elasticity.robot, fit.at, [], []
-    for candidate in tested_candidates:
+    for candidate in candidates(robot, options.torque_curve):
         try:
             column = candidate_column(
                 robot, options.torque_curve, candidate, at.experiment.measured
@@ -144,7 +125,7 @@ def _further(
     for candidate, column in whole:
         problem = at.problem.also(column, _SIZE[candidate.axis is not None])
         last = np.arange(len(problem.start)) == len(at.x)
-        tested = support(problem, last, at.weight, len(whole))
+        evidence = support(problem, last, at.weight, len(whole))
         value = float(problem.weighted(at.weight).solve()[-1])
-        results.append(CandidateTest(candidate, value, tested))
+        results.append(further_result(candidate, value, evidence))
     return results

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import replace
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from coupling.files.gear_table import sheet_elements
+from coupling.identification.robot_file import Identification
 from coupling.identification.static.elastic import Candidate, ElasticParameters, joint_of
 from coupling.identification.static.fit import (
     IdentifyOptions,
@@ -23,12 +23,8 @@ from coupling.identification.static.hysteresis import (
 )
 from coupling.identification.static.measurements import Measurements, rms
 from coupling.identification.static.model import StaticModel
-from coupling.identification.static.verdicts import (
-    CandidateTest,
-    Identification,
-    judge_parameters,
-)
-from coupling.results.identified_result import LoopResult
+from coupling.identification.static.verdicts import conclude, further_result, judge_parameters
+from coupling.results.identified_result import FurtherResult, IdentifiedResult, LoopResult
 from coupling.results.parameter_result import ParameterResult
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -39,7 +35,7 @@ _HELD = 1e-2
 
 def identify_loops(
     robot: Robot, measured: Measurements, options: IdentifyOptions, rms_start: float
-) -> Identification:
+) -> Identification[StaticFit, IdentifiedResult]:
     """Identify a robot's elasticity and the hysteresis of its gears from loading loops.
 
     A gear without elements whose load turns back is given three; it keeps them where they are supported
@@ -53,7 +49,7 @@ def identify_loops(
     """
     ranges = _bare_gears(robot, measured)
     wider = with_elements(robot, ranges)
-    shaped, dropped = set(ranges), list[CandidateTest]()
+    shaped, dropped = set(ranges), list[FurtherResult]()
     while True:
         elasticity = ElasticParameters.of(wider, options.torque_curve, shaped)
         fit = fit_static(elasticity, measured, options)
@@ -67,12 +63,12 @@ def identify_loops(
         if not weak:
             break
         dropped += [
-            CandidateTest(Candidate(parameter.name, joint_of(parameter), None), value, tested)
+            further_result(Candidate(parameter.name, joint_of(parameter), None), value, tested)
             for parameter, value, tested in weak
         ]
         gone = {joint_of(parameter) for parameter, _, _ in weak}
         wider, shaped = without_elements(wider, gone), shaped - gone
-    return replace(_conclude(fit, shaped, options, rms_start), further=tuple(dropped))
+    return _conclude(fit, shaped, options, rms_start, dropped)
 
 
 def _bare_gears(robot: Robot, measured: Measurements) -> dict[int, float]:
@@ -86,8 +82,12 @@ def _bare_gears(robot: Robot, measured: Measurements) -> dict[int, float]:
 
 
 def _conclude(
-    fit: StaticFit, shaped: set[int], options: IdentifyOptions, rms_start: float
-) -> Identification:
+    fit: StaticFit,
+    shaped: set[int],
+    options: IdentifyOptions,
+    rms_start: float,
+    dropped: Sequence[FurtherResult],
+) -> Identification[StaticFit, IdentifiedResult]:
     elasticity, measured = fit.elasticity, fit.at.experiment.measured
     left_out = _left_out(fit, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
@@ -123,14 +123,8 @@ def _conclude(
         )
         for rows in measured.sequences
     )
-    return Identification(
-        fit,
-        verdicts,
-        np.where(elasticity.chosen("slip_angle"), _assumed(fit), kept),
-        left_out,
-        rms_start,
-        loops=loops,
-    )
+    kept = np.where(elasticity.chosen("slip_angle"), _assumed(fit), kept)
+    return conclude(fit, verdicts, kept, left_out, rms_start, dropped, loops=loops)
 
 
 def _assumed(fit: StaticFit) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import stdtr
 
@@ -12,7 +10,6 @@ from coupling.identification.intervals import quantile
 from coupling.identification.static.fit import StaticLinearisation
 from coupling.identification.static.prediction import point_columns
 from coupling.results.identified_result import CommonLossResult
-from coupling.results.parameter_result import EvidenceResult
 
 # A loss common to all rows is significant where it is this improbable by chance.
 _SUSPICIOUS = 0.01
@@ -21,9 +18,9 @@ _SMALL, _SIZE = 1e-6, 1e-3
 _NAMES = ("measured point", "load point")
 
 
-def loss_suspicion(loss: CommonLossResult) -> str:
+def loss_suspicion(loss: CommonLossResult | None) -> str:
     """Return what is to be suspected of a loss, in words; "" for nothing."""
-    if not loss.probability < _SUSPICIOUS:
+    if loss is None or not loss.probability < _SUSPICIOUS:
         return ""
     size = f"{1e3 * abs(loss.value_m):.3f} +- {1e3 * loss.half_m:.3f} mm"
     if loss.value_m > 0.0:
@@ -60,42 +57,21 @@ def common_loss(at: StaticLinearisation) -> CommonLossResult | None:
     )
 
 
-@dataclass(frozen=True)
-class MovedPoint:
-    """A shift common to all rows, beside all parameters.
-
-    Attributes:
-        name: "measured point" or "load point".
-        shift: Shift in the TCP's frame [m], (3,), to first order.
-        support: Whether the data support it: three numbers together.
-    """
-
-    name: str
-    shift: tuple[float, ...]
-    support: EvidenceResult
-
-    def suspicion(self) -> str:
-        """Return what is to be suspected, in words; "" for nothing."""
-        if not self.support.supported:
-            return ""
-        place = ", ".join(f"{value:.3f}" for value in self.shift)
-        return (
-            f"the {self.name} seems to be [{place}] m from its place in the table, in the TCP's frame"
-            f" and to first order ({self.support.in_words}): check where it was"
-        )
-
-
-def shifted_points(at: StaticLinearisation) -> list[MovedPoint]:
-    """Return the shifts of both points that fit best, one point at a time."""
-    experiment = at.experiment
+def point_suspicions(at: StaticLinearisation) -> list[str]:
+    """Return what is to be suspected of both points, in words: a shift common to all rows of one."""
+    experiment, suspicions = at.experiment, []
     columns = point_columns(experiment.elasticity, experiment.measured, at.x)
-    points = []
     for name, by_shift in zip(_NAMES, columns, strict=True):
         problem = at.problem
         for column in np.moveaxis(at.white @ by_shift, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
         tested = np.arange(len(problem.start)) >= len(at.x)
-        shift = problem.weighted(at.weight).solve()[tested]
-        own_support = support(problem, tested, at.weight, len(_NAMES))
-        points.append(MovedPoint(name, tuple(shift.tolist()), own_support))
-    return points
+        evidence = support(problem, tested, at.weight, len(_NAMES))
+        if evidence.supported:
+            shift = problem.weighted(at.weight).solve()[tested]
+            place = ", ".join(f"{value:.3f}" for value in shift)
+            suspicions.append(
+                f"the {name} seems to be [{place}] m from its place in the table, in the TCP's frame"
+                f" and to first order ({evidence.in_words}): check where it was"
+            )
+    return suspicions

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from coupling.identification.intervals import ConfidenceIntervals
+from coupling.identification.robot_file import Identification
 from coupling.identification.separability import STRONG
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.measurements import Measurements, rms
-from coupling.identification.static.suspicions import MovedPoint, loss_suspicion
+from coupling.identification.static.measurements import rms
+from coupling.identification.static.prediction import RigidPostures
+from coupling.identification.static.suspicions import loss_suspicion
 from coupling.results.base import finite
-from coupling.results.identified_result import CommonLossResult, LoopResult
+from coupling.results.identified_result import (
+    CommonLossResult,
+    FurtherResult,
+    IdentifiedResult,
+    LoopResult,
+    MeasuredRowResult,
+    RmsResult,
+)
 from coupling.results.parameter_result import EvidenceResult, ParameterResult
-from elastic_robot.description import Robot
+from coupling.results.run_result import three
+from coupling.robot.parameters import unit_of
 
 # A robot that is off by more than so many times what the start file is is not written.
 _WORSE = 1.2
@@ -27,6 +35,8 @@ _WORSE = 1.2
 _PREDICTED = 0.35
 # Noise that explains so large an error was given with the measurements [standard deviations].
 _BY_NOISE = 1.5
+# Rows that are named, those that the others predict worst.
+_WORST = 5
 
 
 def judge_parameters(fit: StaticFit, added: Collection[str] = ()) -> tuple[ParameterResult, ...]:
@@ -91,26 +101,27 @@ def _reason(fit: StaticFit, j: int) -> str:
     return ""
 
 
-@dataclass(frozen=True)
-class CandidateTest:
-    """A parameter that the robot does not have, tested beside those that it has.
-
-    Attributes:
-        candidate: The parameter.
-        value: Its compliance [rad/(N m)] or half width [rad] beside the others.
-        support: Whether the data support it.
-    """
-
-    candidate: Candidate
-    value: float
-    support: EvidenceResult
+def further_result(candidate: Candidate, value: float, evidence: EvidenceResult) -> FurtherResult:
+    """Return the test of a parameter, of a value in p's units; a tilt's is shown as its stiffness."""
+    unit = "N m/rad" if candidate.axis is not None else unit_of(candidate.name)
+    value = candidate.in_units(value)
+    return FurtherResult(**dict(evidence), name=candidate.name, unit=unit, value=finite(value))
 
 
-@dataclass(frozen=True)
-class Identification:
-    """What measurements identify of a robot.
+def conclude(
+    fit: StaticFit,
+    verdicts: Sequence[ParameterResult],
+    kept: np.ndarray,
+    left_out: np.ndarray,
+    rms_start: float,
+    further: Sequence[FurtherResult] = (),
+    loss: CommonLossResult | None = None,
+    suspicions: Sequence[str] = (),
+    loops: Sequence[LoopResult] = (),
+) -> Identification[StaticFit, IdentifiedResult]:
+    """Return what measurements identify of a robot.
 
-    Attributes:
+    Args:
         fit: The fit of all parameters.
         verdicts: Verdict on each parameter, before others are kept.
         kept: Values of those that are not identified, in p's units, (P,).
@@ -118,117 +129,119 @@ class Identification:
         rms_start: Rms error of the start [m]; nan where it finds no rest.
         further: Parameters that were tested beside.
         loss: Deflection that every row lacks.
-        points: Whether load and measured point seem to be elsewhere.
+        suspicions: Sentences on where load and measured point seem to be.
         loops: Errors of loading loops, where rows are such.
     """
-
-    fit: StaticFit
-    verdicts: tuple[ParameterResult, ...]
-    kept: np.ndarray
-    left_out: np.ndarray
-    rms_start: float
-    further: tuple[CandidateTest, ...] = ()
-    loss: CommonLossResult | None = None
-    points: tuple[MovedPoint, ...] = ()
-    loops: tuple[LoopResult, ...] = ()
-
-    @property
-    def measured(self) -> Measurements:
-        """The measurements."""
-        return self.fit.at.experiment.measured
-
-    @property
-    def intervals(self) -> ConfidenceIntervals:
-        """95 % intervals of all parameters."""
-        return self.fit.intervals
-
-    @property
-    def is_noise_known(self) -> bool:
-        """Whether standard deviations were given."""
-        return self.fit.at.experiment.noise.is_known
-
-    @cached_property
-    def written(self) -> np.ndarray:
-        """Values of p in the robot as written, in its units: kept ones, the best beside them, (P,).
-
-        These are kept ones, and beside them those that fit best in their intervals: the fit's where
-        nothing that is kept acts together with what is identified.
-        """
-        at, sure = self.fit.at, self.fit.intervals
-        identified = np.array([verdict.identified for verdict in self.verdicts])
-        written = np.where(identified, at.x, self.kept)
-        if identified.all() or not identified.any():
-            return written
-        problem = at.problem.weighted(at.weight)
-        residual = problem.residual(np.where(identified, 0.0, self.kept))
-        of_identified = replace(problem.only(identified), target=residual)
-        written[identified] = of_identified.solve(sure.low[identified], sure.high[identified])
-        return written
-
-    @cached_property
-    def parameters(self) -> tuple[ParameterResult, ...]:
-        """Verdict on each parameter, with its value as written."""
-        values = self.fit.elasticity.in_units(self.written).tolist()
-        return tuple(
-            verdict.model_copy(
-                update={
-                    "written": finite(value)
-                    if verdict.identified or verdict.added
-                    else verdict.start
-                }
-            )
-            for verdict, value in zip(self.verdicts, values, strict=True)
+    at, measured, separable = fit.at, fit.at.experiment.measured, fit.separability
+    is_identified = np.array([verdict.identified for verdict in verdicts])
+    values = _written(fit, is_identified, kept)
+    parameters = tuple(
+        verdict.model_copy(update={"written": finite(value) if is_own else verdict.start})
+        for verdict, value, is_own in zip(
+            verdicts,
+            fit.elasticity.in_units(values).tolist(),
+            [verdict.identified or verdict.added for verdict in verdicts],
+            strict=True,
         )
-
-    @cached_property
-    def rms_written(self) -> float:
-        """Rms error of the written robot [m]; nan where it finds no rest."""
-        return self.fit.model.rms_at(self.written)
-
-    @property
-    def residual(self) -> np.ndarray:
-        """Measured less predicted deflections [m, rad], (k, r)."""
-        return self.measured.deflection - self.fit.at.prediction.deflection
-
-    @property
-    def refusal(self) -> str:
-        """Why no robot should be written, in words; "" where one may be."""
-        if not self.fit.converged:
-            return f"the fit has not converged: {self.fit.reason}"
-        if not any(verdict.identified for verdict in self.verdicts):
-            return "nothing is identified"
-        error, size = _typical(self.left_out), _typical(self.measured.deflection)
-        is_noise = self.is_noise_known and self.intervals.scale < _BY_NOISE
-        if error > _PREDICTED * size and not is_noise:
-            return (
-                f"half of the rows are predicted by a fit of the others to no better than"
-                f" {1e3 * error:.3g} mm, of {1e3 * size:.3g} mm that were measured (expected"
-                f" {100.0 * _PREDICTED:.0f} % at most): no robot like the start file gives way so in the"
-                " postures told: check q (radians, order and signs of the joints, each row with its"
-                " posture), axes of loads and deflections (base), units and robot file; if the"
-                " instrument is as coarse as that, say so (--sd-m)"
+    )
+    residual = measured.deflection - at.prediction.deflection
+    sizes = RmsResult(
+        measured=finite(rms(measured.deflection)),
+        start=finite(rms_start),
+        fit=finite(rms(residual)),
+        left_out=finite(rms(left_out)),
+        written=finite(fit.model.rms_at(values)),
+    )
+    places = RigidPostures.of(fit.elasticity.robot, measured).point
+    worst = np.argsort(-np.linalg.norm(left_out[:, :3], axis=1), kind="stable")[:_WORST]
+    result = IdentifiedResult(
+        converged=fit.converged,
+        reason=fit.reason,
+        refusal=_refusal(fit, is_identified, left_out, sizes),
+        rows=measured.count,
+        rms_m=sizes,
+        residual_over_deviation=finite(fit.intervals.scale),
+        parameters=parameters,
+        further=tuple(further),
+        condition=finite(separable.condition),
+        without_effect=separable.without_effect,
+        unseen=separable.unseen,
+        weak=separable.weak,
+        alike=separable.pairs,
+        common_loss=loss,
+        warnings=_warnings(
+            fit, parameters, sizes, [*suspicions, loss_suspicion(loss)], bool(loops)
+        ),
+        measurements=tuple(
+            MeasuredRowResult(
+                name=name,
+                position_m=three(places[k]),
+                force_N=three(measured.wrench[k, :3]),
+                measured=measured.deflection[k].tolist(),
+                predicted=at.prediction.deflection[k].tolist(),
+                left_out_error=left_out[k].tolist(),
+                weight=float(at.weight[k] ** 2),
             )
-        if not np.isfinite(self.rms_written):
-            return (
-                "with the start values that would be kept there is no equilibrium under these loads"
-            )
-        if self.rms_written > _WORSE * self.rms_start:
-            return (
-                "with the start values that would be kept the residual would be"
-                f" {1e3 * self.rms_written:.3g} mm rms, with the start file it is"
-                f" {1e3 * self.rms_start:.3g} mm"
-            )
-        return ""
+            for k, name in enumerate(measured.names)
+        ),
+        worst=tuple(measured.names[k] for k in worst),
+        loops=tuple(loops),
+    )
+    in_mm = {key: np.nan if size is None else 1e3 * size for key, size in sizes}
+    words = (
+        f"Residual {in_mm['fit']:.4f} mm rms over all components, leave-one-out of"
+        f" {'loops' if loops else 'rows'} {in_mm['left_out']:.4f} mm; this file"
+        f" {in_mm['written']:.4f} mm, the start file {in_mm['start']:.4f} mm."
+    )
+    remarks = {p.name: _lower_bound(p) + _shape(p, parameters) for p in parameters}
+    return Identification(fit, fit.elasticity.described(values), result, words, remarks)
 
-    @property
-    def robot(self) -> Robot:
-        """The robot as written; an added tilt that is not identified is not in it."""
-        return self.fit.elasticity.described(self.written)
 
-    def worst(self, count: int = 5) -> list[int]:
-        """Return the rows that the others predict worst, the worst first."""
-        size = np.linalg.norm(self.left_out[:, :3], axis=1)
-        return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
+def _written(fit: StaticFit, is_identified: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the values of p in the robot as written, in its units, (P,).
+
+    These are kept ones, and beside them those that fit best in their intervals: the fit's where
+    nothing that is kept acts together with what is identified.
+    """
+    at, sure = fit.at, fit.intervals
+    written = np.where(is_identified, at.x, kept)
+    if is_identified.all() or not is_identified.any():
+        return written
+    problem = at.problem.weighted(at.weight)
+    residual = problem.residual(np.where(is_identified, 0.0, kept))
+    of_identified = replace(problem.only(is_identified), target=residual)
+    written[is_identified] = of_identified.solve(sure.low[is_identified], sure.high[is_identified])
+    return written
+
+
+def _refusal(
+    fit: StaticFit, is_identified: np.ndarray, left_out: np.ndarray, sizes: RmsResult
+) -> str:
+    """Return why no robot should be written, in words; "" where one may be."""
+    if not fit.converged:
+        return f"the fit has not converged: {fit.reason}"
+    if not is_identified.any():
+        return "nothing is identified"
+    experiment = fit.at.experiment
+    error, size = _typical(left_out), _typical(experiment.measured.deflection)
+    is_noise = experiment.noise.is_known and fit.intervals.scale < _BY_NOISE
+    if error > _PREDICTED * size and not is_noise:
+        return (
+            f"half of the rows are predicted by a fit of the others to no better than"
+            f" {1e3 * error:.3g} mm, of {1e3 * size:.3g} mm that were measured (expected"
+            f" {100.0 * _PREDICTED:.0f} % at most): no robot like the start file gives way so in the"
+            " postures told: check q (radians, order and signs of the joints, each row with its"
+            " posture), axes of loads and deflections (base), units and robot file; if the"
+            " instrument is as coarse as that, say so (--sd-m)"
+        )
+    if sizes.written is None:
+        return "with the start values that would be kept there is no equilibrium under these loads"
+    if sizes.start is not None and sizes.written > _WORSE * sizes.start:
+        return (
+            f"with the start values that would be kept the residual would be {1e3 * sizes.written:.3g}"
+            f" mm rms, with the start file it is {1e3 * sizes.start:.3g} mm"
+        )
+    return ""
 
 
 def _typical(displacements: np.ndarray) -> float:
@@ -236,78 +249,90 @@ def _typical(displacements: np.ndarray) -> float:
     return float(np.median(np.linalg.norm(displacements[:, :3], axis=1)))
 
 
-def warnings(result: Identification) -> list[str]:
+def _warnings(
+    fit: StaticFit,
+    parameters: Sequence[ParameterResult],
+    sizes: RmsResult,
+    suspicions: Sequence[str],
+    has_loops: bool,
+) -> tuple[str, ...]:
     """Return what the user should look at."""
-    measured, fit, separable = result.measured, result.fit, result.fit.separability
-    said = list(measured.remarks)
+    measured, separable, sure = fit.at.experiment.measured, fit.separability, fit.intervals
+    remarks = list(measured.remarks)
     if not fit.converged:
-        said.append(f"the fit has not converged: {fit.reason}")
+        remarks.append(f"the fit has not converged: {fit.reason}")
     idle = [n for n, w in zip(measured.names, measured.wrench, strict=True) if not w.any()]
-    if idle and not result.loops:
-        said.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
+    if idle and not has_loops:
+        remarks.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
     if np.abs(measured.q).max() > 4.0 * np.pi:
-        said.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
-    size = rms(measured.deflection) / max(rms(_start(result)), 1e-300)
+        remarks.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
+    # What the start values predict in the rigid posture.
+    of_start = fit.at.in_units(fit.rigid.columns @ fit.rigid.start)
+    size = rms(measured.deflection) / max(rms(of_start), 1e-300)
     if not 0.02 < size < 50.0:
-        said.append(
+        remarks.append(
             f"deflections are {size:.3g} times those of the start file: are they in m and loads in N?"
         )
-    along = float(np.sum(measured.deflection[:, :3] * _start(result)[:, :3]))
-    if along < 0.0:
-        said.append(
+    if float(np.sum(measured.deflection[:, :3] * of_start[:, :3])) < 0.0:
+        remarks.append(
             "deflections are opposite to those of the start file: is the load that on the robot, in base"
             " axes, and the deflection loaded less unloaded?"
         )
     if not fit.converged:
-        return said
+        return tuple(remarks)
     if separable.condition > STRONG:
-        said.append(
+        remarks.append(
             f"parameters are strongly correlated, condition number {separable.condition:.0f}: hardly"
             f" distinguishable are {'; '.join(d.in_words for d in separable.weak)}"
         )
-    said += [
+    remarks += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
         f" {_end(p.low)} to {_end(p.high)}"
-        for p, against in zip(result.verdicts, result.intervals.against, strict=True)
+        for p, against in zip(parameters, sure.against, strict=True)
         if not (p.identified or against or p.start is None or p.contains(p.start))
     ]
     rests: dict[int, list[str]] = {}
-    for verdict, row in zip(result.verdicts, result.intervals.rests_on.tolist(), strict=True):
-        if row >= 0 and verdict.identified:
-            rests.setdefault(row, []).append(verdict.name)
-    said += [
+    for parameter, row in zip(parameters, sure.rests_on.tolist(), strict=True):
+        if row >= 0 and parameter.identified:
+            rests.setdefault(row, []).append(parameter.name)
+    remarks += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if result.is_noise_known and result.intervals.freedom > 0:
-        if result.intervals.scale > 1.5:
-            said.append(
-                f"residuals are {result.intervals.scale:.2g} times as large as the standard"
-                " deviations: the model is incomplete, or the standard deviations are too small"
-            )
-        elif result.intervals.scale < 0.6:
-            said.append(
-                f"residuals are {result.intervals.scale:.2g} times as large as the standard deviations,"
-                " which are too large"
-            )
-    suspicions = [point.suspicion() for point in result.points]
-    suspicions += [loss_suspicion(result.loss)] if result.loss is not None else []
-    said += [suspicion for suspicion in suspicions if suspicion]
-    if result.rms_written > 1.2 * rms(result.residual):
-        said.append(
+    if fit.at.experiment.noise.is_known and sure.freedom > 0 and not 0.6 <= sure.scale <= 1.5:
+        meaning = ", which are too large"
+        if sure.scale > 1.5:
+            meaning = ": the model is incomplete, or the standard deviations are too small"
+        remarks.append(
+            f"residuals are {sure.scale:.2g} times as large as the standard deviations{meaning}"
+        )
+    remarks += [suspicion for suspicion in suspicions if suspicion]
+    if sizes.written is not None and sizes.fit is not None and sizes.written > 1.2 * sizes.fit:
+        remarks.append(
             "with the start values that were kept the residual of the robot file as written is"
-            f" {1e3 * result.rms_written:.3g} mm rms, that of the fit {1e3 * rms(result.residual):.3g}"
+            f" {1e3 * sizes.written:.3g} mm rms, that of the fit {1e3 * sizes.fit:.3g}"
             " mm: measure what was not identified, or remove tilts that are not supported from the start"
             " file"
         )
-    return said
-
-
-def _start(result: Identification) -> np.ndarray:
-    """Return what the start values predict in the rigid posture, (k, r)."""
-    rigid = result.fit.rigid
-    return result.fit.at.in_units(rigid.columns @ rigid.start)
+    return tuple(remarks)
 
 
 def _end(value: float | None) -> str:
     """Return the end of an interval that bounds a value."""
     return "inf" if value is None else f"{value:.4g}"
+
+
+def _shape(parameter: ParameterResult, parameters: Sequence[ParameterResult]) -> str:
+    """Return how sure the slip angles are that go with a slip torque; "" for what has none."""
+    name = parameter.name.replace("hysteresis", "slip_angle")
+    for other in parameters:
+        if other.kind == "slip_angle" and other.name == name != parameter.name:
+            return f"; largest slip angle: {other.remark.replace('start value kept', 'assumed')}"
+    return ""
+
+
+def _lower_bound(parameter: ParameterResult) -> str:
+    """Return what is known of a stiffness that is not identified, in words; "" for others."""
+    is_bounded = parameter.kind == "stiffness" and (parameter.low or 0.0) > 0.0
+    if parameter.identified or not is_bounded:
+        return ""
+    return f"; 95 %: {parameter.low:.4g} or more"

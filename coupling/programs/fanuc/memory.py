@@ -226,8 +226,13 @@ class Registers:
                 " stands; begin with a motion to a position"
             )
         base, tool = self.frame("UFRAME"), self.frame("UTOOL")
-        if self.last.position.is_joint or (base, tool) == (self.last.base, self.last.tool):
-            return TpPosition(self.last.position.values, self.last.position.is_joint)
+        position = self.last.position
+        if position.is_joint:
+            return TpPosition(position.values, is_joint=True)
+        if (base, tool) == (self.last.base, self.last.tool):
+            return TpPosition(
+                cartesian_of(position.pose) if position.is_tilted_over else position.values
+            )
         last_frames = (self.last.base.pose, self.last.tool.pose, base.pose, tool.pose)
         if None in last_frames:
             raise ProgramError(
@@ -236,6 +241,6 @@ class Registers:
                 " set: set them from position registers"
             )
         first_base, first_tool, other_base, other_tool = (pose or HERE for pose in last_frames)
-        flange = product(product(first_base, self.last.position.pose), inverse(first_tool))
+        flange = product(product(first_base, position.pose), inverse(first_tool))
         pose = product(product(inverse(other_base), flange), other_tool)
         return TpPosition(cartesian_of(pose))

@@ -19,6 +19,7 @@ _FIELD = re.compile(rf"([A-Z]\d*)\s*=\s*({NUMBER})\s*(mm|deg)")
 _UNTAUGHT = re.compile(r"[A-Z]\d*\s*=\s*\**[.*]*\*\s*(?:mm|deg)?")
 _AXIS = re.compile(r"J([1-9])")
 _CARTESIAN = "XYZWPR"
+_MAX_P = 90.0
 _MM = 1e3
 
 
@@ -38,6 +39,11 @@ class TpPosition:
     frame: int | None = None
     tool: int | None = None
     others: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def is_tilted_over(self) -> bool:
+        """Whether controllers hold the pose by other angles, whose P is within 90 degrees."""
+        return not self.is_joint and abs(self.values[4]) > _MAX_P
 
     @property
     def pose(self) -> Pose:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.krl.controller import KrlController
@@ -30,12 +30,19 @@ class Assignments:
     """
 
     controller: KrlController
+    # Modules that declare data of all programs, by the data's names, and whether they are called.
+    _owners: dict[str, tuple[str, bool]] = field(default_factory=dict)
 
-    def load(self, file: ProgramFile) -> None:
+    def load(self, file: ProgramFile, *, is_called: bool) -> None:
         """Take the data of a .dat over.
 
+        Args:
+            file: The file.
+            is_called: Whether it belongs to a .src that is at hand; of another, and of $config.dat, what
+                is not understood has no value, and what uses it is refused there.
+
         Raises:
-            ProgramError: If a line is neither a declaration nor an assignment.
+            ProgramError: If a line of a called one is neither a declaration nor an assignment.
         """
         module = file.name.rsplit(".", 1)[0].upper()
         variables = self.controller.variables
@@ -51,12 +58,23 @@ class Assignments:
                 continue
             try:
                 self._take(line)
+                if "GLOBAL" in line.text.upper():
+                    self._note_owner(line, module, is_called)
             except ProgramError:
-                # Most of it belongs to no program: what is not understood has no value, and what uses
-                # it is refused there.
-                if module != CONFIGURATION:
+                if is_called:
                     raise
         variables.scopes = (variables.common,)
+
+    def _note_owner(self, line: KrlLine, module: str, is_called: bool) -> None:
+        """Note data of all programs that several modules declare; a called one's hold before others'."""
+        declaration = declaration_of(line)
+        for name in declaration.names if declaration is not None else ():
+            owner, is_owner_called = self._owners.get(name, (module, is_called))
+            if is_called != is_owner_called:
+                self.controller.variables.ambiguous.discard(name)
+            elif owner != module:
+                self.controller.variables.ambiguous.add(name)
+            self._owners[name] = (module, is_called)
 
     def _take(self, line: KrlLine) -> None:
         if self.declare(line):

@@ -84,9 +84,9 @@ class Interpreter:
             "RETURN": self._return,
         }
 
-    def load(self, file: ProgramFile) -> None:
-        """Take the data of a .dat over.  Raises as `run`."""
-        self._assignments.load(file)
+    def load(self, file: ProgramFile, *, is_called: bool) -> None:
+        """Take the data of a .dat over, of a module that is called or another.  Raises as `run`."""
+        self._assignments.load(file, is_called=is_called)
 
     def run(self, routine: Routine) -> None:
         """Run the routine that a user starts.

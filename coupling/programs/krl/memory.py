@@ -46,11 +46,13 @@ class Variables:
         common: Those of all modules, with what is declared in files that are not at hand.
         modules: Those of the .dat files, by the modules' names.
         structures: Types of the components of structures that the program defines.
+        ambiguous: Names of common ones that several files define.
     """
 
     common: Names = field(default_factory=Names)
     modules: dict[str, Names] = field(default_factory=dict)
     structures: dict[str, dict[str, str]] = field(default_factory=dict)
+    ambiguous: set[str] = field(default_factory=set)
     scopes: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
@@ -117,6 +119,8 @@ class Variables:
     def _find(self, key: Key) -> Value | None:
         for scope in self.scopes:
             if key in scope.values:
+                if scope is self.common and key[0] in self.ambiguous:
+                    return Unknown(f"{key[0]}, which is GLOBAL in several .dat,")
                 return scope.values[key]
             if key[0] in scope.types:
                 return None

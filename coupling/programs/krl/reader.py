@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from coupling.errors import ProgramError
-from coupling.programs.krl.assignments import CONFIGURATION
 from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.execution import Interpreter
 from coupling.programs.krl.motions import frame_of
@@ -43,10 +42,12 @@ def read(files: Sequence[ProgramFile]) -> RobotProgram:
     controller = KrlController(notes)
     interpreter = Interpreter(controller, routines)
     data = [file for file in files if file.name.lower().endswith(".dat")]
-    for file in sorted(data, key=lambda file: file.name.upper() != f"{CONFIGURATION}.DAT"):
-        interpreter.load(file)
+    called = {routine.module for routine in routines}
+    # What belongs to no program at hand first: the same names of those that are called hold.
+    for file in sorted(data, key=lambda file: _module_of(file) in called):
+        interpreter.load(file, is_called=_module_of(file) in called)
     name = sources[0].name
-    main = [routine for routine in routines if routine.module == name.rsplit(".", 1)[0].upper()]
+    main = [routine for routine in routines if routine.module == _module_of(sources[0])]
     if main:
         interpreter.run(main[0])
     motions = interpreter.motions.motions
@@ -64,3 +65,7 @@ def read(files: Sequence[ProgramFile]) -> RobotProgram:
         tuple(notes.left_out.items()),
         tuple(notes.assumptions),
     )
+
+
+def _module_of(file: ProgramFile) -> str:
+    return file.name.rsplit(".", 1)[0].upper()

@@ -15,6 +15,7 @@ _HEADING = re.compile(
     r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[A-Za-z]\w*(?:\s*\[[^\]]*\])?\s+)?([$A-Za-z_][\w$]*)\s*(?:\(([^)]*)\))?",
     re.IGNORECASE,
 )
+_SHARED = re.compile(r"^[ \t]*(?:DECL\s+)?(?:CONST\s+)?GLOBAL\s", re.IGNORECASE | re.MULTILINE)
 _CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _FOR = re.compile(
     r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.+?)\s+TO\s+(.+?)(?:\s+STEP\s+(.+))?", re.IGNORECASE
@@ -185,6 +186,16 @@ def routines_of(file: ProgramFile) -> list[Routine]:
 def called_names(text: str) -> set[str]:
     """Return the names, upper case, that stand before brackets in a text: of programs, among others."""
     return {name.upper() for name in _CALL.findall(text)}
+
+
+def shares_data(text: str) -> bool:
+    r"""Return whether a .dat declares data of all programs.
+
+    Example:
+        >>> shares_data("DEFDAT POINTS PUBLIC\nDECL GLOBAL FRAME XP1={X 1.0}\nENDDAT")
+        True
+    """
+    return _SHARED.search(text) is not None
 
 
 def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:

@@ -25,20 +25,19 @@ _ORIGIN: Value = (0.0, 0.0, 0.0)
 # What these return depends on the robot, its signals, its operator, files, or the time.
 _CONTROLLER_WORDS = """
 AInput AOutput ArgName BitAnd BitCheck BitLSh BitNeg BitOr BitRSh BitXOr ByteToStr CalcJointT
-CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CrossProd
-CSpeedOverride CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DnumToNum DnumToStr
-DotProd DOutput EventType ExecHandler ExecLevel FileSize FileTime FSSize GetMecUnitName
-GetModalPayLoadMode GetServiceInfo GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus
-GInput GInputDnum GOutput GOutputDnum HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile
-IsMechUnitActive IsPers IsStopMoveAct IsStopStateEvent IsSyncMoveOn IsSysId IsVar Max MaxRobReach
-MaxRobSpeed Min MirPos ModExist ModTime MotionPlannerNo NOrient NumToDnum NumToStr ORobT
-ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd PathRecValidFwd PFRestart PoseVect Pow
-PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor ReadNum ReadStr ReadStrBin ReadVar
-RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc StrDigCmp StrFind StrFormat StrLen
-StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive TaskIsExecuting TaskRunMec
-TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse TextTabGet TriggDataValid Trunc
-Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView UIMessageBox UINumEntry UINumTune
-ValidIO ValToStr VectMagn
+CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CSpeedOverride
+CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DnumToStr DOutput EventType
+ExecHandler ExecLevel FileSize FileTime FSSize GetMecUnitName GetModalPayLoadMode GetServiceInfo
+GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus GInput GInputDnum GOutput GOutputDnum
+HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile IsMechUnitActive IsPers IsStopMoveAct
+IsStopStateEvent IsSyncMoveOn IsSysId IsVar MaxRobReach MaxRobSpeed MirPos ModExist ModTime
+MotionPlannerNo NumToStr ORobT ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd
+PathRecValidFwd PFRestart PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor ReadNum
+ReadStr ReadStrBin ReadVar RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc StrDigCmp
+StrFind StrFormat StrLen StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive
+TaskIsExecuting TaskRunMec TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse
+TextTabGet TriggDataValid Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView
+UIMessageBox UINumEntry UINumTune ValidIO ValToStr
 """
 # These change data that they are given.
 _WRITING_WORDS = "GetNextMechUnit GetNextSym ReadDir StrToVal TestAndSet"
@@ -105,17 +104,23 @@ def _scalar(function: Callable[[float], float]) -> _Function:
     return compute
 
 
-def _round(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    """Round to decimals, halves away from zero."""
-    (x,) = _numbers(arguments, 1, where)
-    (decimals,) = numbers_of(options.get("DEC", 0.0), "decimals", where)
-    scale = 10.0 ** min(max(int(decimals), 0), 15)
-    return "num", math.copysign(math.floor(abs(x) * scale + 0.5) / scale, x)
+def _to_decimals(half: float) -> _Function:
+    """Return the function that adds a half, or nothing, and cuts to decimals, towards zero."""
+
+    def compute(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+        (x,) = _numbers(arguments, 1, where)
+        (decimals,) = numbers_of(options.get("DEC", 0.0), "decimals", where)
+        scale = 10.0 ** min(max(int(decimals), 0), 15)
+        return "num", math.copysign(math.floor(abs(x) * scale + half) / scale, x)
+
+    return compute
 
 
-def _atan2(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    y, x = _numbers(arguments, 2, where)
-    return "num", math.degrees(math.atan2(y, x))
+def _pair(function: Callable[[float, float], float]) -> _Function:
+    def compute(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+        return "num", float(function(*_numbers(arguments, 2, where)))
+
+    return compute
 
 
 def _parts(target: Value, count: int) -> tuple[Value, ...]:
@@ -186,6 +191,38 @@ def _pose_inv(arguments: list[Value], options: Options, where: str) -> tuple[str
     return "pose", value_of(inverse(pose_of(pose, where)))
 
 
+def _pose_vect(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    pose, place = arguments
+    shift = pose_of_zyx(_vector(place, where), (0.0, 0.0, 0.0))
+    placed = value_of(product(pose_of(pose, where), shift))
+    assert isinstance(placed, tuple)
+    return "pos", placed[0]
+
+
+def _vect_magn(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    (vector,) = arguments
+    return "num", math.hypot(*_vector(vector, where))
+
+
+def _dot_prod(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    first, second = (_vector(value, where) for value in arguments)
+    return "num", sum(a * b for a, b in zip(first, second, strict=True))
+
+
+def _cross_prod(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    (a, b, c), (d, e, f) = (_vector(value, where) for value in arguments)
+    return "pos", (b * f - c * e, c * d - a * f, a * e - b * d)
+
+
+def _n_orient(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    (rotation,) = arguments
+    numbers = numbers_of(rotation, "quaternion", where)
+    length = math.hypot(*numbers)
+    if len(numbers) != 4:
+        raise ValueError("quaternion")
+    return "orient", tuple(number / length for number in numbers)
+
+
 def _distance(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
     first, second = (_vector(value, where) for value in arguments)
     return "num", math.dist(first, second)
@@ -201,8 +238,19 @@ _COMPUTED_FUNCTIONS: dict[str, _Function] = {
     "ASIN": _scalar(lambda x: math.degrees(math.asin(x))),
     "ACOS": _scalar(lambda x: math.degrees(math.acos(x))),
     "ATAN": _scalar(lambda x: math.degrees(math.atan(x))),
-    "ATAN2": _atan2,
-    "ROUND": _round,
+    "ATAN2": _pair(lambda y, x: math.degrees(math.atan2(y, x))),
+    "POW": _pair(math.pow),
+    "MAX": _pair(max),
+    "MIN": _pair(min),
+    "NUMTODNUM": _scalar(float),
+    "DNUMTONUM": _scalar(float),
+    "ROUND": _to_decimals(0.5),
+    "TRUNC": _to_decimals(0.0),
+    "VECTMAGN": _vect_magn,
+    "DOTPROD": _dot_prod,
+    "CROSSPROD": _cross_prod,
+    "NORIENT": _n_orient,
+    "POSEVECT": _pose_vect,
     "OFFS": _offs,
     "RELTOOL": _rel_tool,
     "ORIENTZYX": _orient_zyx,

@@ -60,9 +60,7 @@ def solve_poses(
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
     Args:
-        targets: The poses.
         start: Angles to begin with [rad], (joints, n).
-        iterations: Iterations at most.
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
         near: Cost that chooses a posture where there are more than six joints; None: the shortest way.
     """
@@ -94,7 +92,6 @@ def angles_from_home(
     The way is straight in position and in rotation, so that the robot keeps its configuration.
 
     Args:
-        targets: The poses.
         home: Angles of the home posture [rad], (joints,).
     """
     begin = robot.posture(home[:, None], np.zeros((3, 1)))
@@ -133,7 +130,6 @@ def nearest_angles(
     Of those that a search from home and from some postures around it finds.
 
     Args:
-        targets: The poses.
         near: Cost that chooses among postures.
 
     Returns:
@@ -160,7 +156,6 @@ class FollowingRobot:
     """Posture, rates and accelerations of a robot in motion.
 
     Attributes:
-        posture: Its posture.
         rate, acceleration: q' [rad/s], q'' [rad/s^2], (joints, n).
         conditioning: 1 / |J^+| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
             smallest singular value of J, and at least 0.4 of it for six joints or more.
@@ -184,7 +179,6 @@ def following(
     Args:
         q: Joint angles [rad], (joints, n).
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
-        motion: Motion of the tool.
         near: Cost that chooses among the postures of a robot of more than six joints, whose angles these
             are; None: the smallest rates.
     """

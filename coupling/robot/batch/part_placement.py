@@ -52,7 +52,6 @@ def part_placements(
     Args:
         base_from_tool: Orientation of its tool.
         half_size: The part reaches so far to all sides of its origin [m].
-        count: Number of places at most.
 
     Raises:
         PlanningError: If the robot reaches none with that orientation.

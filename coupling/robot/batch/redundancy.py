@@ -36,7 +36,6 @@ class NearHome:
 
     Attributes:
         home: Posture that others are drawn to [rad], (n,), or one for each of k states, (k, n).
-        limits: Limits of the joints.
     """
 
     home: np.ndarray
@@ -92,7 +91,6 @@ class SelfMotion:
         Args:
             jacobian: Jacobians of the TCP, base axes, lengths in any unit [1], (k, 6, n).
             q: Joint angles [rad], (k, n).
-            near: The cost.
         """
         first, second = near.slopes(q)
         multipliers = np.linalg.pinv(jacobian.swapaxes(1, 2)) @ first[:, :, None]

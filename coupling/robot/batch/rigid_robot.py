@@ -68,11 +68,7 @@ class _BodyMotion:
 
 
 class RigidRobot:
-    """A robot whose joints do not give way.
-
-    Args:
-        robot: Its description.
-    """
+    """A robot whose joints do not give way."""
 
     def __init__(self, robot: Robot) -> None:
         self._axes = [joint.axis for joint in robot.joints]

@@ -36,7 +36,6 @@ def rotate_columns(columns: Columns, axis: Sequence[float], angle: np.ndarray) -
     """Return R Rot(axis, angle) by its columns (Rodrigues).
 
     Args:
-        columns: Columns of R.
         axis: Unit vector, the same in the whole batch, (3,).
         angle: Angles [rad], (n,).
     """

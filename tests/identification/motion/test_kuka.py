@@ -36,18 +36,18 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
     one, held_out = ([recordings["AB".index(name)]] for name in (fits, other))
     found = stored(identify_motion, robot, one, held_out, 20.0, leave_out=False)
-    predicted = found.residuals[1]
+    fitted, predicted = found.result.recordings
     assert predicted.held_out
-    assert np.all(predicted.wind_up[:3] < predicted.lag_alone[:3])
-    assert predicted.wind_up[1] < 45e-6
-    assert predicted.wind_up[2] < 47e-6
-    assert np.all(predicted.torque[:3] < 0.125)
-    assert np.all(predicted.torque[3:] < 0.25)
+    assert np.all(np.less(predicted.wind_up_rad[:3], predicted.wind_up_lag_alone_rad[:3]))
+    assert predicted.wind_up_rad[1] < 45e-6
+    assert predicted.wind_up_rad[2] < 47e-6
+    assert max(predicted.torque_relative[:3]) < 0.125
+    assert max(predicted.torque_relative[3:]) < 0.25
     # Without a robot the recording that is fitted leaves two and a half times as much, of joint 1 in B
     # nearly twice.
-    fitted = found.residuals[0]
-    assert np.all(fitted.wind_up[:3] < {"A": 0.4, "B": 0.6}[fits] * fitted.lag_alone[:3])
-    assert found.remarks == ()
+    most = {"A": 0.4, "B": 0.6}[fits] * np.array(fitted.wind_up_lag_alone_rad[:3])
+    assert np.all(np.array(fitted.wind_up_rad[:3]) < most)
+    assert found.result.remarks == ()
     # The two encoders of a joint are as late on all three.
     values = dict(zip((p.name for p in found.fit.problem.parameters), found.fit.x, strict=True))
     for joint in (1, 2, 3):

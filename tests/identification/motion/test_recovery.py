@@ -11,11 +11,11 @@ from fixture_store import stored
 from coupling.errors import IdentifyError
 from coupling.identification.motion.derivatives import GearSlopes, jacobian
 from coupling.identification.motion.driven_fmu import DrivenFmu
-from coupling.identification.motion.fit import fit_motion, reweigh
+from coupling.identification.motion.fit import fit_motion
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.parameters import motion_parameters
-from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
+from coupling.identification.motion.problem import MotionPoint, MotionProblem, SmoothedRecording
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.sensors import delayed, sensor_parameters, torque_parameters
 from coupling.inverse.servo import presliding
@@ -46,19 +46,19 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     found = stored(
         identify_motion, start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True
     )
-    fitted, predicted = found.residuals
+    fitted, predicted = found.result.recordings
     assert predicted.held_out
-    assert np.all(predicted.wind_up < 1.3 * fitted.wind_up)
-    assert np.all(predicted.slow_torque < 0.03)
-    robot = found.identified_robot
+    assert np.all(np.array(predicted.wind_up_rad) < 1.3 * np.array(fitted.wind_up_rad))
+    assert max(predicted.slow_torque_relative) < 0.03
+    robot = found.robot
     for own, known in zip(robot.joints, arm().joints, strict=True):
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
         assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
     # A mass in the plane of motion has no effect across it.
-    kept = {verdict.name for verdict in found.parameters if not verdict.identified}
+    kept = {verdict.name for verdict in found.result.parameters if not verdict.identified}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
-    worth = {term.term: term for term in found.terms}
+    worth = {term.term: term for term in found.result.terms}
     for term in ("friction 1", "viscous friction 2"):
         with_term, without = worth[term].torque_relative
         assert without > 1.5 * with_term
@@ -75,9 +75,9 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     found = stored(
         identify_motion, start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False
     )
-    assert found.slow_error[0] > 10.0 * found.slow_error[1]
-    assert found.residuals[0].wind_up[0] < 3e-6
-    for own, known in zip(found.identified_robot.joints, arm().joints, strict=True):
+    assert found.result.slow_error_rad[0] > 10.0 * found.result.slow_error_rad[1]
+    assert found.result.recordings[0].wind_up_rad[0] < 3e-6
+    for own, known in zip(found.robot.joints, arm().joints, strict=True):
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.03)
 
 
@@ -91,11 +91,11 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
         replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
     found = stored(identify_motion, arm(), [first], held_out, BANDWIDTH, leave_out=False)
-    assert found.refusal == ""
-    (words,) = (own for own in found.remarks if "rigid.csv" in own)
+    assert found.result.refusal == ""
+    (words,) = (own for own in found.result.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
     assert "the residual of motor less link 2 is" in words
-    assert any(own.startswith("other.csv, predicted: ") for own in found.remarks)
+    assert any(own.startswith("other.csv, predicted: ") for own in found.result.remarks)
 
 
 @pytest.mark.parametrize(
@@ -125,8 +125,8 @@ def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
     found = stored(identify_motion, arm(), [other], [], BANDWIDTH, leave_out=False)
-    assert found.refusal.startswith("the residual of the torque of motor ")
-    assert sum("of the torque of motor" in words for words in found.remarks) == 2
+    assert found.result.refusal.startswith("the residual of the torque of motor ")
+    assert sum("of the torque of motor" in words for words in found.result.remarks) == 2
 
 
 @pytest.mark.parametrize(("frequency", "refused"), [(0.9, True), (40.0, False)])
@@ -141,8 +141,8 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
     )
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
     found = stored(identify_motion, arm(), [shaken], [], BANDWIDTH, leave_out=False)
-    assert 0.5 < found.residuals[0].torque[0] < 1.0
-    assert found.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
+    assert 0.5 < found.result.recordings[0].torque_relative[0] < 1.0
+    assert found.result.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 
 
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):
@@ -169,16 +169,18 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
         *sensor_parameters([0, 1]),
         *torque_parameters(robot),
     )
-    unit = np.ones(2)
     with DrivenFmu(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, (moved,), unit, unit)
-        x = problem.start + 0.2
-        problem = reweigh(problem, x)
-        matrix = jacobian(problem, x, GearSlopes.of(problem, x))
+        problem = MotionProblem(fmu, robot, parameters, (moved,))
+        point = MotionPoint.of(problem, problem.start + 0.2)
+        (matrix,) = jacobian(point, GearSlopes.of(point))
+
+        def residual(x):
+            return point.residuals(MotionPoint.of(problem, x))[0]
+
         for k, parameter in enumerate(parameters):
-            step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
-            difference = (problem.residual(x + step) - problem.residual(x - step)) / 0.04
-            error = np.linalg.norm(matrix[:, k] - difference)
+            step = np.where(np.arange(len(point.x)) == k, 0.02, 0.0)
+            difference = (residual(point.x + step) - residual(point.x - step)) / 0.04
+            error = np.linalg.norm(matrix[:, :, k] - difference)
             # A lag's derivative is the motor's rate, and the link's swings beside.
             part = 0.06 if parameter.name.endswith("lag") else 0.01
             assert error < part * np.linalg.norm(difference) + 1e-3, parameter.name
@@ -201,10 +203,10 @@ def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
     )
     beside = 80.0 * slipping * np.exp(-travel / 5e-3) - 1e4 * rate + 20.0 * acceleration
     recording = replace(first, motor=first.motor + fast, torque=first.torque + beside)
-    moved, unit = SmoothedRecording.of(recording, BANDWIDTH), np.ones(2)
+    moved = SmoothedRecording.of(recording, BANDWIDTH)
     with DrivenFmu(arm()) as fmu:
         numbers = torque_parameters(arm())
-        found = fit_motion(MotionProblem(fmu, arm(), numbers, (moved,), unit, unit))
+        found = fit_motion(MotionProblem(fmu, arm(), numbers, (moved,)))
     values = {p.name: p.outward(x) for p, x in zip(numbers, found.x, strict=True)}
     for i in (1, 2):
         assert values[f"motor[{i}].friction_after_rest"] == pytest.approx(80.0, rel=0.1)
@@ -216,8 +218,8 @@ def test_blocks_left_out_know_correlated_residuals():
     """The mean of noise that holds for 25 rows: the interval of single rows is 5 times too narrow."""
     rng, means, widths = np.random.default_rng(8), [], []
     for _ in range(200):
-        residual = np.repeat(rng.standard_normal(80), 25)
-        blocks = NormalBlocks.of(-np.ones((2000, 1)), residual, [2000], 1)
+        residual = np.repeat(rng.standard_normal(80), 25)[:, None]
+        blocks = NormalBlocks.of([-np.ones((2000, 1, 1))], [residual])
         means.append(blocks.step[0])
         widths.append(blocks.half[0] * blocks.deviation[0])
     inside = np.mean(np.abs(means) <= widths)
@@ -252,8 +254,7 @@ def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
     motor = 0.4 * np.sin(2.0 * np.pi * 0.2 * time)[:, None] * np.ones(2)
     recording = Recording("x", time, motor, np.zeros_like(motor), motor)
     moved = SmoothedRecording.of(recording, BANDWIDTH)
-    unit = np.ones(2)
     with DrivenFmu(robot) as fmu:
-        problem = MotionProblem(fmu, robot, (), (moved,), unit, unit)
+        problem = MotionProblem(fmu, robot, (), (moved,))
         gear = problem.predicted(moved, problem.start).shares["gear"]
     np.testing.assert_allclose(gear, -1e-4 * np.sin(7.0 * moved.motion.q), atol=1e-6)

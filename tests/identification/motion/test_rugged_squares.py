@@ -46,10 +46,10 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
     assert one.fit.converged
     assert one.fit.slopes.exact
     assert not any(p.name.endswith("backlash") for p in one.fit.problem.parameters)
-    assert {"joint[1].stiffness", "joint[2].stiffness"} <= one.identified
-    assert one.identified == other.identified
+    assert {"joint[1].stiffness", "joint[2].stiffness"} <= one.result.identified
+    assert one.result.identified == other.result.identified
     half = one.fit.blocks.half * one.fit.blocks.deviation
-    own = np.array([p.name in one.identified for p in one.fit.problem.parameters])
+    own = np.array([p.name in one.result.identified for p in one.fit.problem.parameters])
     assert np.all(np.abs(other.fit.x - one.fit.x)[own] < 1e-2 * half[own])
 
 
@@ -62,16 +62,15 @@ def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
 ):
     """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
 
-    def fit_roughly(problem, x):
-        return SimpleNamespace(x=np.where(x > 1.2, other, 1.0))
+    def at(x):
+        point = SimpleNamespace(minus_log_likelihood=less_likely * float(x[0] != 1.0))
+        return SimpleNamespace(x=x, point=point)
 
-    monkeypatch.setattr(identifiability, "fit_roughly", fit_roughly)
     monkeypatch.setattr(
-        identifiability, "minus_log_likelihood", lambda problem, x: less_likely * float(x[0] != 1.0)
+        identifiability, "fit_roughly", lambda problem, x: at(np.where(x > 1.2, other, 1.0))
     )
     blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
     blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))
-    one = SimpleNamespace(
-        x=np.ones(1), blocks=blocks, problem=SimpleNamespace(bounds=(np.zeros(1), np.full(1, 9.0)))
-    )
+    one = at(np.ones(1))
+    one.blocks, one.problem = blocks, SimpleNamespace(bounds=(np.zeros(1), np.full(1, 9.0)))
     assert identifiability.returns(one, np.array([True])) == [stays]

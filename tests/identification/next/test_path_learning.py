@@ -8,14 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling.identification.next import command
 from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.learning_filter import passed
-from coupling.identification.next.options import NextOptions
+from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.next.path_learning import (
-    is_repeated,
+    PathCorrection,
     is_worse,
     learn_path,
+    learning_gain,
     learning_step,
 )
 from coupling.path.discrepancy import Discrepancy
@@ -74,33 +74,36 @@ def sizes_of(rms_values: list[float], doubt: float = 0.0) -> list[DeviationSize]
     return [DeviationSize(value, value, value, value, doubt) for value in rms_values]
 
 
-def step_after(rms_values: list[float], repeats: bool = True, is_cautious: bool = False):
-    flags = [True] + [repeats] * (len(rms_values) - 1)
-    return learning_step(sizes_of(rms_values), flags, is_cautious, NextOptions())
+def step_after(rms_values: list[float], is_cautious: bool = False) -> LearningStep:
+    return learning_step(sizes_of(rms_values), is_cautious, NextOptions())
+
+
+def learned(history: Runs, cutoff: float = 2.0) -> PathCorrection:
+    return learn_path(history, MODEL, cutoff, NextOptions(FrameAccuracy(5e-5, 5e-5)))
+
+
+def applied_by(correction: PathCorrection) -> Discrepancy:
+    columns = [np.interp(TIME, correction.time, column) for column in correction.deviation.T]
+    return Discrepancy(TIME, np.zeros((len(TIME), 3)), np.column_stack(columns))
 
 
 def test_a_first_run_gives_the_slow_part():
     """A wave of 0.3 Hz is identified below the noise on it, but for what the filter takes off."""
-    correction = learn_path(
-        Runs([wave(0.3) + white(1)]), MODEL, LearningStep(0, 0, False, 1.0, 2.0)
-    )
-    off = at_samples(correction.time, correction.deviation) - passed(np.array([0.3]), 2.0) * wave(
-        0.3
-    )
+    correction = learned(Runs([wave(0.3) + white(1)]))
+    expected = passed(np.array([0.3]), 2.0) * wave(0.3)
+    off = at_samples(correction.time, correction.deviation) - expected
     inner = (TIME > 1.0) & (TIME < 19.0)
     assert rms(off[inner]) < 0.2 * np.sqrt(3.0) * NOISE
     assert correction.cutoff == 2.0
 
 
 def test_no_cutoff_is_higher_than_that_at_which_learning_converges():
-    step = LearningStep(0, 0, False, 1.0, 8.0)
-    assert learn_path(Runs([white(1)]), MODEL, step).cutoff == 5.0
+    assert learned(Runs([white(1)]), 8.0).cutoff == 5.0
 
 
 @pytest.mark.parametrize("response", [0.6, 1.0, 1.5])
 def test_a_robot_that_answers_by_another_factor_is_learned_from_run_to_run(response):
     """Of a wave |1 - R| is left after each run, and the model's own path is never corrected twice."""
-    position = np.zeros((len(TIME), 3))
     applied, remaining, runs = None, [], []
     for k in range(6):
         correction = np.zeros((len(TIME), 3)) if applied is None else applied.at(TIME)[:, :3]
@@ -112,60 +115,64 @@ def test_a_robot_that_answers_by_another_factor_is_learned_from_run_to_run(respo
         )
         for run, (_, used) in zip(robot.runs, runs, strict=True):
             run.source.discrepancy = used
-        next_correction = learn_path(robot, MODEL, step_after(remaining))
-        applied = Discrepancy(
-            TIME,
-            position,
-            np.column_stack(
-                [
-                    np.interp(TIME, next_correction.time, column)
-                    for column in next_correction.deviation.T
-                ]
-            ),
-        )
+        applied = applied_by(learned(robot))
     assert remaining[1] == pytest.approx(abs(1.0 - response) * remaining[0], abs=8e-6)
     assert remaining[-1] < 0.15 * remaining[0]
 
 
-def test_what_does_not_repeat_is_averaged_from_where_the_deviation_no_longer_shrinks():
-    runs = [4e-4, 4e-5, 4.1e-5, 3.9e-5]
-    assert step_after(runs[:2], repeats=False).gain == 1.0
-    gains = [step_after(runs[:count], repeats=False).gain for count in (3, 4)]
-    np.testing.assert_allclose(gains, [1.0 / 2.0, 1.0 / 3.0])
-    assert step_after(runs).gain == 1.0
+def test_what_does_not_repeat_is_averaged_where_the_deviation_no_longer_shrinks():
+    """Gains are halved down to a quarter, and grow again where another run shrinks it."""
+    still = np.array([[16.0, 4.0, 4.1, 4.2, 4.3, 4.4]])
+    gains = [float(learning_gain(still[:, :count], 0.0)[1][0]) for count in range(1, 7)]
+    assert gains == [1.0, 1.0, 0.5, 0.25, 0.25, 0.25]
+    assert learning_gain(np.append(still, [[1.0]], axis=1), 0.0)[1] == 0.5
 
 
-def test_the_cutoff_grows_when_a_run_confirms_it():
-    """Twice as high after a run that leaves much less, up to 3 Hz; lower where backlash is unknown."""
+def test_the_cutoff_doubles_with_every_run():
+    """Up to 3 Hz; up to 1.5 Hz where backlash is unknown, and never where one is asked for."""
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
-    cutoffs = [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)]
-    np.testing.assert_allclose(np.divide(cutoffs, cutoffs[0]), [1.0, 2.0, 2.0, 2.0])
-    assert step_after(runs[:1], is_cautious=True).cutoff < 0.5 * cutoffs[0]
+    assert [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)] == [1.5, 3.0, 3.0, 3.0]
+    cautious = [step_after(runs[:count], is_cautious=True).cutoff for count in (1, 2, 3, 4)]
+    assert cautious == [0.4, 0.8, 1.5, 1.5]
+    assert learning_step(sizes_of(runs), False, NextOptions(cutoff=0.7)).cutoff == 0.7
 
 
-@pytest.mark.parametrize(("changed", "repeated"), [(0.0, True), (1e-4, False)])
-def test_what_differs_from_run_to_run_is_distinguished_from_what_repeats(changed, repeated):
-    """Two runs with the same slow wave, and with another one that is as large."""
-    deviations = [wave(0.4) + white(1), wave(0.4) + white(2)]
-    other = changed * np.cos(2.0 * np.pi * 0.7 * TIME)[:, None] * np.array([1.0, 1.0, 1.0])
-    history = Runs([deviations[0], deviations[1] + other], [deviations[0], deviations[1]])
-    assert is_repeated(history, 1, MODEL.x) == repeated
-    assert is_repeated(Runs([white(1)]), 0, MODEL.x)
+def bump(time: float, size: float) -> np.ndarray:
+    return size * np.exp(-(((TIME - time) / 0.5) ** 2))[:, None] * np.array([1.0, 0.0, 0.0])
 
 
-def test_a_worse_run_is_taken_back_and_the_next_step_is_smaller_each_time():
-    """After 400, 40 um a correction leaves 90, twice: from the 40 um, with half, then a quarter."""
-    runs = [4e-4, 4e-5, 9e-5, 9e-5]
-    good, bad, worst = (step_after(runs[:count]) for count in (2, 3, 4))
-    assert (good.base, bad.base, worst.base) == (1, 1, 1)
-    assert (good.worse, bad.worse, worst.worse) == (False, True, True)
-    np.testing.assert_allclose([bad.gain, worst.gain], [0.5, 0.25])
-    np.testing.assert_allclose([bad.cutoff, worst.cutoff], [good.cutoff / 2.0, good.cutoff / 4.0])
+def test_what_is_worse_at_one_place_is_taken_back_there_and_learned_elsewhere():
+    """0.2 mm of one run at 5 s are not learned; a wave that repeats from 10 s on is as without."""
+    late = np.where(TIME > 10.0, 1.0, 0.0)[:, None] * wave(0.5, 3e-5)
+    runs = [wave(0.5) + white(1), late + white(2), late + bump(5.0, 2e-4) + white(3)]
+    corrections = []
+    for last in (runs[2], runs[2] - bump(5.0, 2e-4)):
+        correction = learned(Runs([*runs[:2], last]))
+        corrections.append(at_samples(correction.time, correction.deviation))
+    with_bump, without = corrections
+    assert np.abs(with_bump).max() < 5e-5
+    np.testing.assert_allclose(with_bump[TIME > 9.0], without[TIME > 9.0], atol=1e-9)
+    assert rms((with_bump - late)[(TIME > 11.0) & (TIME < 19.0)]) < 1e-5
 
 
-def test_a_first_command_that_is_worse_than_none_goes_back_to_that():
-    step = step_after([3e-5, 9e-5])
-    assert (step.base, step.worse) == (0, True)
+def test_a_place_that_stays_worse_is_learned_anew():
+    """A robot that has changed by three times the rms: three runs go back, the fourth does not."""
+    base = [
+        int(learning_gain(np.array([[9.0, 1.0] + [9.0] * later]), 0.0)[0][0]) for later in range(6)
+    ]
+    assert base == [1, 1, 1, 1, 5, 6]
+
+
+def test_a_run_within_the_repeatability_of_the_best_is_gone_on_from():
+    squares = np.array([[4e-10, 1e-11, 9e-11]])
+    bases = [int(learning_gain(squares, random**2)[0][0]) for random in (0.0, 1e-5)]
+    assert bases == [1, 2]
+
+
+def test_a_worse_run_is_said_to_be_one():
+    assert [step_after(runs).worse for runs in ([4e-4, 4e-5], [4e-4, 4e-5, 9e-5])] == [False, True]
+    assert step_after([4e-4, 4e-5, 9e-5]).base == 1
+    assert step_after([3e-5, 9e-5]).base == 0
 
 
 @pytest.mark.parametrize(
@@ -214,16 +221,3 @@ def test_the_size_of_what_is_fast_is_told_without_the_noise_in_its_band():
     passed = 0.5 ** (0.6**2) - 0.5 ** (2.0**2)
     square = np.mean([size.fast**2 for size in sizes])
     assert square == pytest.approx((2e-5) ** 2 * passed, rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("runs", "repeated", "learned"),
-    [(1, True, True), (2, True, False), (2, False, True), (3, False, False)],
-)
-def test_parameters_are_learned_again_where_the_second_run_is_not_as_the_model(
-    monkeypatch, runs, repeated, learned
-):
-    monkeypatch.setattr(command, "is_repeated", lambda *_: repeated)
-    history = SimpleNamespace(runs=[None] * runs)
-    history.aligned_with = lambda x: history
-    assert command._is_to_learn(history, np.zeros(1)) == learned

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from coupling.errors import SimulationError
 from coupling.identification.estimate import estimate
-from coupling.identification.runs.fit import _free, _restart_points
+from coupling.identification.runs.fit import _free, _restarted
 from coupling.identification.runs.judge import judge_parameters
 from coupling.identification.runs.linearisation import (
     FitObjective,
@@ -64,7 +64,7 @@ def test_a_fit_looks_along_the_run(robots, example):
 
 
 def test_processes_beside_each_other_change_no_digit(robots, example):
-    """Differences and restarts by one process and by two."""
+    """What is found by one process and by two, with restarts."""
     short = Robots(example, robots.models, seconds=2.0)
     truth = short.drawn(31, 1.0)
     problem = short.fitter(short.measured(short.moved(truth), every=5)).problem
@@ -72,15 +72,25 @@ def test_processes_beside_each_other_change_no_digit(robots, example):
         points = []
         for fmus in (problem.fmus, (*problem.fmus, other)):
             objective = FitObjective(replace(problem, fmus=fmus), NONE)
-            point = objective.framed(0.0 * truth)
-            start = RunLinearisation(objective, point, problem.secants(0.05), 0.05).recompute()
-            points.append([estimate(start, _free(objective), 2, 0.0).linearisation.point])
-            points[-1] += _restart_points(start)
+            start = objective.framed(0.0 * truth)
+            points.append(_restarted(objective, start, 1).point)
     single, both = points
-    assert single[0].cost < point.cost
-    assert len(single) == 3
-    for a, b in zip(single, both, strict=True):
-        np.testing.assert_array_equal(a.z, b.z)
+    assert single.cost < start.cost
+    np.testing.assert_array_equal(single.z, both.z)
+
+
+def test_a_fit_ends_where_a_run_is_no_longer_predictable(robots):
+    """A tool that leaves its path by 0.3 mm a second from 3 s on: parameters are those of before."""
+    truth = robots.factors(backlash=1.2, damping=0.9)
+    run = robots.measured(robots.moved(truth), every=3)
+    since = np.maximum(run.measured.time - run.measured.time[0] - 3.0, 0.0)
+    shaken = 3e-4 * np.sign(np.sin(2.0 * np.pi * 3.0 * since)) * (since > 0.0)
+    position = run.measured.position + shaken[:, None] * [0.0, 0.6, 0.8]
+    seen = replace(run, measured=replace(run.measured, position=position))
+    fit = robots.fitter(seen).fit(0.0 * truth)
+    assert 2.0 < fit.seconds < 3.7
+    gear = [p.name for p in robots.parameters].index("joint[1].backlash")
+    assert fit.z[gear] == pytest.approx(truth[gear], abs=0.05)
 
 
 def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
@@ -148,7 +158,7 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_s
         np.sqrt(
             np.diag(np.linalg.inv(objective.equations(point, objective.slopes(point.z, own))[0]))
         )
-        for own in (problem.effects, problem.secants(0.05))
+        for own in (problem.effects, problem.secants(np.full(len(truth), 0.05)))
     )
     own = np.sqrt(np.diag(found.covariance))
     stiff = [k for k, p in enumerate(robots.parameters) if p.kind == "stiffness"]
@@ -191,11 +201,12 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     problem = fast.fitter(measured).problem
     without = FitObjective(problem, NONE)
     start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
+    change = np.full(len(fast.parameters), 0.01)
     best = estimate(
-        RunLinearisation(without, start, problem.secants(0.01), 0.01).recompute(),
+        RunLinearisation(without, start, problem.secants(change), change).recompute(),
         _free(without),
         12,
         0.15,
     )
     assert without.over_noise(found) ** 2 < 1.05
-    assert without.over_noise(best.linearisation.point) ** 2 > 1.2
+    assert without.over_noise(best.experiment.point) ** 2 > 1.2

@@ -31,9 +31,9 @@ def test_a_fit_looks_further_where_what_it_looked_at_stays_unexplained():
 
 
 def test_strides_grow_where_a_fit_explains_nothing():
-    """By half of what was looked at: as where a gear is in its backlash without load all along."""
-    assert fitting_window([left(0.0)], [MEAN], NOISE, 4.0, explained=False) == pytest.approx(6.0)
-    assert fitting_window([left(0.0)], [MEAN], NOISE, 7.0, explained=False) == np.inf
+    """By a fifth of what was looked at: as where a gear is in its backlash without load all along."""
+    assert fitting_window([left(0.0)], [MEAN], NOISE, 4.0, explained=False) == pytest.approx(4.8)
+    assert fitting_window([left(0.0)], [MEAN], NOISE, 9.0, explained=False) == np.inf
 
 
 def test_a_fit_that_explains_all_looks_at_all():

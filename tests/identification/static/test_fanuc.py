@@ -18,7 +18,6 @@ from coupling.identification.static.fit import IdentifyOptions
 from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of, read_measurements, rms
 from coupling.identification.static.prediction import rigid_prediction
-from coupling.identification.static.verdicts import warnings
 from elastic_robot.description import Tilt
 
 START = load_robot(EXAMPLES / "identify" / "fanuc_start.toml")
@@ -38,11 +37,11 @@ def tilted():
 
 def test_axial_joints_predict_what_was_left_out_to_0_234_mm(axial):
     assert rms(ROWS.deflection) == pytest.approx(0.996e-3, abs=1e-6)
-    assert rms(axial.left_out) == pytest.approx(0.234e-3, abs=0.5e-6)
-    assert rms(axial.residual) == pytest.approx(0.215e-3, abs=0.5e-6)
+    assert rms(axial.result.displacements("left_out_error")) == pytest.approx(0.234e-3, abs=0.5e-6)
+    assert axial.result.rms_m.fit == pytest.approx(0.215e-3, abs=0.5e-6)
     wanted = [861e3, 2720e3, 1960e3, 271e3, 425e3, 206e3]
     np.testing.assert_allclose(1.0 / axial.fit.at.x, wanted, rtol=4e-3)
-    assert [ROWS.names[k] for k in axial.worst(3)] == ["sample 17", "sample 11", "sample 24"]
+    assert axial.result.worst[:3] == ("sample 17", "sample 11", "sample 24")
 
 
 @pytest.mark.parametrize("kind", ["postures", "joints", "signs", "axes", "loads"])
@@ -56,21 +55,21 @@ def test_deflections_that_are_not_of_the_postures_told_are_refused(kind):
         "axes": {"deflection": deflection[:, [1, 0, 2]]},
         "loads": {"wrench": wrench[:, [1, 0, 2, 3, 4, 5]]},
     }[kind]
-    refusal = identify(START, replace(ROWS, **changed), OPTIONS).refusal
+    refusal = identify(START, replace(ROWS, **changed), OPTIONS).result.refusal
     assert "no robot like the start file gives way so" in refusal
     assert "check q" in refusal
 
 
 def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted):
-    best = min(axial.further, key=lambda further: further.support.left_out_change)
-    assert best.candidate.name == "joint[3].tilt about [0, 0, 1]"
-    assert best.support.supported
-    np.testing.assert_allclose(best.support.F, 79.8, rtol=0.02)
-    assert best.support.probability < 1e-13
-    assert best.support.left_out_change_without_worst == pytest.approx(-0.09, abs=0.01)
-    assert [p.name for p in tilted.parameters if p.added] == ["joint[3].tilt[1].stiffness"]
-    assert rms(tilted.left_out) <= 0.185e-3
-    by_name = {parameter.name: parameter for parameter in tilted.parameters}
+    best = min(axial.result.further, key=lambda further: further.left_out_change)
+    assert best.name == "joint[3].tilt about [0, 0, 1]"
+    assert best.supported
+    np.testing.assert_allclose(best.F, 79.8, rtol=0.02)
+    assert best.probability < 1e-13
+    assert best.left_out_change_without_worst == pytest.approx(-0.09, abs=0.01)
+    assert [p.name for p in tilted.result.parameters if p.added] == ["joint[3].tilt[1].stiffness"]
+    assert rms(tilted.result.displacements("left_out_error")) <= 0.185e-3
+    by_name = {parameter.name: parameter for parameter in tilted.result.parameters}
     tilt = by_name["joint[3].tilt[1].stiffness"]
     assert tilt.identified
     assert 1.3e6 < tilt.value < 2.1e6
@@ -80,7 +79,9 @@ def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted)
 
 def test_joint_6_is_not_identifiable_and_keeps_its_start(axial, tilted):
     for found in (axial, tilted):
-        assert [p.name for p in found.parameters if not p.identified] == ["joint[6].stiffness"]
+        assert [p.name for p in found.result.parameters if not p.identified] == [
+            "joint[6].stiffness"
+        ]
         assert found.robot.joints[5].stiffness == pytest.approx(
             START.joints[5].stiffness, rel=1e-12
         )
@@ -96,8 +97,8 @@ def test_all_six_tilts_are_warned_of_and_most_refused():
     robot = replace(START, joints=(*joints, *START.joints[3:]))
     found = identify(robot, ROWS, OPTIONS)
     assert found.fit.separability.condition == pytest.approx(115.0, abs=0.5)
-    assert any("condition number 115" in warning for warning in warnings(found))
-    written = [p.name for p in found.parameters if p.identified and "tilt" in p.name]
+    assert any("condition number 115" in warning for warning in found.result.warnings)
+    written = [p.name for p in found.result.parameters if p.identified and "tilt" in p.name]
     assert written == ["joint[3].tilt[2].stiffness"]
 
 

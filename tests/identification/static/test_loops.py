@@ -73,18 +73,18 @@ def test_true_values_lie_in_their_intervals(bare, start, parts):
     rows = loops(true, 4, 2, 900.0, parts, NOISE)
     found = found_in(start, rows)
     assert found.fit.converged
-    assert not found.refusal
+    assert not found.result.refusal
     known, outside = truth(true), 0
-    names = [own.name for own in found.parameters if own.identified]
+    names = [own.name for own in found.result.parameters if own.identified]
     assert {f"joint[{i}].hysteresis" for i in (1, 2, 3)} <= set(names)
-    for own in found.parameters:
+    for own in found.result.parameters:
         outside += not own.low <= known[own.name] <= own.high
         if own.identified:
             assert abs(own.value - known[own.name]) < own.high - own.low, own.name
     assert outside <= 1
     # What hysteresis is worth, in loops that the fit has not seen; and nothing is overfitted.
     left_out, without = (
-        np.array([getattr(loop, key) for loop in found.loops])
+        np.array([getattr(loop, key) for loop in found.result.loops])
         for key in ("left_out_m", "without_hysteresis_m")
     )
     assert np.all(left_out < 2.0 * NOISE)
@@ -96,7 +96,7 @@ def test_loops_that_do_not_turn_back_tell_no_hysteresis():
     true = with_hysteresis(arm(), (90.0, 150.0, 0.0))
     rows = loops(true, 3, 3, 900.0, RISING[1::2], NOISE)
     found = found_in(true, rows)
-    by_name = {own.name: own for own in found.parameters}
+    by_name = {own.name: own for own in found.result.parameters}
     assert "joint[3].hysteresis" not in by_name
     for number, torque in ((1, 90.0), (2, 150.0)):
         own = by_name[f"joint[{number}].hysteresis"]
@@ -117,7 +117,7 @@ def test_a_loop_that_is_left_out_takes_no_part_in_its_prediction():
     other[first] *= 1.2  # by some 0.1 mm
     start = with_hysteresis(stiffer(arm(), 1.2), (80.0, 140.0, 70.0))
     predicted = [
-        (own.deflection - found_in(start, own).left_out)[first]
+        (own.deflection - found_in(start, own).result.displacements("left_out_error"))[first]
         for own in (rows, replace(rows, deflection=other))
     ]
     np.testing.assert_allclose(*predicted, rtol=0.0, atol=1e-6)
@@ -143,21 +143,23 @@ def test_hysteresis_that_does_not_predict_other_loops_is_not_written():
         },
     )
     found = found_in(one, rows)
-    told = [own for own in found.parameters if own.kind == "hysteresis"]
+    told = [own for own in found.result.parameters if own.kind == "hysteresis"]
     assert any(own.support.supported for own in told)
     assert all("not predicted better with hysteresis" in own.reason for own in told)
-    assert not any(own.identified for own in found.parameters if own.added)
+    assert not any(own.identified for own in found.result.parameters if own.added)
 
 
 def test_a_robot_without_hysteresis_gets_none():
     rows = loops(arm(), 3, 4, 900.0, noise=NOISE)
     found = found_in(stiffer(arm(), 1.3), rows)
-    assert [own.name for own in found.parameters] == [f"joint[{i}].stiffness" for i in (1, 2, 3)]
-    assert {own.candidate.name for own in found.further} == {
+    assert [own.name for own in found.result.parameters] == [
+        f"joint[{i}].stiffness" for i in (1, 2, 3)
+    ]
+    assert {own.name for own in found.result.further} == {
         f"joint[{i}].hysteresis" for i in (1, 2, 3)
     }
-    assert not any(own.support.supported for own in found.further)
-    values = [own.value for own in found.parameters]
+    assert not any(own.supported for own in found.result.further)
+    values = [own.value for own in found.result.parameters]
     np.testing.assert_allclose(values, [1e6, 2e6, 3e5], rtol=0.02)
 
 
