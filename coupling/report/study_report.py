@@ -22,6 +22,7 @@ from coupling.study.robot_pool import PARTS
 from coupling.study.stored_study import StoredStudy
 
 _BAND = "rgba(0, 114, 178, 0.22)"
+_AS_USUAL = " and usual values of what their files leave out"
 # Parameters that are drawn against the deviation, the most important ones.
 _DRAWN = 6
 
@@ -182,7 +183,7 @@ def _quantiles(figures: StudyResult) -> Section:
     )
     text = (
         f"Command as written, simulated with inertia on {figures.samples} robots with sampled uncertain"
-        f" parameters; {how}."
+        f" parameters{_AS_USUAL if not figures.chosen else ''}; {how}."
     )
     return Section("", (text, Table(("deviation [um]", "model", *below), rows)))
 
