@@ -21,10 +21,12 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema, ProcessTable
 from coupling.process.smoothing import NoiseRemoval
+from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import TouchOff
 from coupling.solve.correction import Compensation
+from coupling.solve.fixed_point import Loop
 from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
@@ -42,7 +44,6 @@ class PlacedRobot:
         description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad], (joints,).
-        world_from_base: Frame of its base in the world.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
@@ -77,8 +78,6 @@ class Case:
     Attributes:
         name: The file's name without ending.
         robots: One robot, or forming and supporting robot of a cell.
-        mode: Mode in which the robots are simulated.
-        fmu: Kind of their FMUs.
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
         process_table: Table [process] that it is made of.
@@ -136,6 +135,19 @@ class Case:
             tries=1 + (table.retries if isinstance(table, ProcessTable) else 0),
             identify=lambda: table.identity(self.task),
             noise_removal=noise_removal,
+        )
+
+    def loop(self, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
+        """Return the loop of its robots and its process, as its tables say."""
+        return Loop(
+            cell,
+            self.process,
+            self.mode,
+            self.coupling.new_scheme(),
+            self.coupling.tolerance(),
+            self.coupling.max_evaluations,
+            self.controller,
+            watch,
         )
 
     @property

@@ -11,7 +11,6 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.following import Targets, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
-from coupling.robot.link_points import link_points
 from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.
@@ -89,7 +88,7 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     )
     conditioning, _ = walk.posture(q[rows].T)
     return Clearance(
-        float(conditioning.min()), free, vertical, horizontal, link_points(robot, q[0])
+        float(conditioning.min()), free, vertical, horizontal, walk.serial.points(q[0])
     )
 
 
@@ -157,9 +156,7 @@ class _Walk:
         )
         if len(q) != _SQUARE:
             return at.conditioning, np.ones(q.shape[1])
-        arm = at.posture
-        jacobian = np.concatenate([arm.lever, arm.axis], axis=1).transpose(2, 1, 0)
-        return at.conditioning, np.sign(np.linalg.det(jacobian))
+        return at.conditioning, np.sign(np.linalg.det(at.posture.jacobian))
 
     def _within(self, q: np.ndarray) -> np.ndarray:
         above, below = q >= self._limits.lower[:, None], q <= self._limits.upper[:, None]

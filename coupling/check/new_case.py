@@ -17,7 +17,7 @@ from coupling import files
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.new_robot import RobotChoice, new_robot
-from coupling.check.typical_gears import HEAVY_SPINDLE, Spindle
+from coupling.check.typical_gears import HEAVY_SPINDLE
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.foreign_description import is_foreign
@@ -43,7 +43,6 @@ class OwnFile:
 
     Attributes:
         name: Its name beside the new case.
-        value: Value of that key.
     """
 
     example: str
@@ -57,9 +56,7 @@ class Start:
     """A process to begin with.
 
     Attributes:
-        case: Example with one robot.
         cell: Example with two robots; None where the process knows one tool alone.
-        files: Files that the case needs beside it.
     """
 
     case: str
@@ -146,8 +143,9 @@ def new_case(
             name_in_case = file.name
             texts[name_in_case] = file.read_text(encoding="utf-8")
     else:
-        described, name_in_case = _load_robot(robot, choice), new_description.file
+        name_in_case = new_description.file
         texts |= new_description.texts
+        described = _load_unwritten(robot, name_in_case, texts, folder)
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
         case[table]["description"] = name_in_case
@@ -159,10 +157,7 @@ def new_case(
         if name_in_case in texts and choice.tip is None and _is_bare(texts[name_in_case]):
             spindle = HEAVY_SPINDLE if new_description is None else new_description.spindle
             texts[name_in_case] = spindle.on_flange(texts[name_in_case])
-            if new_description is None:
-                described = _of_text(name_in_case, texts[name_in_case])
-            else:
-                described = _load_robot(robot, choice, spindle)
+            described = _load_unwritten(robot, name_in_case, texts, folder)
             remarks.append(
                 f"{name_in_case}: TCP and payload are those of a spindle of {spindle.mass:g} kg whose"
                 f" tool ends {1e3 * spindle.reach:g} mm before the flange: give yours"
@@ -200,30 +195,22 @@ def _is_bare(text: str) -> bool:
     return not any(tomlkit.parse(text).get("tcp", {}).get("position", [0.0]))
 
 
-def _of_text(name: str, text: str) -> Robot:
-    """Return the robot of a file that is still to be written."""
-    with tempfile.TemporaryDirectory() as scratch:
-        file = Path(scratch, name)
-        file.write_text(text, encoding="utf-8")
-        return load_robot(file)
-
-
 def _has_confirmed_servos(texts: Mapping[str, str]) -> bool:
     """Return whether no robot file of a case says that its servos are not confirmed."""
     return all(tomlkit.parse(text).get("servos_confirmed", True) for text in texts.values())
 
 
-def _load_robot(robot: str, choice: RobotChoice, spindle: Spindle | None = None) -> Robot:
-    """Return the robot that others describe, with a spindle or none on its flange."""
+def _load_unwritten(robot: str, name: str, texts: Mapping[str, str], folder: Path) -> Robot:
+    """Return the robot of a file, by its name among the texts that are to be written into a folder."""
+    content = tomlkit.parse(texts[name])
+    urdf = content.get("urdf")
+    if urdf is not None and urdf["file"] not in texts and "://" not in urdf["file"]:
+        urdf["file"] = str((folder / urdf["file"]).resolve())
     with tempfile.TemporaryDirectory() as scratch:
-        new_description = new_robot(robot, choice, Path(scratch))
-        texts = dict(new_description.texts)
-        if spindle is not None:
-            texts[new_description.file] = spindle.on_flange(texts[new_description.file])
-        for name, text in texts.items():
-            Path(scratch, name).write_text(text, encoding="utf-8")
+        for file, text in {**texts, name: tomlkit.dumps(content)}.items():
+            Path(scratch, file).write_text(text, encoding="utf-8")
         try:
-            return load_robot(Path(scratch, new_description.file))
+            return load_robot(Path(scratch, name))
         except RobotFileError as cause:
             text = str(cause).replace(f"{scratch}{os.sep}", "")
             raise RobotFileError(f"{robot}: {text}") from cause
@@ -238,10 +225,6 @@ def example(name: str) -> Path:
 
     Args:
         name: Its place in the folder of examples, such as "cases/cone.toml".
-
-    Example:
-        >>> example("cases/cone.toml").is_file()
-        True
     """
     package = Path(files.__path__[0])
     checkout = package.parents[1]

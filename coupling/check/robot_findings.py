@@ -43,7 +43,6 @@ class RobotFindings:
     """Findings on a robot of a case without a run.
 
     Attributes:
-        world_from_base: Frame of its base in the world.
         path: Desired path of its tool, in its base.
         demands: Motion of the joints of the rigid robot along the path, beside their limits.
         motors: Torques of the motors along the path; none where no joint has one.
@@ -53,7 +52,6 @@ class RobotFindings:
         unknown: Reason why they are not known, or empty.
         warnings: Rated loads, gear and motor torques that are exceeded.
         expected: Deviation to expect of a corrected command; None where it is not known.
-        chain: Its joints, to draw it.
         joints: Motion of the joints of the rigid robot along the path.
         torque: Torques of its gears at rest [N m], at the times of `joints`, (n, joints).
     """

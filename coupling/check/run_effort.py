@@ -47,9 +47,7 @@ def estimate_run(
     """Return time and memory of a compensation by the inverse of the moving robot, in words.
 
     Args:
-        rounds: Inverses at most.
         each: Time of one evaluation of the process [s], None where it was not measured.
-        draws: Number of robots that are drawn.
         has_servos: Whether a robot's motors follow as their servos do.
         marched_steps: Steps of a process that is coupled marching in time; 0: of none.
     """
@@ -97,11 +95,7 @@ def warn_of_memory(desired: ToolPath) -> str:
 
 
 def check_repeatability(process: EvaluatedProcess, first: ProcessRequest) -> str:
-    """Return whether a process is repeatable, in words.
-
-    Args:
-        first: First evaluation, of the desired path.
-    """
+    """Return whether a process is repeatable, in words."""
     seconds = first.seconds
     if seconds >= _ASKED_TWICE:
         return (

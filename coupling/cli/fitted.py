@@ -48,8 +48,6 @@ class Findings:
 
     Attributes:
         text: Function that returns the content of the file that is fitted.
-        figures: Sections with figures that the page has below.
-        warnings: Sentences that are printed below the first screen.
     """
 
     title: str

@@ -31,7 +31,6 @@ def identify_responses(
 
     Args:
         postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
-        torque_curve: "linear" or "backlash".
         output: Robot file to write; None for one in the folder results.
     """
     if torque_curve not in ("linear", "backlash"):

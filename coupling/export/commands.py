@@ -51,7 +51,6 @@ class RobotCommand:
         desired: Desired path of its tool at the wrench's instants, in the world; None where nobody
             knows.
         axes: Joint angles and frames of its controller.
-        fmu: Kind of FMU that simulates it.
         who: The robot, for messages; empty where there is one.
         remark: Remark on the command, or empty.
     """
@@ -130,7 +129,6 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
     The base of the program is the controller's own robot frame.
 
     Args:
-        robot: Robot file, or a shipped robot's name.
         wrench: Table of the wrench on the tool, in axes of the base; None: there is none.
     """
     described = find_robot(robot)

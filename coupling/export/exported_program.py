@@ -74,7 +74,6 @@ class ExportedProgram:
             the controller's motion is a spline through the targets.
         command, read_back: Deviation from the desired path under the command, and under the files; None
             where a command came without a desired path.
-        nearest: Posture of the robot that is nearest to a singular one.
         counted: Whether the robot file says how the controller counts.
         advice: Option that would keep the tolerance, where it is not kept, or empty.
     """

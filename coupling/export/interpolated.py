@@ -84,9 +84,6 @@ def joint_lines(motion: JointPath) -> JointPath:
     This is a controller that does not smooth.  Around each set point a short quintic joins the rates on
     both sides.
 
-    Args:
-        motion: Set points of one robot: its rows.
-
     Example:
         >>> rows = JointPath(np.array([0.0, 0.1, 0.2]), (np.array([[0.0], [1.0], [1.0]]),))
         >>> joint_lines(rows).trajectory.at(np.array([0.05, 0.15]))[0].ravel().round(12)

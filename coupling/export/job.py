@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.case.case import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.commands import RobotCommand
@@ -42,11 +41,7 @@ class CheckedProgram:
 
 @dataclass(frozen=True)
 class ExportJob:
-    """The export of one robot.
-
-    Attributes:
-        member: The robot in its cell.
-    """
+    """The export of one robot."""
 
     command: RobotCommand
     member: Member
@@ -160,7 +155,6 @@ class ExportJob:
             sampled.time,
             sampled.q,
             sampled.jacobians,
-            _reach(self.command.placed),
         )
 
     def _deviation(self, path: ToolPath) -> Deviation | None:
@@ -177,10 +171,3 @@ class ExportJob:
             return motion
         time = np.append(motion.time[:-1], end)
         return JointPath(time, motion.q)
-
-
-def _reach(placed: PlacedRobot) -> float:
-    """Return the sum of a robot's lengths [m]."""
-    robot = placed.description
-    lengths = [float(np.linalg.norm(joint.origin)) for joint in robot.joints]
-    return sum(lengths) + float(np.linalg.norm(robot.tcp_position))

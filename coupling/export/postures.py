@@ -10,9 +10,8 @@ from coupling.errors import ProgramError
 from coupling.files.controller_axes import ControllerAxes
 from coupling.programs.program import Configuration
 from coupling.results.export_result import NearestSingularity
-from elastic_robot.chain import Chain, build_chain
+from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # How far the axes of a wrist may pass each other and still meet in its centre [m].
 _WRIST_CENTRE_TOLERANCE = 1e-6
@@ -25,34 +24,31 @@ class Posture:
     Attributes:
         axes: Unit vectors of the joints' axes, base axes, (joints, 3).
         origins: Points on them [m], (joints, 3).
-        tcp: TCP [m], (3,).
     """
 
     axes: np.ndarray
     origins: np.ndarray
-    tcp: np.ndarray
 
 
 class Postures:
     """Postures of one robot."""
 
     def __init__(self, robot: Robot, axes: ControllerAxes) -> None:
-        self._robot, self._axes = robot, axes
-        self._chain: Chain = build_chain(robot)
-        self._data = self._chain.model.createData()
+        self._rigid, self._axes = RigidRobot(robot), axes
+
+    @property
+    def reach(self) -> float:
+        """Sum of the robot's lengths [m]."""
+        return self._rigid.reach
 
     def arm(self, q: np.ndarray) -> Posture:
         """Return the axes at drive angles [rad], (joints,)."""
-        jacobian = self._jacobian(q)
-        tcp = base_from_tool(self._chain, self._data, self._chain.theta(q)).translation.copy()
-        axes = jacobian[3:].T
-        # The foot of the TCP on each axis: J_v = z x (p - foot).
-        feet = tcp - np.cross(jacobian[:3].T, axes)
-        return Posture(axes, feet, tcp)
+        posture = self._rigid.posture(q[:, None])
+        return Posture(posture.axis[..., 0], posture.origin[..., 0])
 
     def jacobians(self, q: np.ndarray) -> np.ndarray:
         """Return Jacobians of TCP and rotation by the drive angles, (n, 6, joints)."""
-        return np.array([self._jacobian(row) for row in q])
+        return self._rigid.posture(q.T).jacobian
 
     def configuration(self, q: np.ndarray) -> Configuration:
         """Return what tells a posture from the others with the same pose.
@@ -96,10 +92,6 @@ class Postures:
             return False
         return True
 
-    def _jacobian(self, q: np.ndarray) -> np.ndarray:
-        jacobian = tcp_jacobian(self._chain, self._data, self._chain.theta(q))
-        return jacobian[:, self._chain.drive]
-
 
 def wrist_centre(arm: Posture) -> np.ndarray:
     """Return the point where the last three of six axes meet [m], (3,).
@@ -136,7 +128,7 @@ def _towards(arm: Posture, joint: int, point: np.ndarray) -> np.ndarray:
 
 
 def nearest_singular(
-    postures: Postures, time: np.ndarray, q: np.ndarray, jacobians: np.ndarray, reach: float
+    postures: Postures, time: np.ndarray, q: np.ndarray, jacobians: np.ndarray
 ) -> NearestSingularity:
     """Return where a motion comes nearest to a singular posture, and of which kind that is.
 
@@ -144,13 +136,12 @@ def nearest_singular(
         time: [s], (n,).
         q: Drive angles [rad], (n, joints).
         jacobians: Jacobians of TCP [m/rad] and rotation [rad/rad] by them, (n, 6, joints).
-        reach: Sum of the robot's lengths [m].
     """
     scaled = jacobians.copy()
-    scaled[:, :3] /= reach
+    scaled[:, :3] /= postures.reach
     values = np.linalg.svd(scaled, compute_uv=False)[:, -1]
     k = int(values.argmin())
-    kind = _kind(postures.arm(q[k]), scaled[k], reach)
+    kind = _kind(postures.arm(q[k]), scaled[k], postures.reach)
     return NearestSingularity(time=float(time[k]), value=float(values[k]), kind=kind)
 
 

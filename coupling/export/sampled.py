@@ -34,7 +34,6 @@ class SampledCommand:
         points: Numbers of the rows that may become points, (m,).
         jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
         lever: Vector from the TCP to the wrist [m].
-        base, tool: Frames of the program.
     """
 
     time: np.ndarray
@@ -52,11 +51,7 @@ class SampledCommand:
     def of(
         cls, robot: PlacedRobot, axes: ControllerAxes, part: Frame, command: JointPath, cycle: float
     ) -> SampledCommand:
-        """Sample a command.
-
-        Args:
-            part: Part frame, the base frame of the program.
-        """
+        """Sample a command."""
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
         time = np.interp(np.arange(2 * steps + 1) / 2, np.arange(steps + 1), rows)
@@ -100,8 +95,6 @@ class SampledCommand:
 
         Args:
             rows: Numbers of the rows, the first and the last among them, (k,).
-            spline: Whether a spline goes through them.
-            posture: Whether poses state it.
         """
         angles = [tuple(row) for row in self.axes.controller_angles(self.q[rows]).tolist()]
         durations = np.diff(self.time[rows]).tolist()

@@ -37,9 +37,6 @@ class FolderKind:
     Attributes:
         name: Its name in the list of what was written, such as "run".
         content: Its content in words, such as "a result".
-        error: Error of a folder that cannot be written.
-        is_of: Function that tells whether a folder is of this kind.
-        is_complete: Function that tells whether one of this kind is complete.
     """
 
     name: str
@@ -64,11 +61,7 @@ def unfinished_name(target: Path) -> Path:
 
 
 def require_free(folder: Path, kind: FolderKind, overwrite: bool) -> None:
-    """Refuse a folder that a command may not write, before its work.
-
-    Args:
-        overwrite: Whether what its kind of command has written there may be replaced.
-    """
+    """Refuse a folder that a command may not write, before its work."""
     # What a killed command has put aside is still that of the folder.
     place = folder if folder.exists() else replaced_name(folder.resolve())
     if not place.exists():
@@ -103,7 +96,6 @@ def whole_folder(
 
     Args:
         keep: Names in it, as of `claim`, that the next attempt finds.
-        who: Function that says in words which command writes it, if another one does.
 
     Raises:
         Exception: That of the kind, if the folder is not free, another command writes it, or it
@@ -142,7 +134,6 @@ def exclusively(
 
     Args:
         error: Raised where another command writes it, or no file can be made in it or beside it.
-        who: Function that says which one does, in words.
 
     Example:
         >>> import tempfile

@@ -22,7 +22,6 @@ class ForeignRobot:
 
     Attributes:
         file: The URDF as it stands; None where it had to be made.
-        source: Origin, in words.
     """
 
     name: str
@@ -32,12 +31,7 @@ class ForeignRobot:
 
 
 def is_foreign(name_or_path: str) -> bool:
-    """Return whether a robot is described by other files than ours.
-
-    Example:
-        >>> is_foreign("kuka.urdf"), is_foreign("my.toml"), is_foreign("iiwa14_description")
-        (True, False, True)
-    """
+    """Return whether a robot is described by other files than ours."""
     return Path(name_or_path).suffix.lower() in _SUFFIXES or bool(_NAME.fullmatch(name_or_path))
 
 

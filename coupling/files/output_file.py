@@ -22,9 +22,6 @@ _BEGINNING, _DESCRIPTION = 2048, 1 << 16
 def require_output(file: Path, ending: str, error: type[Exception]) -> None:
     """Refuse a name of another ending, a place that cannot be written, and a file of somebody else.
 
-    Args:
-        ending: Ending of its name, such as ".html".
-
     Example:
         >>> require_output(Path("case.toml"), ".html", ValueError)
         Traceback (most recent call last):

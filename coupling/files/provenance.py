@@ -44,7 +44,6 @@ class Provenance:
         remarks: Sentences on what its URDF lacks, or what cannot be meant.
         numbers: Numbers of its file, without its URDF's.
         servos_confirmed: Whether measurements confirm its servos, as its file has it.
-        ratings: Its rated loads.
     """
 
     files: Mapping[str, str] = field(default_factory=dict)

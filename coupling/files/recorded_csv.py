@@ -20,7 +20,8 @@ _SEPARATORS = (";", "\t", ",", "|", None)
 _ABOVE, _LOOKED_AT = 200, 40
 # Fewest columns of numbers: time or a number, and three coordinates.
 _FEWEST = 3
-_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?")
+_EMPTY = frozenset(("", "nan", "null", "n/a", "#n/a", "-"))
 _DATES = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%m/%d/%y", "%d.%m.%y")
 # Days count from one that is near, so that milliseconds are not rounded.
 _SOME_DAY = datetime(2020, 1, 1)
@@ -53,13 +54,27 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
                 f"{path}: row {number + 1} of the table: expected {count} cells as in its first row, got"
                 f" {len(row)}"
             )
+    _require_rows_below(path, _split(lines[: first - used], separator), rows[0], error)
     columns, units, texts = {}, {}, []
+    marks: dict[str, str] = {}
     for title, unit, cells in zip(titles, above, zip(*rows, strict=True), strict=True):
-        values = _values(cells)
         name, stated = name_and_unit(title)
+        try:
+            values = _values(cells)
+        except ValueError as cause:
+            raise error(f"{path}: column {name}: {cause}") from cause
         if values is None:
             texts.append(name)
             continue
+        for mark in ",.":
+            cell = next((cell for cell in cells if mark in cell and ":" not in cell), None)
+            marks |= {} if cell is None else {mark: cell}
+        if "," in marks and ("." in marks or separator == ","):
+            raise error(
+                f"{path}: column {name}: expected one decimal mark, got {marks[',']!r} and"
+                f" {marks.get('.', 'commas between cells')!r}: write decimal points, and no mark between"
+                " thousands"
+            )
         if name in columns:
             raise error(f"{path}: expected one column {name!r}, got two")
         columns[name] = values
@@ -121,6 +136,19 @@ def _split(lines: Sequence[str], separator: str | None) -> list[list[str]]:
     return [[cell.strip() for cell in row] for row in rows]
 
 
+def _require_rows_below(
+    path: Path, above: list[list[str]], first: list[str], error: type[Exception]
+) -> None:
+    """Refuse a table above the table, which a second line of titles ends."""
+    numbers = [place for place, cell in enumerate(first) if _NUMBER.fullmatch(cell)]
+    for row in above:
+        if len(row) == len(first) and all(_NUMBER.fullmatch(row[place]) for place in numbers):
+            raise error(
+                f"{path}: expected one table, got a row of numbers {' '.join(row)[:60]!r} above the line"
+                " of titles: write the titles once, above all rows"
+            )
+
+
 def _titles(head: list[list[str]], count: int) -> tuple[list[str], list[str], int]:
     """Return titles and units of columns, and the number of lines above the table that have them.
 
@@ -139,15 +167,22 @@ def _titles(head: list[list[str]], count: int) -> tuple[list[str], list[str], in
 
 
 def _values(cells: Sequence[str]) -> np.ndarray | None:
-    """Return cells as numbers, or as seconds from the first time; None where they are texts."""
-    filled = [cell for cell in cells if cell]
+    """Return cells as numbers, or as seconds from the first time; None where they are texts.
+
+    Raises:
+        ValueError: If a cell is a text behind many numbers.
+    """
+    filled = [cell for cell in cells if cell.lower() not in _EMPTY]
     if not filled:
         return None
     if all(_NUMBER.fullmatch(cell) for cell in filled[:_LOOKED_AT]):
-        try:
-            return np.array([float(c.replace(",", ".")) if c else np.nan for c in cells])
-        except ValueError:
-            return None
+        for cell in filled[_LOOKED_AT:]:
+            if not _NUMBER.fullmatch(cell):
+                row = cells.index(cell) + 1
+                raise ValueError(f"expected a number in row {row} of the table, got {cell[:40]!r}")
+        return np.array(
+            [np.nan if c.lower() in _EMPTY else float(c.replace(",", ".")) for c in cells]
+        )
     seconds = [_seconds(cell) for cell in cells]
     instants = [value for value in seconds if value is not None]
     return np.array(instants) - instants[0] if instants and len(instants) == len(cells) else None

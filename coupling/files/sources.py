@@ -83,7 +83,6 @@ def places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any
     """Yield place and value of all that stands in the tables of a file, but for texts.
 
     Args:
-        data: The parsed file.
         before: Place of `data` in it, with a dot behind.
 
     Example:

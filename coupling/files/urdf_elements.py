@@ -90,6 +90,10 @@ def placement_of(element: Element) -> pin.SE3:
     origin = element.find("origin")
     if origin is None:
         return pin.SE3.Identity()
+    if others := sorted(set(origin.attrib) - {"xyz", "rpy"}):
+        raise ValueError(
+            f"origin: expected xyz and rpy, got {others[0][:40]!r}: convert it to these"
+        )
     rpy = vector_of(origin, "rpy", (0.0, 0.0, 0.0))
     if np.abs(rpy).max() > _MAX_TURN:
         raise ValueError(

@@ -38,6 +38,19 @@ _MAX_BYTES = 64 * 2**20
 # Types of joints that turn about an axis, and all others of the format.
 ROTATIONS = ("revolute", "continuous")
 _TYPES = (*ROTATIONS, "prismatic", "fixed", "floating", "planar")
+# What stands beside links and joints and joins none; xacro leaves its properties behind.
+_HARMLESS_WORDS = """
+link joint material transmission gazebo ros2_control sensor mujoco plugin group group_state
+disable_collisions collision_checking self_collision_checking version author license contact static
+xacro:property
+"""
+_HARMLESS = frozenset(_HARMLESS_WORDS.split())
+_HARMLESS_PREFIXES = ("gazebo:", "sensor:", "controller:", "interface:", "drake:collision_")
+_OTHER_ROOTS = {
+    "sdf": ", an SDF model: convert it to URDF, or give a URDF or MJCF of the robot",
+    "mujoco": ", an MJCF model: give it the ending .xml",
+    "COLLADA": ", a drawing: give the URDF that names it",
+}
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -176,16 +189,29 @@ def read_tree(file: Path) -> UrdfTree:
     try:
         root = parse_xml(text)
         if root.tag != "robot":
-            raise ValueError(f"expected <robot>, got <{root.tag[:40]}>")
+            remedy = _OTHER_ROOTS.get(root.tag, "")
+            raise ValueError(f"expected <robot>, got <{root.tag[:40]}>{remedy}")
     except ValueError as cause:
         raise RobotFileError(f"{file}: is not a URDF: {cause}") from cause
     try:
+        _require_harmless(root)
         links = _links(root)
         tree = UrdfTree(links, _joints(root, links))
         _require_tree(tree)
     except ValueError as cause:
         raise RobotFileError(f"{file}: {cause}") from cause
     return tree
+
+
+def _require_harmless(root: Element) -> None:
+    """Refuse what stands beside links and joints and may be one of them, or join them."""
+    for element in root:
+        tag = element.tag
+        if tag not in _HARMLESS and not tag.startswith(_HARMLESS_PREFIXES):
+            remedy = "take it out if it joins no links"
+            if tag.startswith("xacro:"):
+                remedy = "convert the file by xacro first, or give it the ending .xacro"
+            raise ValueError(f"expected links and joints, got <{tag[:40]}>: {remedy}")
 
 
 def _links(root: Element) -> dict[str, Element]:
@@ -253,6 +279,8 @@ def _limits(element: Element, kind: str) -> tuple[tuple[float, float] | None, fl
 def _axis(element: Element, kind: str) -> np.ndarray:
     """Return a joint's unit vector; x where none is given, as the format has it."""
     axis = element.find("axis")
+    if axis is not None and axis.get("xyz") is None and kind not in ("fixed", "floating"):
+        raise ValueError("axis: expected xyz, three numbers in one text, got none")
     vector = np.array([1.0, 0.0, 0.0]) if axis is None else vector_of(axis, "xyz", (1.0, 0.0, 0.0))
     length = float(np.linalg.norm(vector))
     if length == 0.0 and kind in (*ROTATIONS, "prismatic"):

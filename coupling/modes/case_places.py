@@ -41,11 +41,7 @@ class CasePlaces:
     loads: str
 
     def spread(self, count: int) -> np.ndarray:
-        """Return the numbers of places spread along the path, under load where there is any, (k,).
-
-        Args:
-            count: Number of places at most.
-        """
+        """Return the numbers of places spread along the path, under load where there is any, (k,)."""
         under_load = np.flatnonzero(np.any(self.wrench, axis=1))
         rows = under_load if len(under_load) else np.arange(len(self.time))
         return rows[np.unique(np.linspace(0, len(rows) - 1, count).astype(int))]

@@ -121,7 +121,6 @@ def _spectrum(rows: np.ndarray, forces: int, where: str) -> tuple[np.ndarray, np
 
     Args:
         rows: Rows of a hit: time [s], its number, forces [N] and motions [m/s^2 or m].
-        forces: Number of columns of forces.
     """
     steps = np.diff(rows[:, 0])
     if len(rows) < 3 or steps.min() <= 0.0 or np.ptp(steps) > _UNEVEN * steps.mean():

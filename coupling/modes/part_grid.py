@@ -39,8 +39,6 @@ class PartGrid:
         """Return the postures about a path.
 
         Args:
-            part: Frame of the part in its base.
-            path: Path of its tool, in its base.
             q: Joint angles along it [rad], (n, joints).
         """
         where = part.coordinates(path.position[0])

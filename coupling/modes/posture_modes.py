@@ -26,7 +26,6 @@ class PostureModes:
     Attributes:
         q: Angles of its drives [rad], (joints,).
         wrench: Wrench on the tool, base axes [N, N m], (6,).
-        linear: The robot, linearised there.
         joints: Number of the joint of each elastic coordinate, from 1.
         unloaded: Numbers of the joints whose gears are unloaded in their backlash, from 1.
         contact: Stiffness of the process against displacements of the TCP, base axes [N/m], (3, 3);

@@ -59,7 +59,6 @@ class CoarseScreen:
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 9).
-            report: Called with the number of settings done.
         """
         return self._screen.figures(settings, report)
 
@@ -104,7 +103,6 @@ def extremes_of(batch: Batch, stations: np.ndarray, missed: np.ndarray) -> np.nd
     """Return the numbers of places at which settings have extremes that known places miss, (k,).
 
     Args:
-        batch: The settings at all places.
         stations: Numbers of the known places, (p,).
         missed: Share of its range along the path by which an extreme may be missed, by setting, (n,).
     """

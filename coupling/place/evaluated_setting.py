@@ -14,7 +14,8 @@ from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, StabilityError
 from coupling.inverse.inversion import DesiredMotion
-from coupling.place.placing import Placing, turned_wrench
+from coupling.path.frame import Frame
+from coupling.place.placing import Placing
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
@@ -91,7 +92,7 @@ def evaluate_setting(
             case = load_case(file)
         except CaseError as cause:  # its path would turn the tool too fast
             raise PlanningError(str(cause)) from cause
-    wrench = turned_wrench(case.task.part.rotation, placing.wrench)
+    wrench = placing.wrench.transformed(Frame(np.zeros(3), case.task.part.rotation))
     if np.any(setting[_TOOL] != placing.present[_TOOL]):
         wrench = process_of(case).evaluate(case.desired).wrench
     # The same motion, but for rounding: its process is evaluated at the same times.

@@ -76,11 +76,7 @@ OBJECTIVES: dict[Objective, Cost] = {
 
 @dataclass(frozen=True)
 class PlaceObjective:
-    """Objective and constraints of a search.
-
-    Attributes:
-        forced: Whether the process has a force.
-    """
+    """Objective and constraints of a search."""
 
     objective: Objective
     demands: PlaceDemands

@@ -33,7 +33,6 @@ class CasePlacement:
         stations: Places of the path that many settings were looked at.
         refused: Number of those of the first look that were refused, by reason.
         present: The case as it is; None where its robot cannot follow its path.
-        best: The best settings, the best first.
         expected: Deviation to expect of a corrected command, as it is and in the best setting; None
             where it is not known.
         durations: Wall time by part [s].

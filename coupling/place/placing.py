@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.case.case import Case
 from coupling.case.place import Objective
 from coupling.case.robots import read_described_robot
 from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
+from coupling.path.frame import Frame
 from coupling.path.histories import WrenchHistory
 from coupling.place.gear_loops import GearLoops
 from coupling.place.objective import PlaceDemands, PlaceObjective
@@ -41,10 +41,8 @@ class Placing:
 
     Attributes:
         robot: Its robot as its file describes it.
-        cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (9,).
         wrench: Response of its process to its desired path, part axes.
-        stations: All places of that path.
     """
 
     case: Case
@@ -165,7 +163,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     cell = CellLayout(part_rpy, base_rpy, radius, float(untilted_lean), gravity)
     wrench = process.evaluate(case.desired).wrench
     stations = stations_along(case.untilted, radius, wrench)
-    in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
+    in_part = wrench.transformed(Frame(np.zeros(3), case.task.part.rotation.inv()))
     demands = PlaceDemands(
         joint_margin=float(np.deg2rad(table.joint_margin_deg)),
         conditioning=table.least_conditioning,
@@ -173,12 +171,6 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     )
     goal = PlaceObjective(optimised, demands, bool(np.any(stations.wrench)))
     return Placing(case, robot, gears, cell, present, ranges, in_part, stations, goal)
-
-
-def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:
-    """Return the wrench on one tool in axes that are turned."""
-    vectors = rotation.apply(wrench.wrench.reshape(-1, 3))
-    return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape))
 
 
 def _present(resolved: Mapping[str, Any]) -> np.ndarray:

@@ -131,12 +131,9 @@ class Screen:
     """Computes figures of many settings of one robot with one path.
 
     Args:
-        gears: Backlash and hysteresis of its gears.
         arm: Home posture from which the tool is led to the part.
-        cell: Layout that all settings share.
 
     Attributes:
-        stations: The same.
         gear_joint: Number of the joint of each gear, from 0, (gears,).
     """
 
@@ -154,15 +151,13 @@ class Screen:
         self._softness = 1.0 / parameters.stiffness
         self.gear_joint = chain.elastic_joint[chain.torsions]
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
-        self._drives = JointLimits.of(robot)
-        self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
+        self._limits = JointLimits.of(robot)
         self._errors = chain.kinematic_errors
         self._motors = [
             (gear, joint, drive, drive.torque_limit)
             for gear, joint in enumerate(self.gear_joint.tolist())
             if (drive := robot.joints[joint].drive) and drive.torque_limit is not None
         ]
-        self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
         poses = stations.poses
         self._waves = waves_of(poses, _MAX_PLACE_DISTANCE)
         self._gapless = (
@@ -176,7 +171,6 @@ class Screen:
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 9).
-            report: Called with the number of settings done.
         """
         parts = []
         for start in range(0, len(settings), _AT_ONCE):
@@ -196,7 +190,7 @@ class Screen:
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved_path.targets(places, alive)
             start_angles = homes[:, np.tile(alive, len(places))]
-            near = NearHome(start_angles.T, self._drives) if self._arm.is_redundant else None
+            near = NearHome(start_angles.T, self._limits) if self._arm.is_redundant else None
             if before is None and near is not None:
                 q, came = nearest_angles(self._serial, targets, near)
             elif before is None:
@@ -283,8 +277,9 @@ class Screen:
     def worst(self, batch: Batch) -> ScreenFigures:
         """Return the worst figures of settings over all places."""
         q = self._unwound(batch.q)
-        from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
-        share = np.abs(batch.rate) / self._rates[:, None]
+        limits = self._limits
+        from_limits = np.minimum(q - limits.lower[:, None], limits.upper[:, None] - q)
+        share = np.abs(batch.rate) / limits.rate[:, None]
         swing, lever = np.ptp(batch.torque, axis=0).T, batch.lever.max(axis=0).T
         return ScreenFigures(
             reached=np.isfinite(batch.q[0, 0]),

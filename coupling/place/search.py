@@ -51,12 +51,7 @@ def fill_box(
     seed: int,
     report: Report,
 ) -> FoundSettings:
-    """Return the best of settings that fill a box, apart from each other; none where none is admitted.
-
-    Args:
-        ranges: The box.
-        report: Called with the numbers of settings done and of all.
-    """
+    """Return the best of settings that fill a box, apart from each other; none if none is admitted."""
     settings = ranges.sampled(count, seed)
     figures = screen.figures(settings, lambda completed: report(completed, count))
     cost = goal.cost(figures)
@@ -87,14 +82,7 @@ def refine_settings(
     seed: int,
     report: Report,
 ) -> FoundSettings:
-    """Return settings that are at least as good, each from one that was found.
-
-    Args:
-        screen: Screen of settings at a few places of the path.
-        ranges: The box.
-        previous: The settings.
-        report: Called with the numbers of rounds done and of all.
-    """
+    """Return settings that are at least as good, each from one that was found."""
     if len(previous.settings) == 0 or len(ranges.free) == 0:
         return previous
     around = int(np.clip(_SAMPLED_PART * previous.looked_at, _MIN_SAMPLES, _MAX_SAMPLES))

@@ -48,7 +48,6 @@ class CutStability(ResultPart):
     """Stability of the cut along a path, at its worst place.
 
     Attributes:
-        sentence: Verdict and place, in words.
         alternative: Depth and speed that would be stable, in words; empty where the cut is.
     """
 

@@ -14,7 +14,6 @@ class MotorTorque(ResultPart):
 
     Attributes:
         motor_torque_Nm: Largest torque that it needs, to either side.
-        motor_torque_time_s: Instant of it.
         motor_torque_limit_Nm: Largest torque that it has, or None.
         motor_reversals: Number of times that its friction slips the other way than before.
         motor_presliding_share: Share of the time in which its friction sticks: at rest, and behind

@@ -16,7 +16,6 @@ class RunForecast(ResultPart):
             was measured or of what the model expects, whichever is more peaked.
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
-        before: Rms that was measured under the last command.
 
     Example:
         >>> forecast = RunForecast(

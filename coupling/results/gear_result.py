@@ -34,7 +34,6 @@ class GearDiagnosis(ResultPart):
 
     Attributes:
         backlash: Half width of its backlash [rad].
-        reversals: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
             held there by the elements of its hysteresis [s]; 0 where it has neither.
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
@@ -65,11 +64,6 @@ class GearDiagnosis(ResultPart):
     base_tilt: Annotated[float | None, Field(alias="base_tilt_rad")]
     base_tilt_direction: Annotated[float | None, Field(alias="base_tilt_direction_rad")]
     swing: Annotated[float | None, Field(alias="swing_Nm")] = None
-
-    @property
-    def bias(self) -> float:
-        """Preload that avoids reversals [N m]; 0 where there are none."""
-        return max(0.0, -self.margin)
 
     @property
     def at_risk(self) -> bool:

@@ -39,7 +39,6 @@ class DirectionResult(ResultPart):
     """A change of parameters that hardly moves what was measured.
 
     Attributes:
-        names: Parameters that take part.
         parts: Changes of the parameters over that of the first, the largest, (len(names),).
         index: Condition index: largest singular value over that of this direction; None, infinite, for
             one that the data do not see.

@@ -66,7 +66,6 @@ class CorrectionIteration(ResultPart, Event):
             sample by sample.
         step_time: Instant of that step [s], likewise.
         limited_samples: Samples at which the correction's rate was limited, likewise.
-        evaluations: Evaluations of the process in this iteration.
     """
 
     sparse: ClassVar = (

@@ -36,7 +36,6 @@ class LimitWarning(ResultPart):
             "effort", "motor-torque", "motor-torque-warm", "motor-torque-cold" or "sampling".
         value: Largest demand [rad/s], [N] or [N m]; of samples what they cost [m].
         limit: Limit of the robot, or the tolerance, in the same unit.
-        time: Instant at which it is worst [s].
         joint: Number, from 1; None for what is no joint's.
         text: All of it in a sentence, in a cell of several robots with the robot's name.
     """
@@ -59,12 +58,7 @@ class LimitWarning(ResultPart):
         joint: int | None = None,
         robot: str = "",
     ) -> LimitWarning:
-        """Return the warning of a limit by its name.
-
-        Args:
-            name, value, limit, time, joint: As the attributes.
-            robot: Name of the robot in a cell of several.
-        """
+        """Return the warning of a limit by its name."""
         text = _PASSED[name].format(
             joint=joint,
             value=value,

@@ -76,9 +76,7 @@ class SwingingRobotResult(ResultPart):
     Attributes:
         name, description: Name of the robot, and its file as cases name it.
         chain: Its joints, each tilt one behind that of its gear.
-        angles_rad: Angles of these joints.
         bodies: Body of the chain by the body of the robot's file.
-        swings: Modes.
     """
 
     name: str

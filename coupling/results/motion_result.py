@@ -39,8 +39,6 @@ class TermResult(ResultPart):
     """What is left of a joint of a recording that was held out, with and without a term.
 
     Attributes:
-        term: The term.
-        joint: Number of the joint, from 1.
         wind_up_rad: Rms of wind-up with and without it; None without encoder.
         torque_relative: Rms of torque with and without it, over the torques' rms [1].
         likelier: Logarithm of how much likelier the fitted recordings are with it, priors counted, to

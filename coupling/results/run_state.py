@@ -17,7 +17,6 @@ class StoredAnswer(ResultPart, Event):
 
     Attributes:
         key: Key of the answer; empty where the process has no identity.
-        seconds: Time that it took [s].
     """
 
     key: str

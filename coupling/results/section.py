@@ -50,11 +50,7 @@ class Table:
 
 @dataclass(frozen=True)
 class NextStep:
-    """What to do next.
-
-    Attributes:
-        words: Purpose of the step.
-    """
+    """What to do next."""
 
     words: str
     command: str = ""
@@ -72,11 +68,7 @@ class NextStep:
 
 @dataclass(frozen=True)
 class KeyFigure:
-    """One of the few figures that answer a question.
-
-    Attributes:
-        note: Validity of the figure.
-    """
+    """One of the few figures that answer a question."""
 
     label: str
     value: str
@@ -126,7 +118,6 @@ class Section:
     """Part of the report of a result.
 
     Attributes:
-        parts: Sentences, tables and notes in their order.
         name: Name of its figures in a page.
         figures: Figures that a page draws below, side by side.
         good: Whether it is good news, of which the first sentence is the most important one; None for

@@ -21,7 +21,6 @@ class StudySample(ResultPart):
             robot cannot be simulated.
         distance: Largest distance from them in each part of the path [m]; empty there.
         failure: Reason why it cannot be simulated, or empty.
-        evaluations: Evaluations of the process that it took.
         converged: Whether robot and process came together; true where the process was not evaluated.
     """
 

@@ -30,10 +30,7 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        robot: Its simulation, in its own base frame.
         inverter: Its inverse; None for a robot that is not to be corrected.
-        touch_off: Frame that it takes for the world where it was touched off; None: the world.
-        discrepancy: Measured deviation of its tool beyond the model, in the world; None: nothing.
     """
 
     name: str

@@ -132,12 +132,7 @@ def _merge_bodies(bodies: Sequence[Body]) -> Body:
 
 @dataclass(frozen=True)
 class PlantRobot:
-    """The robot that really moves in place of a model.
-
-    Attributes:
-        torque_curve: "linear", "backlash" or "spline".
-        drive: "ideal", or "servo": its motors follow the command as their servos do.
-    """
+    """The robot that really moves in place of a model."""
 
     description: Robot
     torque_curve: str
@@ -155,7 +150,6 @@ class Plant:
     """Robots and load that a command really meets.
 
     Attributes:
-        robots: One for each robot of the case.
         couple: Whether the process is evaluated on the path that the plant takes; if not, the wrench is
             that on the model.
     """

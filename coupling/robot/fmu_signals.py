@@ -57,11 +57,7 @@ def rows_with_spring(wrench: WrenchHistory) -> np.ndarray:
 
 
 class UnpackedRobot:
-    """The robot of an unpacked FMU of either kind.
-
-    Args:
-        folder: The unpacked FMU.
-    """
+    """The robot of an unpacked FMU of either kind."""
 
     def __init__(self, folder: Path) -> None:
         self._native, self._python = folder / NATIVE, folder / PYTHON

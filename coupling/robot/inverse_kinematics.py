@@ -73,8 +73,8 @@ class InverseKinematics:
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
-        redundant = self._chain.joint_count > POSE
-        self._near = NearHome(home, JointLimits.of(robot)) if redundant else None
+        self._limits = JointLimits.of(robot)
+        self._near = NearHome(home, self._limits) if self._chain.joint_count > POSE else None
         self._watch = watch
         self._planned: deque[tuple[ToolPath, JointPath]] = deque(maxlen=_KEPT_PLANS)
 
@@ -118,21 +118,19 @@ class InverseKinematics:
         near = CubicSpline(path.time[some], rows_of_poses)
         angles = np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _BATCH_SIZE)):
-            q, is_reached = self._reach_poses(path.at_rows(rows), near(path.time[rows]))
+            q, is_reached = self._reach_poses(path.pose[0, rows], near(path.time[rows]))
             if not is_reached.all() or self._least_singular_value(q.T) < _SINGULAR:
                 return None
             angles[rows] = q
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
         return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
 
-    def _reach_poses(self, path: ToolPath, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return joint angles (k, joints) at poses from others, and whether each pose was reached."""
+    def _reach_poses(self, rows: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return joint angles (k, joints) at poses (k, 7) from others, and whether each was reached."""
         if self._near is None:
-            solution = self._desk.reach(
-                _RULES, path.position[0], path.pose[0, :, 3:], self._chain.theta(start)
-            )
+            solution = self._desk.reach(_RULES, rows[:, :3], rows[:, 3:], self._chain.theta(start))
             return solution.theta[:, self._chain.drive], solution.error < _POSE_TOLERANCE
-        targets = _targets(path.position[0], path.rotations[0].as_matrix())
+        targets = _targets(rows[:, :3], Rotation.from_quat(rows[:, 3:]).as_matrix())
         tolerance = _POSE_TOLERANCE / self._rigid.reach
         q, is_reached = solve_poses(
             self._rigid, targets, start.T, _MAX_ITERATIONS, tolerance, self._near
@@ -141,9 +139,9 @@ class InverseKinematics:
 
     def _least_singular_value(self, q: np.ndarray) -> float:
         """Return the smallest singular value of the Jacobians at angles (joints, n)."""
-        posture = self._rigid.posture(q, np.zeros((3, q.shape[1])))
-        scaled = np.concatenate([posture.lever / self._rigid.reach, posture.axis], axis=1)
-        return float(np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min())
+        scaled = self._rigid.posture(q).jacobian
+        scaled[:, :3] /= self._rigid.reach
+        return float(np.linalg.svd(scaled, compute_uv=False).min())
 
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
         """Return joint angles (n, joints), each sample from those before it."""
@@ -204,9 +202,8 @@ class InverseKinematics:
             q, away = solution.theta[0, self._chain.drive], solution.away[0]
             came = solution.error[0] < _POSE_TOLERANCE
         else:
-            rows, all_came = self._reach_poses(ToolPath(np.zeros(1), pose[None]), guess[None])
-            q, came = rows[0], all_came[0]
-            away = float(np.linalg.norm(self.poses(rows)[0, :3] - pose[:3]))
+            (q,), (came,) = self._reach_poses(pose[None], guess[None])
+            away = float(np.linalg.norm(self.poses(q[None])[0, :3] - pose[:3]))
         # At the border of what it reaches an arm is stretched, and so singular as well.
         if came or away < _AWAY:
             self._require_regular(self._jacobian(q), where)
@@ -249,18 +246,13 @@ class InverseKinematics:
             )
 
     def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
-        for i, joint in enumerate(self._robot.joints):
-            if joint.limits is None:
-                continue
-            low, high = joint.limits
-            outside = np.flatnonzero((angles[:, i] < low) | (angles[:, i] > high))
-            if len(outside):
-                k = int(outside[0])
-                raise PlanningError(
-                    f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at"
-                    f" {np.rad2deg(angles[k, i]):.2f} deg; its limits are {np.rad2deg(low):.2f} to"
-                    f" {np.rad2deg(high):.2f} deg"
-                )
+        low, high = self._limits.lower, self._limits.upper
+        for i, k in np.argwhere(((angles < low) | (angles > high)).T)[:1].tolist():
+            degrees = np.rad2deg([angles[k, i], low[i], high[i]])
+            raise PlanningError(
+                f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
+                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg"
+            )
 
 
 def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:

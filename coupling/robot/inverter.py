@@ -33,7 +33,6 @@ class Inverter:
 
     Attributes:
         simulations: Simulations at most for the polish of a command.
-        drive: "servo" for a command of the robot's servos, "ideal" for the motion of its motors.
     """
 
     moving: MovingRobot

@@ -60,7 +60,6 @@ def robot_parameters(
     Args:
         torque_curve: A name of `TORQUE_CURVES`, which may have no backlash; a gear whose own table it
             takes has neither backlash nor stiffness.
-        drive: "ideal" where motors follow their command whatever that takes.
     """
     chain = build_chain(robot)
     coordinates = {name: row for row, name in enumerate(chain.elastic_names)}

@@ -143,7 +143,6 @@ class RobotFmu:
         Args:
             start: Wrench on the tool in initialisation, at the start alone.
             end: Time up to which it may go on [s].
-            robot: As for `simulate`.
         """
         parameters = self._prepare(command, mode, robot)
         (process,) = self._start_processes(1)
@@ -173,7 +172,6 @@ class RobotFmu:
         """Run a command in dynamic mode and return the TCP's path and how the joints give way on it.
 
         Args:
-            command, wrench: As for `simulate`.
             coordinates: Number m of the robot's elastic coordinates.
 
         Returns:
@@ -193,7 +191,6 @@ class RobotFmu:
         """Run a command in dynamic mode and return the TCP's path and what motors do on it.
 
         Args:
-            command, wrench, robot, what: As for `simulate`.
             joints: Joints that have the motors, from 0.
         """
         names = [f"motor_{name}[{i + 1}]" for name in _OF_MOTORS for i in joints]
@@ -207,10 +204,8 @@ class RobotFmu:
         """Run a command without a wrench in dynamic mode and return what gears do.
 
         Args:
-            command: Motion of the drives.
             time: Times [s], (n,).
             coordinates: Numbers of the gears' elastic coordinates, of every joint, from 0.
-            robot: As for `simulate`.
 
         Returns:
             Wind-ups [rad], then torques of the gears [N m], (n, 2 joints).

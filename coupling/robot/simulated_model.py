@@ -19,10 +19,6 @@ class SimulatedModel:
     """A robot with the FMU that simulates it, which may be that of one with other numbers.
 
     Attributes:
-        robot: Its description.
-        torque_curve: Name of its gears' torque curve.
-        fmu: The FMU.
-        drive: "ideal", or "servo": its motors follow the command as their servos do.
         what: Differences of it from the FMU's robot, in words.
     """
 

@@ -65,10 +65,7 @@ class RestingRobot:
     """A robot that stands still under its own weight.
 
     Attributes:
-        robot: Its description, gravity in the axes of its base.
-        torque_curve: Name of its gears' torque curve.
         home: Joint angles near which the points are reached [rad], (joints,).
-        world_from_base: Frame of its base in the world.
     """
 
     robot: Robot

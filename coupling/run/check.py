@@ -35,9 +35,6 @@ class CheckedCommand:
     Attributes:
         case: The case; its process is without the noise that is taken off.
         kind: "couple" or "compensate".
-        models: Simulation of each of them.
-        fmus: FMUs of these and of other robots.
-        correction: The command, with what it leads to.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
         findings: Findings by the names of their checks.
         durations: Wall time by part of the run [s].

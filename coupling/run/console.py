@@ -36,11 +36,7 @@ _HEADER = (
 
 
 class RunView:
-    """Shows a run while it goes on; a context manager that clears its progress bar.
-
-    Args:
-        verbose: Whether every evaluation is a row that stays.
-    """
+    """Shows a run while it goes on; a context manager that clears its progress bar."""
 
     def __init__(self, console: Console, verbose: bool = False) -> None:
         self._console, self._verbose = console, verbose

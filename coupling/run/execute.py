@@ -32,7 +32,6 @@ from coupling.run.repeated_evaluation import noise_removal, repeat_answers
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.sampling import SAMPLING
 from coupling.solve.correction import Correction, Method, Uncorrected
-from coupling.solve.fixed_point import Loop
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode
 
@@ -50,7 +49,6 @@ class Run(Shown):
 
     Attributes:
         kind: "couple" or "compensate".
-        correction: Correction that the method found.
         findings: Findings of `CHECKS` by name, of those that apply.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
         remarks: Sentences on unusual values of the case or the process's response, and on what the
@@ -139,26 +137,12 @@ def run_compensation(case: Case, watch: Watch = unwatched, store: Path | None = 
     return _run(case, "compensate", case.method, watch, store)
 
 
-def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
-    """Return the loop of a case's robots and its process, as its tables say."""
-    return Loop(
-        cell,
-        case.process,
-        case.mode,
-        case.coupling.new_scheme(),
-        case.coupling.tolerance(),
-        case.coupling.max_evaluations,
-        case.controller,
-        watch,
-    )
-
-
 def coupled_path(case: Case) -> ToolPath | None:
     """Return the path on which a single robot and its process agree, base frame; None: not found."""
     (robot,) = case.robots
     with FmuPool("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
-        coupled = Uncorrected().correct(loop_of(case, cell), case.motion)
+        coupled = Uncorrected().correct(case.loop(cell), case.motion)
     if coupled.outcome is not Outcome.CONVERGED:
         return None
     return coupled.achieved.transformed(robot.world_from_base.inverse())
@@ -177,9 +161,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
             cell, models = cell_of(case.robots, fmus)
         evaluated = replace(case, process=process)
         with timed(kind, durations):
-            correction = _of_program(
-                cell, method.correct(loop_of(evaluated, cell, watch), case.motion)
-            )
+            correction = _of_program(cell, method.correct(evaluated.loop(cell, watch), case.motion))
         with timed("asked_again", durations):
             answers = repeat_answers(case, process, correction, watch)
         command = CheckedCommand(

@@ -58,7 +58,6 @@ def figures_of(
     Verdict, iterations and evaluations of the process are those of the whole cell.
 
     Args:
-        robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
     correction, gap, plant = run.correction, run.finding_of(TOOL_GAP), run.finding_of(PLANT_REPLAY)
@@ -91,7 +90,7 @@ def figures_of(
         mean_force_across=run.finding_of(CUT_STABILITY).force,
         cut=run.finding_of(CUT_STABILITY).cut,
         forecast=run.forecast,
-        plant=None if plant is None else plant.stored(tool),
+        plant=None if plant is None else plant.stored(run.deviation(plant.path, tool), tool),
         backlash_reversals=None
         if reversals is None
         else tuple(r for r in (_with_robot(r, run) for r in reversals) if r.robot in names),

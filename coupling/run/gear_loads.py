@@ -63,7 +63,6 @@ def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> Wren
 
     Args:
         path: Paths that they take, at the times of the wrenches.
-        samples: Paths whose times are wanted, each one of the wrenches'.
     """
     return WrenchHistory(samples.time, wrench.on(path).at(samples.time))
 

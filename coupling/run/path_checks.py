@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from coupling.case.case import Case
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.run.check import Check, CheckedCommand, of_corrections
-from coupling.solve.correction import Correction
 from elastic_robot.fmi.interface import Mode
 
 
@@ -30,15 +28,6 @@ def other_mode(mode: Mode) -> Mode:
     return "quasistatic" if mode == "dynamic" else "dynamic"
 
 
-def tool_gap(case: Case, correction: Correction) -> ToolGap | None:
-    """Return the gap between the tools of a cell."""
-    support = case.task.support
-    if support is None:
-        return None
-    before, after = support.opening(correction.before.path), support.opening(correction.achieved)
-    return ToolGap(correction.desired.time, support.gap, before, after)
-
-
 def _unloaded_paths(command: CheckedCommand) -> ToolPath | None:
     """Return the paths under the corrected command and gravity alone."""
     correction = command.correction
@@ -57,7 +46,11 @@ def _other_mode(command: CheckedCommand) -> OtherModePaths:
 
 
 def _gap(command: CheckedCommand) -> ToolGap | None:
-    return tool_gap(command.case, command.correction)
+    support, correction = command.case.task.support, command.correction
+    if support is None:
+        return None
+    before, after = support.opening(correction.before.path), support.opening(correction.achieved)
+    return ToolGap(correction.desired.time, support.gap, before, after)
 
 
 UNLOADED_PATHS = Check[ToolPath | None]("unloaded", _unloaded_paths, None, of_corrections)

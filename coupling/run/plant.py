@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
@@ -23,7 +23,7 @@ from coupling.run.check import Check, CheckedCommand
 from coupling.run.fmu_pool import FmuPool
 from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
-from coupling.solve.fixed_point import Coupling, Loop
+from coupling.solve.fixed_point import Coupling
 
 
 @dataclass(frozen=True)
@@ -73,34 +73,25 @@ class PlantReplay:
     """What a command leaves on the plant.
 
     Attributes:
-        differences: Its differences from the model, in words.
         path: Paths that the plant's tools take, at the same times.
-        wrench: Wrenches that they meet.
         coupling: Coupling of plant and process; None where the wrench is the model's.
         remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
     """
 
     differences: tuple[str, ...]
-    desired: ToolPath
     path: ToolPath
     wrench: WrenchHistory
     coupling: Coupling | None = None
     remark: str = ""
 
-    def deviation(self, tool: int | None = None) -> Deviation:
-        """Return the deviation of one tool from its desired path, or the worst of all."""
-        if tool is None:
-            return measure(self.path, self.desired)
-        return measure(self.path.tools[tool], self.desired.tools[tool])
-
-    def stored(self, tool: int | None = None) -> PlantResult:
-        """Return what is stored of it, of one tool, or the worst of all."""
+    def stored(self, deviation: Deviation, tool: int | None) -> PlantResult:
+        """Return what is stored of it, of one tool, or the worst of all, with its deviation."""
         coupling, wrench = self.coupling, self.wrench
         return PlantResult(
             differences=self.differences,
             wrench="model" if coupling is None else "coupled",
             remark=self.remark,
-            deviation_m=self.deviation(tool),
+            deviation_m=deviation,
             peak_force_N=(wrench if tool is None else wrench.tools[tool]).peak_force,
             coupling=None
             if coupling is None
@@ -146,7 +137,7 @@ def run_on_plant(case: Case, cell: Cell, correction: Correction, watch: Watch) -
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
     said = in_words(case.plant, case.robots)
-    return PlantReplay(said, correction.desired, path, loads.on(path), coupling, remark)
+    return PlantReplay(said, path, loads.on(path), coupling, remark)
 
 
 def coupled_on(
@@ -160,16 +151,8 @@ def coupled_on(
     Raises:
         ProcessError: If the process has no answer to the first path.
     """
-    loop = Loop(
-        cell,
-        ScaledProcess(case.process, force),
-        "dynamic",
-        case.coupling.new_scheme(),
-        case.coupling.tolerance(),
-        case.coupling.max_evaluations,
-        case.controller,
-        watch,
-    )
+    process = ScaledProcess(case.process, force)
+    loop = replace(case.loop(cell, watch), process=process, mode="dynamic")
     rows = np.searchsorted(start.time, case.desired.time)
     return couple(loop, joints, start, rows)
 

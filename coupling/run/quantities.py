@@ -42,7 +42,6 @@ class Quantity:
     """A number that has a usual range.
 
     Attributes:
-        key: Its key of `EXPECTED`.
         value: In the unit there.
         is_computed: Whether a formula has computed it, so that nobody was mistaken in its unit.
     """

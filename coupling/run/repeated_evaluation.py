@@ -41,7 +41,6 @@ class RepeatedAnswers:
         noise: Noise in its forces; None where it can have none, or is periodic.
         repeatability: Difference of two answers, to the last path where the method came to no end, to
             the first one where its forces are uneven; None where there are no two.
-        evaluations: Number of second answers.
     """
 
     noise: ForceNoise | None

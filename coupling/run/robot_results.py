@@ -13,7 +13,7 @@ from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
 from coupling.path.frame import Frame
 from coupling.results.run_result import ChainResult, RobotResult, TouchOffResult, three
-from coupling.robot.link_points import link_points
+from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.run.execute import Run
 from elastic_robot.errors import ElasticRobotError
 
@@ -30,7 +30,7 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
         # The run rests on what was read at its start: a file that is gone meanwhile spoils no result.
         with suppress(ElasticRobotError):
             _, numbers = robot_numbers(find_robot(table["description"]))
-        points = link_points(placed.description, joints.q[0][len(joints.time) // 2])
+        points = RigidRobot(placed.description).points(joints.q[0][len(joints.time) // 2])
         drawn.append(
             RobotResult(
                 name=placed.name,

@@ -23,16 +23,7 @@ from coupling.solve.correction import Correction
 
 @dataclass(frozen=True)
 class RobotVariation:
-    """Robots and a load that differ from the model, all robots alike.
-
-    Attributes:
-        name: Difference from the model, in words.
-        force: Factor of the wrench.
-
-    Example:
-        >>> RobotVariation("force +5 %", force=1.05).difference is AS_THE_MODEL
-        True
-    """
+    """Robots and a load that differ from the model, all robots alike."""
 
     name: str
     difference: RobotDifference = AS_THE_MODEL

@@ -37,7 +37,6 @@ class SamplingCheck:
         error: Largest distance between the path under the process's samples and the one that is
             estimated under all of its force [m].
         time: Instant of it [s].
-        replay: Deviation of the estimated path from the desired one.
     """
 
     error: float

@@ -35,7 +35,6 @@ class SimulatedMotorTorques:
     """What a command asks of the motors of one robot.
 
     Attributes:
-        history: Their motion and the torques that they would need for it.
         torques: Figures of these, by joint, from 0.
     """
 
@@ -88,14 +87,7 @@ def simulate_motor_torques(
 
 
 def without_limits(robot: Robot) -> Robot:
-    """Return a robot whose motors have no torque limit.
-
-    Example:
-        >>> from coupling.files.robot_file import find_robot, load_robot
-        >>> robot = load_robot(find_robot("icme2008"))
-        >>> without_limits(robot) == robot
-        True
-    """
+    """Return a robot whose motors have no torque limit."""
     motors = [(i, joint, joint.drive) for i, joint in enumerate(robot.joints) if joint.drive]
     unlimited = {
         i: replace(motor_joint, drive=replace(drive, torque_limit=None))

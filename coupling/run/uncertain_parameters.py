@@ -90,7 +90,6 @@ class UncertainParameters:
     """Uncertain parameters of the robots of a case, and of its force.
 
     Attributes:
-        joints: Number of joints of each robot.
         payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
             (3,); None: at its TCP.
         silent: Keys that are not among the entries, as they change nothing in this case.

@@ -41,9 +41,7 @@ class EntryInfo:
     """Description of a response beside it.
 
     Attributes:
-        samples, tools: Size of the path.
         seconds: Time that the evaluation took [s].
-        host: Machine that computed it.
         written: When it was written [s since 1970].
     """
 

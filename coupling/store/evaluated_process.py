@@ -40,7 +40,6 @@ class EvaluatedProcess:
 
     Args:
         process: The process; without an identity it is evaluated every time.
-        store: The store; None: every answer is computed.
         tries: Tries of one evaluation at most, >= 1: a licence may be taken, a node lost.
         identify: Function that finds the identity of the process anew; where that is another one after
             an evaluation, as a file of the process has changed, its answer is not kept.

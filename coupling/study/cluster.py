@@ -50,11 +50,7 @@ _SAFE_PATH = "PYTHONSAFEPATH"
 
 
 class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
-    """Keeps a bench in a worker: loaded with its first sample, ended with the study.
-
-    Args:
-        work: Content of the study.
-    """
+    """Keeps a bench in a worker: loaded with its first sample, ended with the study."""
 
     def __init__(self, name: str, work: StudyJob) -> None:
         self.name, self._work = name, work
@@ -110,9 +106,6 @@ def simulate(
     """Give every sample as soon as it is done, in any order.
 
     A worker that ends costs its task, which another one takes.
-
-    Args:
-        points: Values of the parameters by sample.
 
     Raises:
         StudyError: If the cluster cannot be reached, has another version of

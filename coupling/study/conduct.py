@@ -44,11 +44,8 @@ class Study:
     """A study that has begun.
 
     Attributes:
-        source: Files that it rests on.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
         points: Values of the parameters, in their units, (n, k).
-        run: The run of the command.
-        work: Data for the workers.
     """
 
     folder: Path
@@ -56,7 +53,6 @@ class Study:
     source: StudySource
     tolerance: float | None
     table: StudyTable
-    parameters: UncertainParameters
     points: np.ndarray
     run: StoredRun
     work: StudyJob
@@ -132,7 +128,7 @@ def open_study(
         robot=case.resolved["robot"]["description"],
         run=str(run),
     )
-    return Study(folder, case.name, source, case.tolerance, table, parameters, points, stored, work)
+    return Study(folder, case.name, source, case.tolerance, table, points, stored, work)
 
 
 def simulate_samples(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:

@@ -64,7 +64,7 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
     try:
         write_whole_table(
             study.folder / SAMPLES,
-            ("sample", *study.parameters.names, *MEASURES, "time_of_maximum"),
+            ("sample", *study.work.parameters.names, *MEASURES, "time_of_maximum"),
             np.column_stack([numbers, points, *figures.values(), when]),
         )
         write_whole_table(
@@ -112,7 +112,7 @@ def _figures(
             None if study.table.spreads() else float(quantile(figures["maximum"], EXPECTED_SHARE))
         ),
         parameters=_parameters(study, points, figures),
-        silent=study.parameters.silent,
+        silent=study.work.parameters.silent,
         fmu_fingerprint=run.fmu_fingerprint,
         versions=versions(),
     )
@@ -136,5 +136,5 @@ def _parameters(
                 maximum=None if maximum is None else maximum[k], rms=None if rms is None else rms[k]
             ),
         )
-        for k, entry in enumerate(study.parameters.entries)
+        for k, entry in enumerate(study.work.parameters.entries)
     )

@@ -8,6 +8,8 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.errors import HostError, ProcessError, SimulationError, StudyError
@@ -22,7 +24,7 @@ from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from coupling.run.uncertain_parameters import SampledRobots, UncertainParameters
 from coupling.solve.fixed_point import Coupling
-from coupling.study.statistics import largest_in_parts, parts_of_path
+from coupling.study.statistics import parts_of_path
 
 # Parts of the path's time of which a sample keeps the largest deviation.
 PARTS = 400
@@ -48,8 +50,6 @@ class StudyJob:
     """What every worker needs to know of a study; it goes to other machines as a pickle.
 
     Attributes:
-        kind: Kind of the FMUs.
-        desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
         wrench: Wrenches on the model's tools, at these times.
         process: The case file, where the process is to be evaluated for every sample; else None.
@@ -107,7 +107,7 @@ class RobotPool:
             raise
         except (SimulationError, ProcessError) as error:
             return StudySample(number=number, deviation=None, distance=(), failure=str(error))
-        distance = largest_in_parts(path.distance_to(self._work.desired), self._first)
+        distance = np.maximum.reduceat(path.distance_to(self._work.desired), self._first)
         return StudySample(
             number=number,
             deviation=measure(path, self._work.desired),
@@ -139,9 +139,6 @@ class RobotPool:
 
 def simulate_here(work: StudyJob, points: Mapping[int, Sequence[float]]) -> Iterator[StudySample]:
     """Give every sample as soon as it is done, simulated by this program, one after another.
-
-    Args:
-        points: Values of the parameters by sample.
 
     Raises:
         StudyError: If the process of an FMU ends again and again.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from coupling.errors import StudyError, reason_of
@@ -20,9 +21,6 @@ class SampleTable:
 
     Args:
         file: Its file; made where there is none.  What is torn at its end is cut off.
-
-    Attributes:
-        damaged: Number of lines that do not agree with their checksum; their samples are missing.
 
     Raises:
         StudyError: If the file cannot be read or written.
@@ -40,13 +38,9 @@ class SampleTable:
         except OSError as cause:
             raise StudyError(f"{file}: cannot be opened: {reason_of(cause)}") from cause
         self.samples: dict[int, StudySample] = {}
-        self.damaged = 0
         for line in lines:
-            try:
+            with suppress(ValueError):  # of a damaged line: its sample is missing
                 sample = StudySample.of_line(line)
-            except ValueError:
-                self.damaged += 1
-            else:
                 self.samples[sample.number] = sample
 
     def __enter__(self) -> SampleTable:

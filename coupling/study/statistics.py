@@ -136,8 +136,3 @@ def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:
     """Return the numbers of the first rows of equal parts of a path's time [s], (m,), m <= parts."""
     edges = np.searchsorted(time, np.linspace(time[0], time[-1], parts + 1)[:-1])
     return np.unique(edges)
-
-
-def largest_in_parts(distance: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the largest distance [m] in each part of a path, (m,)."""
-    return np.maximum.reduceat(distance, first)

@@ -21,6 +21,7 @@ from coupling.toolpaths.apt_words import (
     numbers,
     refusal,
     require_within,
+    tool_of,
     unit_vector,
 )
 from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_spindl
@@ -106,6 +107,9 @@ class _Reader:
     waits: dict[int, float] = field(default_factory=dict)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
     left_out: Counter[str] = field(default_factory=Counter)
+    tools: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    has_cut: bool = False
+    change: str = ""
     spindle: SpindleCourse = field(default_factory=lambda: SpindleCourse("SPINDL/ON", "SPINDL/OFF"))
 
     def take(self, statement: Statement) -> None:
@@ -115,6 +119,10 @@ class _Reader:
             ValueError: If it is neither.
         """
         word, arguments = statement.word, statement.arguments
+        if tool := tool_of(statement):
+            if self.has_cut and self.tools.get(word, tool) != tool:
+                self.change = f"{word}/{','.join(arguments)} in line {statement.line}"[:60]
+            self.tools[word] = tool
         if word == "GOTO":
             self._go(*self._places(arguments))
         elif idle := idle_word(statement):
@@ -199,6 +207,12 @@ class _Reader:
         is_first = not self.points
         if not is_first and not self.is_rapid:
             self.spindle.cut()
+            self.has_cut = True
+            if self.change:
+                raise ValueError(
+                    f"expected one tool for all moves, got a cut behind {self.change}: give each tool"
+                    " its own file"
+                )
         if place != self.place or axis != self.axis or is_first:
             self.points.append(place)
             self.axes.append(axis)

@@ -79,6 +79,25 @@ def idle_word(statement: Statement) -> str | None:
     return None
 
 
+def tool_of(statement: Statement) -> tuple[str, ...]:
+    """Return what names a tool in a statement, comparable with others of its word; empty for none.
+
+    Example:
+        >>> tool_of(Statement(1, "TOOL PATH", ("ROUGH", "TOOL", "MILL")))
+        ('MILL',)
+        >>> tool_of(Statement(2, "LOADTL", ("1", "ADJUST", "1"))), tool_of(Statement(3, "GOTO", ("1",)))
+        (('1',), ())
+    """
+    arguments = statement.arguments
+    if statement.word == "TOOL PATH":
+        return arguments[2:3] if arguments[1:2] == ("TOOL",) else ()
+    if statement.word == "LOAD":
+        return arguments[1:2] if arguments[:1] == ("TOOL",) else ()
+    if statement.word in ("LOADTL", "TOOLNO"):
+        return arguments[:1]
+    return arguments if statement.word in ("CUTTER", "TLDATA") else ()
+
+
 def refusal(statement: Statement) -> str:
     """Return why a statement is refused, and what to do."""
     word = statement.word

@@ -16,6 +16,8 @@ from coupling.programs.program import Pose, ProgramMove, RobotProgram
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import format_counts
 
+_MAX_SPEED = 10.0  # no robot goes faster [m/s]
+
 
 class ProgramPath(OrientedPath):
     """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
@@ -56,6 +58,11 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
         where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
+            if speed is not None and speed > _MAX_SPEED:
+                raise CaseError(
+                    f"{where}: expected at most {_MAX_SPEED:g} m/s, got {speed:.4g} m/s: look at its"
+                    " unit, m/s in KRL, mm/s in RAPID"
+                )
             if targets and speed is None and move.duration is None:
                 raise CaseError(
                     f"{where}: expected a speed, a time, or feed_m_s in [tool_path], got none"

@@ -18,7 +18,6 @@ from coupling.path.interpolation import SampledPath
 from coupling.results.outlook import Replay
 from coupling.run import robustness
 from coupling.run.exact_command import exact_command
-from coupling.run.execute import loop_of
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.gear_loads import wanted_of
 from coupling.run.replayed_command import ReplayedCommand
@@ -73,7 +72,7 @@ def replays(monkeypatch):
     def run(case: Case) -> dict[str, Replay]:
         with FmuPool(case.fmu) as models:
             cell, simulated = cell_of(case.robots, models)
-            found = case.method.correct(loop_of(case, cell), case.motion)
+            found = case.method.correct(case.loop(cell), case.motion)
             replays = robustness.replayed(
                 ReplayedCommand(cell, simulated, found.joints, found.response.wrench, found.desired)
             )

@@ -181,7 +181,7 @@ def test_status_of_a_kuka_kr_3_is_that_of_its_published_formula():
 )
 def test_singular_postures_are_named(kind, angles):
     own, q = postures("abb_irb7600"), np.deg2rad([[0, 20, 0, 0, 60, 0], angles])
-    found = nearest_singular(own, np.array([0.0, 1.0]), q, own.jacobians(q), reach=3.0)
+    found = nearest_singular(own, np.array([0.0, 1.0]), q, own.jacobians(q))
     assert (found.kind, found.time) == (kind, 1.0)
     assert found.value < 0.02
 

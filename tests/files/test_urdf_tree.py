@@ -107,6 +107,19 @@ REFUSED = {
         f"<robot name='a'>{link('p')}{joint('a', 'p', 'p')}</robot>",
         "joints in a circle (p)",
     ),
+    "a turn by a quaternion": (
+        arm().replace("<origin ", '<origin quat_xyzw="0 0 1 0" ', 1),
+        "origin: expected xyz and rpy, got 'quat_xyzw': convert",
+    ),
+    "an axis by letters": (
+        arm().replace(AXIS, '<axis x="0" y="1" z="0"/>', 1),
+        "axis: expected xyz, three numbers in one text, got none",
+    ),
+    "a joint that closes a loop": (
+        arm('<loop_joint name="l" type="revolute"/>'),
+        "got <loop_joint>: take it out if it joins no links",
+    ),
+    "an SDF model": ("<sdf version='1.7'><model name='a'/></sdf>", "an SDF model: convert it"),
     "two roots": (
         arm(link("lost")),
         "expected one link without a joint before it, got 2 (base, lost)",
@@ -150,7 +163,10 @@ REFUSED = {
     ),
     "no robot": ("<mujoco/>", "expected <robot>, got <mujoco>"),
     "nothing": ("", "is not a URDF: no element found"),
-    "a xacro file": ("<robot name='a'><xacro:arm/></robot>", "convert a xacro file first"),
+    "a xacro file": (
+        arm("<xacro:gripper/>"),
+        "got <xacro:gripper>: convert the file by xacro first",
+    ),
     "an encoding that is unknown": (
         "<?xml version='1.0' encoding='klingon'?><robot/>",
         "is not a URDF",

@@ -172,6 +172,9 @@ def test_an_increment_may_tilt_over_but_none_may_follow():
     np.testing.assert_allclose(matrix_of(over.pose), matrix(np.add(start, tilt)), atol=2e-6)
     with pytest.raises(ProgramError, match="P within 90 deg before INC, got 110"):
         read(text + "L PR[2] 5mm/sec FINE INC")
+    text += assigned(2, [4.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    moved = read(text + "L PR[2] 5mm/sec FINE INC").moves[2]
+    np.testing.assert_allclose(moved.pose, [over.pose[0] + 4e-3, *over.pose[1:]], atol=1e-7)
     held = read(text + "PR[3]=LPOS\nPR[3,1]=PR[3,5]\nL PR[3] 5mm/sec FINE").moves[2]
     assert held.pose[0] == pytest.approx(
         0.070

@@ -28,7 +28,7 @@ from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.run_result import RunResult
 from coupling.results.section import Table
-from coupling.robot.link_points import link_points
+from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.path_checks import OTHER_MODE
@@ -213,7 +213,7 @@ def test_the_other_mode_is_that_of_the_cell(finished):
 def test_links_end_at_the_tool_and_are_as_long_as_the_robot_file_says(finished):
     robot = finished[0].robots[0].description
     q = np.array([0.3, -0.2, 0.5, 1.0, -0.7, 2.0])
-    points = link_points(robot, q)
+    points = RigidRobot(robot).points(q)
     chain = build_chain(robot)
     pose = base_from_tool(chain, chain.model.createData(), chain.theta(q))
     np.testing.assert_allclose(points[-1], pose.translation, atol=1e-12)

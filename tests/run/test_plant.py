@@ -146,7 +146,7 @@ def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
     assert run.finding_of(PLANT_REPLAY).coupling.converged
     assert run.finding_of(PLANT_REPLAY).differences == ('drive = "servo"',)
     left = measure(run.correction.achieved, run.desired).maximum
-    assert left < 1e-5 < 1e-3 < run.finding_of(PLANT_REPLAY).deviation().maximum
+    assert left < 1e-5 < 1e-3 < run.deviation(run.finding_of(PLANT_REPLAY).path).maximum
     robot = load_case(file).plant.robots[0].description
     with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
         wrench = run.finding_of(PLANT_REPLAY).coupling.response.wrench
@@ -185,7 +185,8 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2")
     alone = on_plant(case, run.correction)
-    assert abs(alone.deviation().maximum - run.finding_of(PLANT_REPLAY).deviation().maximum) > 1e-6
+    maxima = [run.deviation(p.path).maximum for p in (alone, run.finding_of(PLANT_REPLAY))]
+    assert abs(maxima[0] - maxima[1]) > 1e-6
 
 
 def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):

@@ -22,7 +22,6 @@ from coupling.path.interpolation import InterpolatedPath, divide_steps
 from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.cell import Cell
-from coupling.run.execute import loop_of
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.sampling import SAMPLING, SamplingCheck, flatter, parabolic, sampling_of, steeper
 from coupling.solve.correction import Correction
@@ -74,7 +73,7 @@ def compensated(case: Case) -> Iterator[tuple[Cell, Loop, Correction]]:
     """Robots of a case, their loop with the process, and the command."""
     with FmuPool(case.fmu) as fmus:
         cell, _ = cell_of(case.robots, fmus)
-        loop = loop_of(case, cell)
+        loop = case.loop(cell)
         yield cell, loop, case.method.correct(loop, case.motion)
 
 

@@ -162,8 +162,9 @@ def test_each_robot_may_be_coupled_with_its_process(cluster, tmp_path):
     row = table[7].tolist()
     plant = f"stiffness_factor = {[*row[:5], 1.0]}\npayload_kg = {row[5]!r}\ncouple = true\n"
     case = load_case(moving(tmp_path, f"[plant]\n{plant}", feed="0.1"))
-    alone = run_compensation(case).finding_of(PLANT_REPLAY)
-    assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
+    alone = run_compensation(case)
+    path = alone.finding_of(PLANT_REPLAY).path
+    assert alone.deviation(path).maximum == pytest.approx(row[6], abs=1e-12)
 
 
 def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_path):

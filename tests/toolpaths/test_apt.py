@@ -295,3 +295,16 @@ def test_any_bytes_are_points_or_one_sentence(tmp_path, content):
         said = str(error)
     assert said.startswith(f"{file}: ")
     assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    "line", ["TOOL PATH/ROUGH,TOOL,BALL_9", "LOADTL/2,ADJUST,1", "TLDATA/MILL,9.0,3.0,50.0,0.0,0.0"]
+)
+def test_a_cut_by_another_tool_is_refused(tmp_path, line):
+    """Points of each are those of its own tip, and forces of a process are those of one tool."""
+    again = "TOOL PATH/LAST,TOOL,BALL_6\nLOADTL/1\nGOTO/50.0,40.0,0.0\n"
+    assert len(read_program(file_of(tmp_path, NX + again)).position) == 5
+    unused = f"{line}\nRAPID\nGOTO/0.0,0.0,20.0\n"
+    assert len(read_program(file_of(tmp_path, NX + unused)).position) == 5
+    with pytest.raises(CaseError, match=rf"line 18: .* one tool .* behind {line[:9]}.* in line 15"):
+        read_program(file_of(tmp_path, f"{NX}{unused}GOTO/9.0,9.0,9.0\n"))

@@ -170,3 +170,8 @@ def test_a_way_back_by_joints_is_left_out(tmp_path):
     home = "PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}"
     with_home = path(tmp_path, "way.src", krl(extra=home))
     assert len(with_home.time) == len(path(tmp_path, "way.src", krl()).time)
+
+
+def test_a_speed_in_another_unit_is_refused(tmp_path):
+    with pytest.raises(CaseError, match=r"way\.src: line 4: expected at most 10 m/s, got 50 m/s"):
+        path(tmp_path, "way.src", krl(speed="$VEL.CP=50"))

@@ -18,7 +18,7 @@ from coupling.fmu_export.ssp import SspSystem
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.run.execute import loop_of, run_compensation
+from coupling.run.execute import run_compensation
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.solve.correction import Uncorrected
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
@@ -283,7 +283,7 @@ def test_the_python_and_the_native_robot_follow_alike():
         case = example("cone", tool_path=small, robot={"fmu": kind, "mode": "quasistatic"})
         with FmuPool(kind) as models:
             cell, _ = cell_of(case.robots, models)
-            found.append(Uncorrected().correct(loop_of(case, cell), case.motion).achieved.pose)
+            found.append(Uncorrected().correct(case.loop(cell), case.motion).achieved.pose)
     np.testing.assert_allclose(*found, rtol=0, atol=1e-8)
 
 

@@ -96,8 +96,9 @@ class TpDriver:
         if any(option.kind == "incremental" for option in motion.options):
             last = self.registers.last_position(where)
             self._require_one_kind(last, position, "INC", where)
-            if self.registers.last and self.registers.last.position.is_tilted_over:
-                tilt = self.registers.last.position.values[4]
+            target = self.registers.last and self.registers.last.position
+            if target and target.is_tilted_over and any(position.values[3:]):
+                tilt = target.values[4]
                 raise ProgramError(
                     f"{where}: expected a position of P within 90 deg before INC, got {tilt:g}: the"
                     " controller holds it by other angles, to which it adds; teach the position"

@@ -94,7 +94,7 @@ def angles_from_home(
     Args:
         home: Angles of the home posture [rad], (joints,).
     """
-    begin = robot.posture(home[:, None], np.zeros((3, 1)))
+    begin = robot.posture(home[:, None])
     first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
     last = Rotation.from_matrix(np.stack(targets.tool, axis=1).transpose(2, 0, 1))
     turn = (last * first.inv()).as_rotvec()
@@ -115,7 +115,7 @@ def self_motion(robot: RigidRobot, q: np.ndarray) -> np.ndarray:
     Args:
         q: Joint angles of a robot of more than six joints [rad], (joints,).
     """
-    jacobian = _jacobian(robot.posture(q[:, None], np.zeros((3, 1))), robot.reach)[0]
+    jacobian = _jacobian(robot.posture(q[:, None]), robot.reach)[0]
     free = np.eye(len(q)) - np.linalg.pinv(jacobian) @ jacobian
     most = int(np.argmax(np.diag(free)))
     direction: np.ndarray = free[most] / np.abs(free[most]).max()

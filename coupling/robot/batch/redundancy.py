@@ -149,12 +149,7 @@ def task_step(jacobian: np.ndarray, error: np.ndarray, damping: np.ndarray) -> n
 
 
 def few_joints(count: int) -> str:
-    """Return what a robot of fewer than six joints cannot do, to end a sentence with; "" for others.
-
-    Example:
-        >>> few_joints(5)
-        ': 5 joints hold a tool at few of the orientations that a path may ask for, six at any'
-    """
+    """Return what a robot of fewer than six joints cannot do, to end a sentence with; "" for others."""
     if count >= POSE:
         return ""
     return f": {count} joints hold a tool at few of the orientations that a path may ask for, six at any"

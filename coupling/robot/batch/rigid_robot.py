@@ -42,6 +42,11 @@ class BatchPosture:
     tool: Columns
     lever: np.ndarray
 
+    @property
+    def jacobian(self) -> np.ndarray:
+        """Motion of the TCP [m/rad] and rotation [1] by the joints' angles, (n, 6, joints)."""
+        return np.concatenate([self.lever, self.axis], axis=1).transpose(2, 1, 0)
+
 
 @dataclass(frozen=True)
 class TipMotion:
@@ -86,12 +91,12 @@ class RigidRobot:
         arms = [np.linalg.norm(origin) for origin in self._origins]
         self.reach = float(np.sum(arms) + np.linalg.norm(self._tcp))
 
-    def posture(self, q: np.ndarray, tcp_shift: np.ndarray) -> BatchPosture:
+    def posture(self, q: np.ndarray, tcp_shift: np.ndarray | None = None) -> BatchPosture:
         """Return the robot at drive angles.
 
         Args:
             q: Joint angles [rad], (joints, n).
-            tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
+            tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n); None: none.
         """
         size = q.shape[1]
         columns: Columns = [np.repeat(np.eye(3)[:, [k]], size, axis=1) for k in range(3)]
@@ -104,10 +109,21 @@ class RigidRobot:
             columns = rotate_columns(columns, axis, angle)
             bodies.append(columns)
         tool = [combine_columns(columns, column) for column in self._tool.T.tolist()]
-        tip = at + combine_columns(columns, self._tcp) + rotate_vector(tool, tcp_shift)
+        tip = at + combine_columns(columns, self._tcp)
+        if tcp_shift is not None:
+            tip = tip + rotate_vector(tool, tcp_shift)
         for k, axis in enumerate(axes):
             lever[k] = cross(axis, tip - origins[k])
         return BatchPosture(q, axes, origins, bodies, tip, tool, lever)
+
+    def points(self, q: np.ndarray) -> np.ndarray:
+        """Return base, centres of the joints and TCP, to draw the robot, base axes [m], (joints + 2, 3).
+
+        Args:
+            q: Drive angles [rad], (joints,).
+        """
+        posture = self.posture(q[:, None])
+        return np.vstack([np.zeros(3), posture.origin[..., 0], posture.tip[:, 0]])
 
     def bias(self, posture: BatchPosture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the accelerations of the TCP and of the tool's angle without joint accelerations.

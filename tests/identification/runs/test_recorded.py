@@ -135,6 +135,42 @@ def test_times_that_are_too_coarse_are_refused_with_the_way_out(tmp_path):
         read_measurement(written(tmp_path, lines), ColumnChoice.of("time=7,x=4,y=5,z=6", "mm"))
 
 
+HEAD = "time_s;x_mm;y_mm;z_mm"
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (
+            [f"{k / 8};1,{234 + k};2.5;3" for k in range(30)],
+            "one decimal mark, got '1,234' and '0.0'",
+        ),
+        (
+            [f'{k},"1,{234 + k}",2,3' for k in range(30)],
+            "one decimal mark, got '1,234' and 'commas between cells'",
+        ),
+        (
+            [*(f"{k};1;2;3" for k in range(30)), HEAD, "30;1;2;3", "31;1;2;3"],
+            "a row of numbers '0 1 2 3' above",
+        ),
+        (
+            [*(f"{k};1;2;3" for k in range(60)), HEAD, "60;1;2;3"],
+            "row 61 of the table, got 'time_s'",
+        ),
+        ([f"{(k * 7) % 30};1;2;3" for k in range(30)], "expected more than"),
+    ],
+)
+def test_marks_between_thousands_second_heads_and_shuffled_rows_are_refused(tmp_path, lines, said):
+    head = HEAD.replace(";", ",") if '"' in lines[0] else HEAD
+    with pytest.raises(LearnError, match=said):
+        read_measurement(written(tmp_path, [head, *lines]))
+
+
+def test_rows_whose_values_are_nan_are_left_out(tmp_path):
+    lines = [HEAD, *(f"{k};{'NaN' if k in (1, 50) else k};2;3" for k in range(60))]
+    assert read_measurement(written(tmp_path, lines)).understood.rows == 58
+
+
 def test_what_was_understood_and_left_out_is_told(tmp_path):
     lines = list(TABLES["a tracker, with lines above, a point's name and a time of day"][0])
     lines[20] = lines[20].rsplit(";", 3)[0] + ";;;0.01"
