@@ -48,7 +48,7 @@ class ExpectedRobots:
         robots: Robots as their files have them.
         parameters: Stiffness of gears and the force, which are known to ranges.
         values: Usual values of what the files leave out.
-        basis: What is drawn and what is not, in words.
+        basis: Ranges that are drawn from and parameters without one, in words.
     """
 
     robots: tuple[PlacedRobot, ...]
@@ -162,7 +162,7 @@ def drawn_replays(
     Args:
         command: The command.
         expected: Robots and forces to expect.
-        fmus: What simulates robots that have what their files leave out; none of the command's.
+        fmus: Simulations of robots that have what their files leave out; none of the command's.
         counts: Numbers of robots, without and with what their files leave out.
         watch: Function called with the progress of the work.
 
