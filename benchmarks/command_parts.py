@@ -23,7 +23,7 @@ PARTS = {
     "coupling.robot.inverter": {"Inverter.invert": "inverse"},
     "coupling.robot.inverse_kinematics": {"InverseKinematics.plan": "inverse kinematics"},
     "coupling.inverse.diagnosis": {"diagnose": "gears", "diagnosed": "gears"},
-    "coupling.check.backlash": {"exact_command": "inverse"},
+    "coupling.run.exact_command": {"exact_command": "inverse"},
     "coupling.store.evaluated_process": {"EvaluatedProcess.evaluate": "process"},
     "coupling.run.drawn_plants": {"drawn_replays": "drawn robots"},
     "coupling.identification.runs.fit": {"Fitter.fit": "fit"},

@@ -11,6 +11,7 @@ import typer
 
 from coupling.cli.arguments import CaseFile, Verbose
 from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED
 from coupling.events import Progress
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def check(
                 alike = [check_repeatability(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = examine_robots(loaded, wrench, view.watch)
+        robots = examine_robots(loaded, wrench, view.watch, is_loaded=evaluate)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
@@ -124,6 +125,8 @@ def check(
         for sentence in (*loaded.task.remarks, others[-1]):
             console.print(sentence)
     console.print(f"Page: {file}")
+    if chatters:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _time(case: Case, each: float | None) -> str:

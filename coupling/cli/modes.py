@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import Overwrite, Verbose, numbers_of
+from coupling.cli.arguments import Overwrite, Verbose, numbers_of, posture_of
 from coupling.cli.console import console
 from coupling.errors import StabilityError
 from coupling.events import Progress
@@ -90,7 +90,7 @@ def modes(
             if case is None
             else (case.robots[0].description, case.robots[0].torque_curve)
         )
-        posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
+        posture = np.deg2rad(posture_of(posture_deg, StabilityError))
         wrench = np.append(force, np.zeros(3))
         analyses = [modes_in_posture(robot, curve, posture, wrench, responses)]
     if case is None:

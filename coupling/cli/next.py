@@ -16,6 +16,7 @@ import typer
 from coupling.cli.arguments import (
     STORE,
     Columns,
+    DespiteChatter,
     MeasuredRuns,
     NoStore,
     Overwrite,
@@ -28,7 +29,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, print_run
+from coupling.cli.runs import NOT_CONVERGED, ended_by_chatter, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.atomic_file import write_atomically
@@ -114,6 +115,7 @@ def next_command(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    despite_chatter: DespiteChatter = False,
     verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
@@ -124,7 +126,19 @@ def next_command(
     words = [word for option, value in known if value for word in (option, value)]
     words += ["--own-frame"] * own_frame
     choice = column_choice(columns, unit)
-    _advance(runs, output, options, words, choice, inputs_only, overwrite, store, no_store, verbose)
+    _advance(
+        runs,
+        output,
+        options,
+        words,
+        choice,
+        inputs_only,
+        overwrite,
+        store,
+        no_store,
+        despite_chatter,
+        verbose,
+    )
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -233,6 +247,7 @@ def _advance(
     overwrite: bool,
     store: Path | None,
     no_store: bool,
+    despite_chatter: bool,
     verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
@@ -257,7 +272,8 @@ def _advance(
     from coupling.run.fmu_pool import FmuPool
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
-    from coupling.run_to_folder import run_to_folder
+    from coupling.run.stored_run import CASE as RUN_CASE
+    from coupling.run_to_folder import limits_to_folder, run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -272,15 +288,22 @@ def _advance(
         if source.measured.understood is not None:
             console.print(f"{file}: {source.measured.understood.sentence}.")
     title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
+    words = ["next", *map(str, runs)]
+    judged = (
+        None if despite_chatter else (*words, "--move", options.move, *known, "-o", str(output))
+    )
     with (
+        ended_by_chatter(output, verbose),
         exclusively(place, LearnError),
         RunView(console, verbose) as view,
         FmuPool("native", view.watch) as models,
     ):
+        if judged is not None:
+            last = pairs[-1][0] / RUN_CASE
+            limits_to_folder(last, output, overwrite, "compensate", judged, view.watch)
         command_plan = plan(sources, options, models, view.watch)
         begin_inputs(place)
         result, learned = figures(command_plan), learned_figures(command_plan)
-        words = ["next", *map(str, runs)]
         if command_plan.is_refused:
             answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
         else:
@@ -301,7 +324,7 @@ def _advance(
 
         try:
             finished = run_to_folder(
-                case, output, overwrite, evaluations, "compensate", work, view.watch
+                case, output, overwrite, evaluations, "compensate", work, view.watch, judged
             )
         except KeyboardInterrupt as stop:
             words = ["elastic-robot", "compensate", str(case), "-o", str(output)]

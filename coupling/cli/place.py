@@ -16,6 +16,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED
 from coupling.errors import CaseError, one_of
 from coupling.events import Progress
 
@@ -70,12 +71,16 @@ def place(
         placement = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
         watch(Progress("writing the folder", 0, 1))
         write_placement(work, placement)
-        report = place_report(read_placement(work))
+        stored = read_placement(work)
+        report = place_report(stored)
         report.write(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(placement.durations)
     print_report(console, report, verbose)
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
+    best = stored.figures.best[0].stability
+    if best is not None and not best.stable:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _objective(word: str | None) -> Objective | None:

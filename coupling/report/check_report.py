@@ -11,10 +11,12 @@ import numpy as np
 
 from coupling.check.robot_findings import RobotFindings
 from coupling.report.colours import AFTER, BEFORE
+from coupling.report.expected import expected_words
 from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
 from coupling.results.scene import Scene, SceneLine
@@ -101,8 +103,14 @@ def check_answer(
     ]
     tolerance = case.get("part", {}).get("tolerance_mm")
     felt = bool(wrong) and tolerance is not None and max(wrong) > 1e-3 * tolerance
+    expected = max(
+        (robot.expected for robot in robots if robot.expected is not None),
+        key=lambda figure: figure.maximum,
+        default=None,
+    )
+    fits = None if tolerance is None or expected is None else expected.fits(1e-3 * tolerance)
     if chatter:
-        sentence = "This cut will chatter: do not run it."
+        sentence = WILL_CHATTER
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
     elif overloads:
@@ -111,7 +119,12 @@ def check_answer(
         sentence = "The robot reaches the whole path within its limits."
         if not np.isfinite(margin):
             sentence = "The robot reaches the whole path; its file states no limits of the joints."
-        if felt:
+        if expected is not None:
+            sentence += (
+                f" Corrected, {expected_words(expected)} to expect on the real robot"
+                f"{'' if tolerance is None else f', your tolerance is {in_words(1e-3 * tolerance)}'}."
+            )
+        elif felt:
             sentence += (
                 f" Its gears have to be known well: an error of their backlash alone leaves up to"
                 f" {in_words(max(wrong))}, your tolerance is {in_words(1e-3 * tolerance)}."
@@ -119,7 +132,7 @@ def check_answer(
     return Answer(
         sentence=sentence,
         reason=problems[0] if problems and not limits else _say_of_gears(gears),
-        good=False if problems or felt else True if tolerance is not None else None,
+        good=False if problems or felt else fits,
         figures=(
             KeyFigure(
                 "To the nearest joint limit",

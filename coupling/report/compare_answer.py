@@ -9,7 +9,6 @@ from coupling.report.background import tolerance_of
 from coupling.report.comparison import Comparison
 from coupling.report.lengths import in_words, judged
 from coupling.report.report_file import name_path
-from coupling.report.run_answer import ExpectedDeviation
 from coupling.report.run_report import run_report
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.run.stored_run import StoredRun
@@ -74,7 +73,7 @@ class _Standing:
     @classmethod
     def of(cls, comparison: Comparison, number: int) -> _Standing:
         run, measured = comparison.runs[number], comparison.measured.get(number)
-        figures, expected = run.figures, ExpectedDeviation.of(run.figures)
+        figures, expected = run.figures, run.figures.expected_deviation()
         deviation, kind = figures.deviations[-1].maximum, "if the file is right"
         if measured is not None:
             deviation, kind = measured.run.size.maximum, _MEASURED_KIND

@@ -12,11 +12,12 @@ from coupling.place.folder import StoredPlacement
 from coupling.place.part_map import PartMap
 from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE
+from coupling.report.expected import expected_words
 from coupling.report.lengths import in_words, state_tolerance
 from coupling.report.report_file import name_path
 from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn
-from coupling.results.cut_result import CutStability
+from coupling.results.cut_result import WILL_CHATTER, CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import (
     UM,
@@ -63,13 +64,10 @@ def place_answer(stored: StoredPlacement) -> Answer:
     figures, folder = stored.figures, name_path(stored.folder)
     best, present = figures.best[0], figures.present
     where = best.in_words(figures.free)
-    remains = in_words(best.exposure_m)
     chatters = best.stability is not None and not best.stability.stable
     tolerance, placed_case = figures.tolerance_m, f"{folder}/{best.file}"
-    is_within = tolerance is None or best.exposure_m <= tolerance
-    good = (
-        (tolerance is not None or None) if best.admitted and not chatters and is_within else False
-    )
+    fits = _fits(best, tolerance)
+    good = fits if best.admitted and not chatters else False
     allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
     settings = {"as it is": present, "there": best}
     causes = {
@@ -79,25 +77,20 @@ def place_answer(stored: StoredPlacement) -> Answer:
     if not best.admitted:
         sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
     elif chatters:
-        sentence = "NO PLACE FOUND where this cut does not chatter: do not run it."
-    elif not is_within:
-        sentence = (
-            f"NOT GOOD ENOUGH: even at the best place gears that are not known well leave"
-            f" {remains}{allowed}."
-        )
+        sentence = f"{WILL_CHATTER} No place was found where it does not."
+    elif fits is False:
+        sentence = f"NOT GOOD ENOUGH: even at the best place {_remaining(best)}{allowed}."
     elif present is None:
         sentence = (
-            "PLACE FOUND: as it is, the robot cannot follow the path; there it can, and gears that are"
-            f" not known well leave {remains}{allowed}."
+            "PLACE FOUND: as it is, the robot cannot follow the path; there it can:"
+            f" {_remaining(best)}{allowed}."
         )
     elif best.cost_m < present.cost_m:
-        sentence = (
-            f"BETTER PLACE FOUND: gears that are not known well leave {remains} there, as it is"
-            f" {in_words(present.exposure_m)}{allowed}."
-        )
+        as_it_is = _remaining(present)
+        sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {as_it_is}{allowed}."
     else:
         sentence = (
-            f"LEAVE IT WHERE IT IS: no better place was found, which leaves {remains}{allowed}."
+            f"LEAVE IT WHERE IT IS: no better place was found, and {_remaining(best)}{allowed}."
         )
     return Answer(
         sentence=sentence,
@@ -109,7 +102,11 @@ def place_answer(stored: StoredPlacement) -> Answer:
                 in_words(best.moved_m),
                 _as_it_is(present),
             ),
-            KeyFigure("By unknown gears", remains, "at rest, in motion several times as much"),
+            KeyFigure(
+                "By unknown gears",
+                in_words(best.exposure_m),
+                "at rest, in motion several times as much",
+            ),
             KeyFigure(
                 "To the nearest joint limit",
                 f"{np.rad2deg(best.limit_margin_rad):.3g} deg"
@@ -121,7 +118,9 @@ def place_answer(stored: StoredPlacement) -> Answer:
         steps=[
             NextStep("Check robot, tool and part for collisions there."),
             *([] if tolerance is not None else [state_tolerance(placed_case)]),
-            NextStep.by("Correct the command:", "compensate", placed_case),
+            NextStep.by("Find a depth and speed that do not chatter:", "stability", placed_case)
+            if chatters
+            else NextStep.by("Correct the command:", "compensate", placed_case),
         ],
         picture=bars(
             [
@@ -132,6 +131,22 @@ def place_answer(stored: StoredPlacement) -> Answer:
             tolerance,
         ),
     )
+
+
+def _fits(setting: SettingResult, tolerance: float | None) -> bool | None:
+    """Return whether a tolerance [m] will be kept; None where that is open."""
+    if tolerance is None:
+        return None
+    if setting.exposure_m > tolerance:
+        return False
+    return None if setting.expected is None else setting.expected.fits(tolerance)
+
+
+def _remaining(setting: SettingResult) -> str:
+    """Return what a corrected command leaves in a setting, in words."""
+    if setting.expected is None:
+        return f"gears that are not known well leave {in_words(setting.exposure_m)}"
+    return f"expect {expected_words(setting.expected)} on the real robot, corrected"
 
 
 def _as_it_is(present: SettingResult | None) -> str:

@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from coupling.path.path_ends import MOVING_END
+from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
+from coupling.results.cut_result import WILL_CHATTER
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 
@@ -53,8 +56,10 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     """
     if figures.kind == "couple":
         return _coupling_answer(figures, context)
-    expected = ExpectedDeviation.of(figures) if figures.converged else None
-    fits = None if context.tolerance is None else _fits(expected, context.tolerance)
+    expected = figures.expected_deviation() if figures.converged else None
+    fits = (
+        None if context.tolerance is None or expected is None else expected.fits(context.tolerance)
+    )
     worse = _worse(figures, expected)
     good = fits if figures.converged and worse is None and figures.is_stable else False
     before, after = "uncorrected, with this robot file", "on the real robot"
@@ -69,7 +74,9 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
         good=good,
         figures=(
             KeyFigure("Before", in_words(figures.deviation_before_m.maximum), before),
-            KeyFigure("Expected after", NOT_KNOWN if expected is None else expected.words, after),
+            KeyFigure(
+                "Expected after", NOT_KNOWN if expected is None else expected_words(expected), after
+            ),
             KeyFigure(
                 "If the file is right",
                 in_words(figures.deviation_after_m.maximum),
@@ -78,52 +85,6 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
         ),
         steps=list(_steps(figures, context, good, worse)),
     )
-
-
-@dataclass(frozen=True)
-class ExpectedDeviation:
-    """Largest deviation to expect on a real robot.
-
-    Attributes:
-        maximum: The deviation [m].
-        is_whole: Whether all that may differ from the model is in it; else the real one may be larger.
-    """
-
-    maximum: float
-    is_whole: bool
-
-    @classmethod
-    def of(cls, figures: RunResult) -> ExpectedDeviation | None:
-        """Return that of a run; None where nothing tells.
-
-        It is that of robots drawn from what the robot file states and leaves out, but no less than
-        that by one thing that it leaves out, or by one parameter that differs a little.
-        """
-        if figures.forecast is not None:
-            return cls(figures.forecast.maximum, True)
-        outlook = figures.outlook
-        if outlook is None:
-            return None
-        expected = outlook.expected
-        if expected is None:
-            return cls(outlook.deviation, False)
-        completed = expected.with_left_out
-        alone = expected.left_out_m.values()
-        whole = (completed.high,) if completed else ()
-        highest = max(outlook.deviation, expected.high, *whole, *alone)
-        return cls(highest, expected.is_whole or completed is not None)
-
-    @property
-    def words(self) -> str:
-        """The deviation in words."""
-        return f"{'' if self.is_whole else 'at least '}{in_words(self.maximum)}"
-
-
-def _fits(expected: ExpectedDeviation | None, tolerance: float) -> bool | None:
-    """Return whether a tolerance will be kept; None where that is open."""
-    if expected is None:
-        return None
-    return expected.is_whole or None if expected.maximum <= tolerance else False
 
 
 def _sentence(
@@ -135,7 +96,7 @@ def _sentence(
     before = in_words(figures.deviation_before_m.maximum)
     after = in_words(figures.deviation_after_m.maximum)
     if not figures.is_stable:
-        return "This cut will chatter: do not run it."
+        return WILL_CHATTER
     if not figures.converged:
         return (
             f"NOT FINISHED: no command was found that keeps the path. The last one leaves {after} even"
@@ -158,18 +119,13 @@ def _sentence(
             f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}: do not send this"
             " command to a robot."
         )
-    reach = (
-        f"expect the tool within {in_words(expected.maximum)} of its path on the real robot"
-        if expected.is_whole
-        else f"expect {expected.words} on the real robot, whose file does not say how exact it is"
-    )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
         return (
             f"Of {before} {share} {in_words(expected.maximum)} may remain on the real robot until it is"
             " identified. How much the part allows is not stated."
         )
-    return judged(reach, _fits(expected, context.tolerance), context.tolerance)
+    return expected_sentence(expected, context.tolerance)
 
 
 @dataclass(frozen=True)
@@ -295,7 +251,7 @@ def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
     size = in_words(before.maximum)
     fits = None if context.tolerance is None else before.maximum <= context.tolerance
     if not figures.is_stable:
-        sentence = "This cut will chatter: do not run it."
+        sentence = WILL_CHATTER
     elif not figures.converged:
         sentence = f"NOT FINISHED: robot and process did not come to rest; so far {size}."
     else:

@@ -14,6 +14,7 @@ from coupling.report.modes_report import in_joints, part_map
 from coupling.report.modes_scene import modes_scene
 from coupling.report.result_report import ResultReport
 from coupling.report.style import drawn, row, rows
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.modes_result import Grid
 from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 from coupling.results.stability_result import (
@@ -99,7 +100,7 @@ def stability_answer(result: StabilityResult) -> Answer:
     steps.append(NextStep.by("Correct the command:", "compensate", case))
     good: bool | None = tolerance is None or moved <= tolerance or None
     if not is_stable:
-        good, sentence = False, "This cut will chatter: do not run it."
+        good, sentence = False, WILL_CHATTER
         if result.instead_of is not None:
             sentence += " No command was computed."
         rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
@@ -110,7 +111,7 @@ def stability_answer(result: StabilityResult) -> Answer:
             NextStep.by("Or find a place where it is stable:", *place),
         ]
         if result.instead_of is not None:
-            words = (result.instead_of, case, "--despite-chatter")
+            words = (*result.instead_of, "--despite-chatter")
             steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
     elif tolerance is None:
         sentence = (

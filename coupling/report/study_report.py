@@ -13,9 +13,11 @@ from coupling.files.written_files import REPORT
 from coupling.path.length_text import format_um
 from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import in_words, judged, state_tolerance
 from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn, rule, style
+from coupling.results.outlook import EXPECTED_SHARE
 from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
 from coupling.results.study_result import StudyResult
 from coupling.study.folder import RUN
@@ -23,6 +25,7 @@ from coupling.study.robot_pool import PARTS
 from coupling.study.stored_study import StoredStudy
 
 _BAND = "rgba(0, 114, 178, 0.22)"
+_AS_USUAL = " and usual values of what their files leave out"
 # Parameters that are drawn against the deviation, the most important ones.
 _DRAWN = 6
 
@@ -59,15 +62,31 @@ def _sections(study: StoredStudy) -> list[Section]:
 def study_answer(study: StoredStudy) -> Answer:
     """Return the first screen of a study."""
     figures, source, tolerance = study.figures, study.figures.source, study.figures.tolerance_m
-    most = figures.quantile("maximum", figures.coverage)
-    share = f"{100 * figures.coverage:g} %"
-    good = None if tolerance is None else most <= tolerance
-    sentence = judged(
-        f"{share} of robots drawn from the stated ranges stay within {in_words(most)} of the path",
-        good,
-        tolerance,
-    )
+    most, expected = figures.quantile("maximum", EXPECTED_SHARE), figures.expected
+    share = f"{100 * EXPECTED_SHARE:g} %"
+    good = None if tolerance is None or expected is None else expected.fits(tolerance)
     reasons = []
+    if figures.chosen:
+        if tolerance is not None and most > tolerance:
+            good = False
+        names = " and ".join(
+            dict.fromkeys(entry.name.split("[")[0] for entry in figures.parameters)
+        )
+        sentence = judged(
+            f"of the robots that differ in {names} alone, as [study] chooses it, {share} stay within"
+            f" {in_words(most)} of the path",
+            good,
+            tolerance,
+        )
+        if expected is not None:
+            reasons.append(f"On the real robot expect {expected_words(expected)}.")
+    elif expected is not None:
+        sentence = expected_sentence(expected, tolerance)
+        reasons.append(
+            f"{share} of {figures.samples} robots to expect stay within {in_words(most)}."
+        )
+    else:
+        sentence = judged(f"{share} of the robots stay within {in_words(most)}", good, tolerance)
     if not figures.command.converged:
         good = False
         sentence = (
@@ -76,9 +95,8 @@ def study_answer(study: StoredStudy) -> Answer:
     elif figures.failed:
         good = False
         sentence = (
-            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots drawn from the stated"
-            f" ranges cannot follow the command at all; {share} of the others stay within"
-            f" {in_words(most)}."
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots"
+            f" cannot follow the command at all; {share} of the others stay within {in_words(most)}."
         )
     if figures.ordered:
         worst, shares = figures.ordered[0]
@@ -86,16 +104,13 @@ def study_answer(study: StoredStudy) -> Answer:
             f"Most of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
             f" {worst.name.replace('_', ' ')} alone."
         )
-    reasons.append(
-        "What the robot file leaves out is not in it: see the page of the command's run."
-    )
     third = KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated")
     if tolerance is not None:
         within = 100.0 * np.sum(study.measures["maximum"] <= tolerance) / figures.samples
         third = KeyFigure(
             "Keep your tolerance",
             f"{within:.0f} %",
-            f"of {figures.samples} robots from these ranges",
+            f"of {figures.samples} robots",
         )
     steps = [] if tolerance is not None else [state_tolerance(source.case)]
     if not figures.command.converged:
@@ -272,7 +287,7 @@ def _quantiles(figures: StudyResult) -> Section:
     )
     text = (
         f"Command as written, simulated with inertia on {figures.samples} robots with sampled uncertain"
-        f" parameters; {how}."
+        f" parameters{_AS_USUAL if not figures.chosen else ''}; {how}."
     )
     return Section("", (text, Table(("deviation [um]", "model", *below), rows)))
 

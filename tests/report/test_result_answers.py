@@ -17,6 +17,7 @@ from coupling.report.place_report import place_answer
 from coupling.report.stability_report import stability_answer, stability_report
 from coupling.report.study_report import study_answer
 from coupling.results.cut_result import CutStability
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
 from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
@@ -92,6 +93,7 @@ def setting(exposure: float, cost: float, **changed: object) -> SettingResult:
         "cost_m": cost,
         "moved_m": 4e-4,
         "exposure_m": exposure,
+        "expected": {"maximum": 1.5 * exposure, "is_whole": True},
         "compliance_m_N": 1e-6,
         "conditioning": 0.1,
         "limit_margin_rad": math.inf,
@@ -115,7 +117,12 @@ def place_screen(
 
 
 def study_screen(
-    share: float, tolerance: float | None, *, converged: bool = True, failed: int = 0
+    share: float,
+    tolerance: float | None,
+    *,
+    converged: bool = True,
+    failed: int = 0,
+    chosen: bool = False,
 ) -> Answer:
     """Return the first screen of a study of 100 robots, `share` of which stay below 0.2 mm."""
     deviations = np.where(np.arange(100) < round(100 * share), 1e-4, 4e-4)[: 100 - failed]
@@ -132,6 +139,10 @@ def study_screen(
         failed={str(k): "beyond its limits" for k in range(failed)},
         command=StudyCommandResult(converged=converged, reason="stopped", deviation_m=size),
         quantiles_m={"maximum": {"0.95": float(np.quantile(deviations, 0.95))}},
+        chosen=chosen,
+        expected=ExpectedDeviation(
+            maximum=3e-4 if chosen else float(np.quantile(deviations, 0.95)), is_whole=True
+        ),
         parameters=(
             UncertainResult(
                 name="backlash of joint 4",
@@ -255,9 +266,15 @@ CASES = {
         "NO PLACE",
         "",
     ),
-    "study: good": (study_screen(0.99, 2e-4), True, "GOOD ENOUGH: 95 %", "export"),
-    "study: not enough": (study_screen(0.7, 2e-4), False, "NOT GOOD ENOUGH: 95 %", "identify"),
-    "study: not stated": (study_screen(0.99, None), None, "95 % of robots", ""),
+    "study: good": (study_screen(0.99, 2e-4), True, "GOOD ENOUGH: expect", "export"),
+    "study: not enough": (study_screen(0.7, 2e-4), False, "NOT GOOD ENOUGH: expect", "identify"),
+    "study: chosen": (
+        study_screen(0.99, 2e-4, chosen=True),
+        False,
+        "NOT GOOD ENOUGH: of the robots that differ in backlash of joint 4 alone",
+        "identify",
+    ),
+    "study: not stated": (study_screen(0.99, None), None, "Expect the tool within", ""),
     "study: not finished": (
         study_screen(0.99, 2e-4, converged=False),
         False,

@@ -39,6 +39,7 @@ from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.gear_loads import diagnose_robots
+from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.robustness import VARIATIONS, replayed
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
@@ -197,7 +198,15 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     replays = {}
     for robot in (example, with_elements(example, 3)):
         fmu = Recorder(found.achieved)
-        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found)
+        rows = replayed(
+            ReplayedCommand(
+                cell,
+                (SimulatedModel(robot, "backlash", fmu),),
+                found.joints,
+                found.response.wrench,
+                found.desired,
+            )
+        )
         replays[robot] = [row.name for row in rows], fmu.slip_torques
     (names, before), (more, after) = replays.values()
     assert names == NAMES
