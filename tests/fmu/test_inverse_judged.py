@@ -46,7 +46,9 @@ def test_the_judge_finds_the_moving_tool_on_its_path(
 
     The pages, a fifth of the work, are looked at elsewhere.
     """
-    monkeypatch.setattr("coupling.run_to_folder.write_pages", lambda run, place: None)
+    monkeypatch.setattr(
+        "coupling.report.result_report.ResultReport.write", lambda report, place: None
+    )
     (tmp_path / "case.toml").write_text(case)
     done = command("compensate", "-v", tmp_path / "case.toml", "-o", tmp_path / "run")
     assert done.returncode == 0, done.stdout + done.stderr

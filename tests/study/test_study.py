@@ -166,7 +166,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert f"90 % of the robots that are possible stay within {in_words(limit)}" in page
+    assert f"90 % of robots drawn from the stated ranges stay within {in_words(limit)}" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
         "damping_factor",
