@@ -23,14 +23,14 @@ PARTS = {
     "coupling.robot.inverter": {"Inverter.invert": "inverse"},
     "coupling.robot.inverse_kinematics": {"InverseKinematics.plan": "inverse kinematics"},
     "coupling.inverse.diagnosis": {"diagnose": "gears", "diagnosed": "gears"},
-    "coupling.check.backlash": {"exact_command": "inverse"},
+    "coupling.run.exact_command": {"exact_command": "inverse"},
     "coupling.store.evaluated_process": {"EvaluatedProcess.evaluate": "process"},
     "coupling.run.drawn_plants": {"drawn_replays": "drawn robots"},
     "coupling.identification.runs.fit": {"Fitter.fit": "fit"},
     "coupling.place.screen": {"Screen.figures": "screen"},
     "coupling.place.coarse_screen": {"CoarseScreen.figures": "screen"},
     "coupling.files.csv_table": {"write_table": "tables", "read_table": "tables"},
-    "coupling.report.run_report": {"write_pages": "page"},
+    "coupling.report.result_report": {"ResultReport.write": "page"},
     "coupling.fmu_export.build": {"build_fmu": "FMU"},
 }
 _NOT_CONVERGED = 1

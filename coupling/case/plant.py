@@ -269,8 +269,6 @@ class StudyTable(_UncertainParameters):
         return self
 
     def spreads(self) -> dict[str, Distribution]:
-        """Return the uncertain parameters, by key: as given, or the defaults where none is."""
+        """Return the parameters that are varied on purpose, by key; none: as they are expected."""
         keys = (*(kind.key for _, kind in VARIED.values()), "force_factor", "payload_kg")
-        spreads = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
-        usual = {v.key: Distribution(low=v.low, high=v.high) for _, v in VARIED.values()}
-        return spreads or {**usual, "force_factor": Distribution(low=0.95, high=1.05)}
+        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}

@@ -8,30 +8,19 @@ which the damper takes off within I / d, over a way of
     v I / d = dB / (2 zeta),
 
 zeta being the damping ratio on the flank: many times dB, up to the other flank, 2 B away, and some more
-where it comes back from there.  So the moving robot is simulated, under the command that the motion of
-the links and the gears' own equation give,
-
-    q = phi - e,   d e' + S(e) = T(t),
-
-without controller, limits of drives and polish, which are about micrometres: a second for half a minute
-of path.
+where it comes back from there.  So the moving robot is simulated, under
+`exact_command`: a second for half a minute of path.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from coupling.events import Progress, Watch, unwatched
-from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
-from coupling.inverse.links import solve_links
-from coupling.path.interpolation import SampledPath
-from coupling.path.joint_path import JointPath
+from coupling.events import Watch
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.results.outlook import Replay
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.exact_command import exact_command, finely_sampled
 from coupling.run.robustness import VARIATIONS
 
-# Longest distance of the times at which the tool is looked at [s], that of a controller's rows.
-_MAX_SAMPLE_DISTANCE = 0.004
 # Differences of gears that are looked at.
 _GEARS = ("backlash", "hysteresis")
 
@@ -56,29 +45,8 @@ def gear_replays(
     if not robots:
         return ()
     command = exact_command(moving, motion, watch)
-    desired = SampledPath.of(motion.path).refined(_MAX_SAMPLE_DISTANCE).path
-    loads = motion.wrench.refined(desired.time)
+    desired, loads = finely_sampled(motion)
     return tuple(
         Replay.of(robot.what, robot.simulate(command, loads, "dynamic"), desired)
         for robot in robots
     )
-
-
-def exact_command(
-    moving: MovingRobot, motion: DesiredMotion, watch: Watch = unwatched
-) -> JointPath:
-    """Return the motion of the drives that keeps the tool on its path, row by row as solved for."""
-    task = moving.task(motion)
-
-    def progress(completed: int, total: int) -> None:
-        watch(Progress("solving for the motion of the links", completed, total))
-
-    links = solve_links(moving.model, task, progress=progress).theta
-    time = fine_times(links)
-    wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), motion.wrench)
-    chain = moving.model.chain
-    outputs = np.stack([links.at(time, order)[:, chain.drive] for order in range(3)])
-    states = np.stack([wind_up.angle, wind_up.rate, np.gradient(wind_up.rate, time, axis=0)])
-    outputs[:, :, moving.model.gear_joint] -= states
-    motors = chain.kinematic_errors.at_motor(outputs)
-    return JointPath(time, *((values,) for values in motors))

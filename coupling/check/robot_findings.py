@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
@@ -20,11 +20,13 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.linear import arc_length, interpolate_rows
 from coupling.results.drive_result import DriveMotion
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
+from coupling.run.exact_command import expected_deviation
 from coupling.run.fmu_pool import FmuPool
 from coupling.run.gear_loads import exceeded, wanted_of
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
@@ -49,6 +51,7 @@ class RobotFindings:
         hysteresis: The same with other slip torques; None where no gear has elements.
         unknown: Reason why they are not known, or empty.
         warnings: Rated loads, gear and motor torques that are exceeded.
+        expected: Deviation to expect of a corrected command; None where it is not known.
         joints: Motion of the joints of the rigid robot along the path.
         torque: Torques of its gears at rest [N m], at the times of `joints`, (n, joints).
     """
@@ -65,18 +68,20 @@ class RobotFindings:
     hysteresis: tuple[Replay, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
+    expected: ExpectedDeviation | None
     chain: ChainResult
     joints: JointPath
     torque: np.ndarray
 
 
 def examine_robots(
-    case: Case, wrench: WrenchHistory, watch: Watch = unwatched
+    case: Case, wrench: WrenchHistory, watch: Watch = unwatched, is_loaded: bool = False
 ) -> tuple[RobotFindings, ...]:
     """Return the findings on the robots of a case.
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
+        is_loaded: Whether the wrenches are those of its process, so that it is known what to expect.
     """
     robots = []
     with FmuPool(_FMU_KIND, watch) as models:
@@ -113,6 +118,7 @@ def examine_robots(
                         *exceeded(placed.provenance.ratings, motion.wrench, gears),
                         *(warning for replay in motors for warning in replay.warnings),
                     ),
+                    _expected(case, placed, motion, watch) if is_loaded else None,
                     chain_of(placed),
                     motion.rigid,
                     _torques(moving, loads, motion.rigid),
@@ -126,6 +132,16 @@ def _torques(moving: MovingRobot, loads: GearLoads, joints: JointPath) -> np.nda
     torque = np.zeros_like(joints.q[0])
     torque[:, moving.model.gear_joint] = interpolate_rows(joints.time, loads.time, loads.static)
     return torque
+
+
+def _expected(
+    case: Case, placed: PlacedRobot, motion: DesiredMotion, watch: Watch
+) -> ExpectedDeviation | None:
+    """Return the deviation to expect of one robot; None where it cannot be simulated."""
+    try:
+        return expected_deviation(placed, case.process_table.FORCE_FACTORS, motion, watch)
+    except (BuildError, HostError, RobotFileError, SimulationError):
+        return None
 
 
 def _gear_replays(

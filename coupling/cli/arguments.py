@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Name of the store beside the run folders.
 STORE = "store"
+# Beyond ten turns an angle is a mistake [deg].
+_MOST_TURNED = 3600.0
 
 CaseFile = Annotated[
     Path, typer.Argument(help="The case file, for example examples/cases/cone.toml.")
@@ -88,6 +90,26 @@ def numbers_of(
     if count is not None and len(numbers) != count:
         raise error(f"{option}: expected {count} numbers, got {len(numbers)}")
     return numbers
+
+
+def posture_of(text: str, error: type[Exception], count: int | None = None) -> list[float]:
+    """Return the joint angles of a posture [deg].
+
+    Args:
+        text: Value of --posture-deg.
+        error: Raised if it is something else, or turned more often than any joint can be.
+        count: Number of them; None: any.
+    """
+    angles = numbers_of("--posture-deg", text, error, count)
+    for angle in angles:
+        require_angle("--posture-deg", angle, error)
+    return angles
+
+
+def require_angle(option: str, angle: float, error: type[Exception]) -> None:
+    """Refuse an angle [deg] that is none of a machine."""
+    if not abs(angle) <= _MOST_TURNED:
+        raise error(f"{option}: expected at most {_MOST_TURNED:g} deg, got {angle:g}")
 
 
 def column_choice(columns: str | None, unit: str | None) -> ColumnChoice | None:

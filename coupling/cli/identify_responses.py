@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.cli.arguments import numbers_of
+from coupling.cli.arguments import posture_of
 from coupling.cli.fitted import Findings, fitted_target
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
@@ -46,10 +46,7 @@ def identify_responses(
     start = find_robot(robot)
     described = load_robot(start)
     joints = len(described.joints)
-    angles = [
-        np.deg2rad(numbers_of("--posture-deg", text, IdentifyError, joints))
-        for text in postures_deg
-    ]
+    angles = [np.deg2rad(posture_of(text, IdentifyError, joints)) for text in postures_deg]
     target = fitted_target(output, f"{files[0].stem}_identified")
     measured = [
         read_posture(file, q, number >= len(files))

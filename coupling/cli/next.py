@@ -16,6 +16,7 @@ import typer
 from coupling.cli.arguments import (
     STORE,
     Columns,
+    DespiteChatter,
     MeasuredRuns,
     NoStore,
     Overwrite,
@@ -28,7 +29,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, print_run
+from coupling.cli.runs import NOT_CONVERGED, ended_by_chatter, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.atomic_file import write_atomically
@@ -38,9 +39,9 @@ if TYPE_CHECKING:
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
     from coupling.identification.runs.recorded_columns import ColumnChoice
+    from coupling.report.result_report import ResultReport
     from coupling.results.learned_result import LearnedResult
     from coupling.results.next_result import NextResult
-    from coupling.results.section import Answer
     from coupling.run.execute import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
@@ -114,6 +115,7 @@ def next_command(
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    despite_chatter: DespiteChatter = False,
     verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
@@ -124,7 +126,19 @@ def next_command(
     words = [word for option, value in known if value for word in (option, value)]
     words += ["--own-frame"] * own_frame
     choice = column_choice(columns, unit)
-    _advance(runs, output, options, words, choice, inputs_only, overwrite, store, no_store, verbose)
+    _advance(
+        runs,
+        output,
+        options,
+        words,
+        choice,
+        inputs_only,
+        overwrite,
+        store,
+        no_store,
+        despite_chatter,
+        verbose,
+    )
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -233,6 +247,7 @@ def _advance(
     overwrite: bool,
     store: Path | None,
     no_store: bool,
+    despite_chatter: bool,
     verbose: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
@@ -249,17 +264,16 @@ def _advance(
     )
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
-    from coupling.report.next_report import next_summary
+    from coupling.report.next_report import next_answer, next_report, refused_answer
     from coupling.report.report_file import name_path
-    from coupling.report.result_answers import next_answer, refused_answer
-    from coupling.report.run_report import run_summary, run_warnings
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
+    from coupling.report.run_report import run_report
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
     from coupling.run.fmu_pool import FmuPool
     from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
-    from coupling.run_to_folder import run_to_folder
+    from coupling.run.stored_run import CASE as RUN_CASE
+    from coupling.run_to_folder import limits_to_folder, run_to_folder
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
@@ -274,26 +288,33 @@ def _advance(
         if source.measured.understood is not None:
             console.print(f"{file}: {source.measured.understood.sentence}.")
     title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
+    words = ["next", *map(str, runs)]
+    judged = (
+        None if despite_chatter else (*words, "--move", options.move, *known, "-o", str(output))
+    )
     with (
+        ended_by_chatter(output, verbose),
         exclusively(place, LearnError),
         RunView(console, verbose) as view,
         FmuPool("native", view.watch) as models,
     ):
+        if judged is not None:
+            last = pairs[-1][0] / RUN_CASE
+            limits_to_folder(last, output, overwrite, "compensate", judged, view.watch)
         command_plan = plan(sources, options, models, view.watch)
         begin_inputs(place)
         result, learned = figures(command_plan), learned_figures(command_plan)
-        words = ["next", *map(str, runs)]
         if command_plan.is_refused:
             answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
         else:
             case = write_inputs(place, command_plan)
             words += [str(output), "measured.csv", *known, "-o", f"{output}_next"]
             answer = next_answer(result, name_path(case), words)
-        report = _write_report(place, title, result, learned, answer)
+        report = next_report(title, result, learned, answer)
+        page = _write_report(place, report, result, learned)
         if command_plan.is_refused or inputs_only:
-            sections = next_summary(result, learned)
-            print_result(console, answer, sections, warned(result.warnings), verbose)
-            console.print(f"Report: {report}")
+            print_report(console, report, verbose)
+            console.print(f"Report: {page}")
             raise typer.Exit(REFUSED if command_plan.is_refused else 0)
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
@@ -303,7 +324,7 @@ def _advance(
 
         try:
             finished = run_to_folder(
-                case, output, overwrite, evaluations, "compensate", work, view.watch
+                case, output, overwrite, evaluations, "compensate", work, view.watch, judged
             )
         except KeyboardInterrupt as stop:
             words = ["elastic-robot", "compensate", str(case), "-o", str(output)]
@@ -314,31 +335,29 @@ def _advance(
             raise
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
-        _write_report(place, title, result, learned, answer)
+        report = next_report(title, result, learned, answer)
+        _write_report(place, report, result, learned)
     if finished.is_good:
-        sections = [*next_summary(result, learned), *run_summary(finished.stored)]
-        warnings = [*warned(result.warnings), *run_warnings(finished.stored.figures)]
-        print_result(console, answer, sections, warnings, verbose)
+        print_report(console, report.before(run_report(finished.stored)), verbose)
         console.print(f"Result: {output}  (report: {output / 'report.html'})")
     else:
         print_run(finished, output, verbose)
-    console.print(f"Report on the learning: {report}")
+    console.print(f"Report on the learning: {page}")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def _write_report(
-    place: Path, title: str, result: NextResult, learned: LearnedResult | None, answer: Answer
+    place: Path, report: ResultReport, result: NextResult, learned: LearnedResult | None
 ) -> Path:
     """Write how a command was computed, page and figures; return the page."""
     from coupling.identification.next.inputs import LEARNED, PLAN, REPORT
-    from coupling.report.next_report import next_page
 
     write_atomically(place / PLAN, result.text() + "\n", LearnError)
     if learned is not None:
         write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
     page = place / REPORT
-    write_atomically(page, next_page(title, result, learned, answer), LearnError)
+    write_atomically(page, report.page, LearnError)
     return page
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,8 +45,7 @@ def couple(
     """Evaluate robot and process in turn until path and forces no longer change."""
     from coupling.run.execute import run_coupling
 
-    work = run_coupling if despite_chatter else _unless_it_chatters("couple", run_coupling)
-    _run(case, output, overwrite, store, no_store, verbose, "couple", work)
+    _run(case, output, overwrite, store, no_store, despite_chatter, verbose, "couple", run_coupling)
 
 
 def compensate(
@@ -60,10 +60,17 @@ def compensate(
     """Correct the command until the tool follows the desired path."""
     from coupling.run.execute import run_compensation
 
-    work = (
-        run_compensation if despite_chatter else _unless_it_chatters("compensate", run_compensation)
+    _run(
+        case,
+        output,
+        overwrite,
+        store,
+        no_store,
+        despite_chatter,
+        verbose,
+        "compensate",
+        run_compensation,
     )
-    _run(case, output, overwrite, store, no_store, verbose, "compensate", work)
 
 
 def report(
@@ -74,8 +81,7 @@ def report(
 ) -> None:
     """Write the report of a result's folder anew, or an index of many."""
     from coupling.report.index_report import write_index
-    from coupling.report.result_page import write_report
-    from coupling.report.stored_result import is_result
+    from coupling.report.stored_result import is_result, write_report
     from coupling.run.console import RunView
 
     write = write_report if is_result(folder) or not folder.is_dir() else write_index
@@ -85,17 +91,16 @@ def report(
     console.print(f"report: {page}")
 
 
-def _unless_it_chatters(
-    kind: Kind, work: Callable[[Case, Watch, Path | None], Run]
-) -> Callable[[Case, Watch, Path | None], Run]:
-    """Return the work that begins only where the cut of its case does not chatter clearly."""
-    from coupling.stability.clear_chatter import refuse_clear_chatter
+@contextmanager
+def ended_by_chatter(folder: Path, verbose: bool) -> Iterator[None]:
+    """End a command whose cut chatters with its limits, which are in a folder, on the screen."""
+    from coupling.stability.clear_chatter import ClearChatterError
 
-    def judged_work(case: Case, watch: Watch, store: Path | None) -> Run:
-        refuse_clear_chatter(case, kind, watch)
-        return work(case, watch, store)
-
-    return judged_work
+    try:
+        yield
+    except ClearChatterError as refusal:
+        print_stability(refusal.stability, folder, verbose)
+        raise typer.Exit(NOT_CONVERGED) from refusal
 
 
 def _run(
@@ -104,22 +109,22 @@ def _run(
     overwrite: bool,
     store: Path | None,
     no_store: bool,
+    despite_chatter: bool,
     verbose: bool,
     kind: Kind,
     work: Callable[[Case, Watch, Path | None], Run],
 ) -> None:
+    from coupling.report.report_file import name_path
     from coupling.run.console import RunView
     from coupling.run_to_folder import run_to_folder
-    from coupling.stability.clear_chatter import ClearChatterError
 
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
-    try:
-        with RunView(console, verbose) as view:
-            finished = run_to_folder(file, folder, overwrite, evaluations, kind, work, view.watch)
-    except ClearChatterError as refusal:
-        print_stability(refusal.stability, folder, verbose)
-        raise typer.Exit(NOT_CONVERGED) from refusal
+    words = None if despite_chatter else (kind, name_path(file))
+    with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
+        finished = run_to_folder(
+            file, folder, overwrite, evaluations, kind, work, view.watch, words
+        )
     print_run(finished, folder, verbose)
     if finished.run.not_stored:
         text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"
@@ -130,11 +135,10 @@ def _run(
 
 def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> None:
     """Say what a run found and where it is."""
-    from coupling.report.run_report import answer_of, run_summary, run_warnings
-    from coupling.report.terminal import print_result
+    from coupling.report.run_report import run_report
+    from coupling.report.terminal import print_report
 
-    stored, warnings = finished.stored, run_warnings(finished.stored.figures)
-    print_result(console, answer_of(stored), run_summary(stored), warnings, verbose)
+    print_report(console, run_report(finished.stored), verbose)
     seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):

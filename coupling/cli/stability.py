@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.arguments import CaseFile, Overwrite, Verbose, numbers_of
+from coupling.cli.arguments import CaseFile, Overwrite, Verbose, posture_of, require_angle
 from coupling.cli.console import console
 from coupling.errors import StabilityError
 
@@ -54,7 +54,7 @@ def stability(
     from coupling.case.file import load_case
     from coupling.files.atomic_folder import FolderKind, require_free, whole_folder
     from coupling.report.report_file import name_path
-    from coupling.report.result_page import write_figures
+    from coupling.report.stored_result import write_figures
     from coupling.results.stability_result import FIGURES
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
@@ -68,8 +68,8 @@ def stability(
     for name, number in (("--rpm", rpm), ("--depth-mm", depth_mm)):
         if number is not None and not 0.0 < number < np.inf:
             raise StabilityError(f"{name}: expected a number > 0, got {number:g}")
-    if feed_deg is not None and not np.isfinite(feed_deg):
-        raise StabilityError(f"--feed-deg: expected a finite angle, got {feed_deg:g}")
+    if feed_deg is not None:
+        require_angle("--feed-deg", feed_deg, StabilityError)
     folder = output or Path("results", f"{case.stem}_stability")
     require_free(folder, kind := FolderKind.of_results("stability"), overwrite)
     with RunView(console) as view:
@@ -81,7 +81,7 @@ def stability(
                 raise StabilityError(
                     "--depth-mm: expected the depth of the cut beside --posture-deg"
                 )
-            posture = np.deg2rad(numbers_of("--posture-deg", posture_deg, StabilityError))
+            posture = np.deg2rad(posture_of(posture_deg, StabilityError))
             speed = cuts.milling.cutter.speed * 30.0 / np.pi if rpm is None else rpm
             feed = np.deg2rad(feed_deg or 0.0)
             placed = cuts.in_posture(posture, float(feed), float(speed), 1e-3 * depth_mm)
@@ -97,11 +97,8 @@ def stability(
 def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> None:
     """Say whether a cut chatters and where that stands."""
     from coupling.files.written_files import REPORT
-    from coupling.report.result_answers import stability_answer
-    from coupling.report.stability_report import stability_summary
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
+    from coupling.report.stability_report import stability_report
+    from coupling.report.terminal import print_report
 
-    remarks = warned((), result.remarks)
-    print_result(console, stability_answer(result), stability_summary(result), remarks, verbose)
+    print_report(console, stability_report(result), verbose)
     console.print(f"Stability: {folder}  (report: {folder / REPORT})")

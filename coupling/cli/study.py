@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import NoStore, StoreFolder, Verbose, store_folder
+from coupling.cli.arguments import DespiteChatter, NoStore, StoreFolder, Verbose, store_folder
 from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED, ended_by_chatter
 from coupling.events import Progress, Watch
-
-_CONVERGED, _NOT_CONVERGED = 0, 1
 
 
 def study(
@@ -36,16 +35,17 @@ def study(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Start a study anew.")] = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
+    despite_chatter: DespiteChatter = False,
     verbose: Verbose = False,
 ) -> None:
     """Sample uncertain robots and simulate the command on each; an interrupted study is resumed."""
     from coupling.case.file import load_case
     from coupling.files.written_files import REPORT
-    from coupling.report.result_answers import study_answer
-    from coupling.report.result_page import write_report
-    from coupling.report.study_report import study_summary
-    from coupling.report.terminal import print_result
+    from coupling.report.report_file import name_path
+    from coupling.report.study_report import study_report
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
+    from coupling.run_to_folder import limits_to_folder
     from coupling.study.conduct import changed_table, open_study, simulate_samples
     from coupling.study.evaluate import write_findings
     from coupling.study.folder import RUN, lock_folder
@@ -57,19 +57,26 @@ def study(
     evaluations = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
-    with lock_folder(folder, overwrite), RunView(console, verbose) as view:
+    with (
+        ended_by_chatter(folder / RUN, verbose),
+        lock_folder(folder, overwrite),
+        RunView(console, verbose) as view,
+    ):
+        if not despite_chatter:
+            words = ("study", name_path(case))
+            limits_to_folder(case, folder / RUN, True, "compensate", words, view.watch)
         place = run or _own_run(case, folder / RUN, evaluations, view.watch)
         study_folder = open_study(folder, loaded, table, place, couple, evaluations)
         result = simulate_samples(study_folder, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(study_folder, result)
-        write_report(folder)
-    stored = read_study(folder)
-    sections = study_summary(stored.figures)
-    print_result(console, study_answer(stored), sections, (), verbose)
+        stored = read_study(folder)
+        report = study_report(stored)
+        report.write(folder)
+    print_report(console, report, verbose)
     console.print(f"Study: {folder}  (report: {folder / REPORT})")
     if not stored.figures.command.converged:
-        raise typer.Exit(_NOT_CONVERGED)
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
@@ -79,5 +86,6 @@ def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path
     from coupling.run_to_folder import run_to_folder
 
     if not (folder / RESULT).exists():
-        run_to_folder(file, folder, False, store, "compensate", run_compensation, watch)
+        # What may be there are the limits of a cut that chattered.
+        run_to_folder(file, folder, True, store, "compensate", run_compensation, watch)
     return folder

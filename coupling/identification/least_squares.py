@@ -175,10 +175,10 @@ class LinearProblem:
         low = self.lowest if low is None else low
         # The last rows hold what is not observable; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
-        residual = np.append(-self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        target = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
         scale = np.where(self.scale > 0.0, self.scale, 1.0)
         ends = (low - self.start) / scale, (high - self.start) / scale
-        step, _ = bounded_step(matrix, residual, *ends)
+        step = bounded_solution(matrix, target, *ends)
         solution = np.where(step <= ends[0], low, self.start + self.scale * step)
         return np.clip(solution, low, high)
 
@@ -209,13 +209,25 @@ def bounded_step(
     if damping:
         damped = np.vstack([damped, np.sqrt(damping) * np.diag(length > 0.0)])
         target = np.append(target, np.zeros(len(low)))
-    step = scale * np.linalg.lstsq(damped, target, rcond=None)[0]
-    if np.any((step < low) | (step > high)):
-        ends = low / scale, high / scale + 1e-12
-        bounded = lsq_linear(damped, target, ends, method="bvls")
-        step = np.clip(np.where(bounded.active_mask < 0, low, scale * bounded.x), low, high)
+    step = np.clip(scale * bounded_solution(damped, target, low / scale, high / scale), low, high)
     after = residual + matrix @ step
     return step, float(0.5 * (residual @ residual - after @ after))
+
+
+def bounded_solution(
+    matrix: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Return the x between bounds that solves matrix x = target best, any units, (P,) like these.
+
+    Args:
+        matrix, target: Matrix, (n, P), and right side, (n,), any units.
+        low, high: Bounds, units of x, (P,) each.
+    """
+    solution: np.ndarray = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    if np.all((low <= solution) & (solution <= high)):
+        return solution
+    bounded = lsq_linear(matrix, target, (low, high + 1e-12), method="bvls")
+    return np.where(bounded.active_mask < 0, low, bounded.x)
 
 
 def reduced_rows(

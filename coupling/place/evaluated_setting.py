@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, StabilityError
+from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.place.placing import Placing
 from coupling.place.screen import ScreenFigures
@@ -40,6 +41,8 @@ class EvaluatedSetting:
         setting: By `NAMES` [m], [rad], (9,).
         content: Text of its case file.
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
+        placed: Its robot.
+        motion: Path, joint angles and wrench there.
         stability: Whether its milling cut chatters; None of another process.
     """
 
@@ -48,6 +51,8 @@ class EvaluatedSetting:
     figures: ScreenFigures
     cost: float
     gears: tuple[GearDiagnosis, ...]
+    placed: PlacedRobot
+    motion: DesiredMotion
     stability: CutStability | None = None
 
     @property
@@ -102,7 +107,9 @@ def evaluate_setting(
     exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held_torque
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
-    return EvaluatedSetting(setting, content, figures, cost, gears, _stability(case))
+    return EvaluatedSetting(
+        setting, content, figures, cost, gears, case.robots[0], desired_motion, _stability(case)
+    )
 
 
 def _stability(case: Case) -> CutStability | None:

@@ -16,6 +16,7 @@ from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.placement_result import (
     MapResult,
     PlacementResult,
@@ -82,9 +83,16 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
         filling=placing.case.place.settings,
         refused=placement.refused,
         present_setting=setting_keys(placing.present),
-        present=None if placement.present is None else _setting(placing, placement.present),
+        present=None
+        if placement.present is None
+        else _setting(placing, placement.present, placement.expected[0]),
         best=tuple(
-            _setting(placing, evaluated, placed_file(number))
+            _setting(
+                placing,
+                evaluated,
+                placement.expected[1] if number == 1 else None,
+                placed_file(number),
+            )
             for number, evaluated in enumerate(placement.best, start=1)
         ),
         maps=tuple(map(_map_result, placement.maps)),
@@ -100,7 +108,10 @@ def _map_result(part_map: PartMap) -> MapResult:
 
 
 def _setting(
-    placing: Placing, evaluated: EvaluatedSetting, file: str | None = None
+    placing: Placing,
+    evaluated: EvaluatedSetting,
+    expected: ExpectedDeviation | None,
+    file: str | None = None,
 ) -> SettingResult:
     figures, goal = evaluated.figures, placing.goal
     return SettingResult(
@@ -109,6 +120,7 @@ def _setting(
         admitted=bool(goal.demands.admits(figures)[0]),
         cost_m=evaluated.cost,
         moved_m=float(goal.deviation(figures)[0]),
+        expected=expected,
         exposure_m=float(goal.demands.exposure(figures)[0]),
         compliance_m_N=float(figures.compliance[0]),
         conditioning=float(figures.conditioning[0]),
@@ -127,6 +139,7 @@ def _setting(
 class StoredPlacement(Shown):
     """A placement read back from its folder."""
 
+    folder: Path
     figures: PlacementResult
     maps: tuple[PartMap, ...]
 
@@ -139,7 +152,7 @@ def read_placement(folder: Path) -> StoredPlacement:
     """
     figures = PlacementResult.read(folder / FIGURES, ResultError)
     if not figures.maps:
-        return StoredPlacement(figures, ())
+        return StoredPlacement(folder, figures, ())
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
@@ -148,7 +161,7 @@ def read_placement(folder: Path) -> StoredPlacement:
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
-    return StoredPlacement(figures, tuple(maps))
+    return StoredPlacement(folder, figures, tuple(maps))
 
 
 def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.errors import PlanningError
+from coupling.errors import BuildError, HostError, PlanningError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, evaluate_setting
@@ -15,7 +15,9 @@ from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import fill_box, refine_settings
 from coupling.place.stations import Stations
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.run.check import timed
+from coupling.run.exact_command import expected_deviation
 
 # Settings this close are one, over the box.
 _SAME_SETTING = 0.02
@@ -31,6 +33,8 @@ class CasePlacement:
         stations: Places of the path that many settings were looked at.
         refused: Number of those of the first look that were refused, by reason.
         present: The case as it is; None where its robot cannot follow its path.
+        expected: Deviation to expect of a corrected command, as it is and in the best setting; None
+            where it is not known.
         durations: Wall time by part [s].
     """
 
@@ -40,6 +44,7 @@ class CasePlacement:
     refused: dict[str, int]
     present: EvaluatedSetting | None
     best: tuple[EvaluatedSetting, ...]
+    expected: tuple[ExpectedDeviation | None, ExpectedDeviation | None]
     maps: tuple[PartMap, ...]
     durations: dict[str, float]
 
@@ -74,6 +79,9 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     with timed("whole path", durations):
         present = _present(placing, process_of)
         best = best_of(placing, settings.settings, process_of, watch)
+    with timed("expected deviation", durations):
+        watch(Progress("simulating robots to expect", 0, 1))
+        expected = _expected(placing, present), _expected(placing, best[0])
     with timed("maps", durations):
         shown = [("present", placing.present), ("best", best[0].setting)]
         maps = []
@@ -87,6 +95,7 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         settings.refused,
         present,
         best,
+        expected,
         tuple(maps),
         durations,
     )
@@ -138,6 +147,17 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
         if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _SAME_SETTING:
             chosen.append(setting)
     return chosen
+
+
+def _expected(placing: Placing, setting: EvaluatedSetting | None) -> ExpectedDeviation | None:
+    """Return the deviation to expect in a setting; None where it cannot be simulated."""
+    if setting is None:
+        return None
+    factors = placing.case.process_table.FORCE_FACTORS
+    try:
+        return expected_deviation(setting.placed, factors, setting.motion)
+    except (BuildError, HostError, SimulationError):
+        return None
 
 
 def _present(placing: Placing, process_of: ProcessOf) -> EvaluatedSetting | None:

@@ -247,6 +247,8 @@ def _is_seen(trace: Any) -> str:
 _SHAPES = {
     "triangle-up": '<path d="M6 11L11 1L16 11Z"/>',
     "triangle-down": '<path d="M6 1L11 11L16 1Z"/>',
+    "x": '<path d="M6 2L8 0L11 3.5L14 0L16 2L12.7 6L16 10L14 12L11 8.5L8 12L6 10L9.3 6Z"/>',
+    "star": '<path d="M11 0L13 4.5H17L14 7.5L15 12L11 9.5L7 12L8 7.5L5 4.5H9Z"/>',
 }
 
 

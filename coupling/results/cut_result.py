@@ -40,6 +40,10 @@ class CutResult(ResultPart):
     course: dict[str, tuple[float, ...]]
 
 
+# First sentence of whatever is asked about a cut that chatters.
+WILL_CHATTER = "This cut will chatter: do not run it."
+
+
 class CutStability(ResultPart):
     """Stability of the cut along a path, at its worst place.
 

@@ -69,6 +69,8 @@ _ADVICE = (
 # Percentiles between which a deviation is expected: of n robots the values of rank p n + 1/2 (Hazen), as
 # far as there are any: the robots are spread evenly, so that each stands for an n-th of all of them.
 _INTERVAL = (5.0, 95.0)
+# Share of the robots that stay below what is expected.
+EXPECTED_SHARE = 0.01 * _INTERVAL[1]
 
 
 @dataclass(frozen=True)

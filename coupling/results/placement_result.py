@@ -9,6 +9,7 @@ from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
 from coupling.results.cut_result import CutStability
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.gear_result import GearDiagnosis
 
 
@@ -28,7 +29,7 @@ class DemandValues(ResultPart):
 class SettingResult(ResultPart):
     """What one setting comes to."""
 
-    sparse: ClassVar = ("file", "stability")
+    sparse: ClassVar = ("file", "expected", "stability")
 
     file: str | None = None
     setting: dict[str, float]
@@ -36,6 +37,7 @@ class SettingResult(ResultPart):
     cost_m: Unbounded
     moved_m: float
     exposure_m: float
+    expected: ExpectedDeviation | None = None
     compliance_m_N: float
     conditioning: float
     limit_margin_rad: Unbounded

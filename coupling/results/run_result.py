@@ -12,6 +12,7 @@ from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.results.drive_result import CommandResult
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
@@ -179,6 +180,18 @@ class RunResult(ResultFile):
     fmu_fingerprint: str
     versions: dict[str, str]
     robots: Annotated[tuple[RobotResult, ...], Field(min_length=1)]
+
+    def expected_deviation(self, further: float | None = None) -> ExpectedDeviation | None:
+        """Return the deviation to expect on the real robot; None where nothing tells.
+
+        Args:
+            further: As of `ExpectedDeviation.among`.
+        """
+        if self.forecast is not None:
+            return ExpectedDeviation(maximum=self.forecast.maximum, is_whole=True)
+        if self.outlook is None:
+            return None
+        return ExpectedDeviation.among(self.outlook.deviation, self.outlook.expected, further)
 
     @property
     def is_stable(self) -> bool:

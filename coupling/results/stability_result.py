@@ -8,7 +8,6 @@ from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart, Unbounded
 from coupling.results.modes_result import Grid, SwingingRobotResult
-from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 
 # File with the figures, in the folder of the result.
@@ -85,7 +84,8 @@ class MarchResult(ResultPart):
 class StabilityResult(Shown, ResultFile):
     """Stability of a case's cuts; docs/milling.md says what the figures are.
 
-    `instead_of` is the command that ended with it, as the cut chatters; None: `stability` itself.
+    `instead_of` has the words of the command that ended with it, as the cut chatters; None: `stability`
+    itself.
     """
 
     what = "the stability of cuts"
@@ -104,7 +104,7 @@ class StabilityResult(Shown, ResultFile):
     case_file: str
     robot: str
     tolerance_m: float | None = None
-    instead_of: Kind | None = None
+    instead_of: tuple[str, ...] | None = None
     sentence: str
     motors: Literal["locked"] = "locked"
     tool_modes: int

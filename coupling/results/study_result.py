@@ -10,6 +10,7 @@ from pydantic import Field
 
 from coupling.path.deviation import Deviation
 from coupling.results.base import ResultFile, ResultPart
+from coupling.results.expected_deviation import ExpectedDeviation
 
 
 class StudySample(ResultPart):
@@ -90,7 +91,10 @@ class StudySource(ResultPart):
 
 
 class StudyResult(ResultFile):
-    """Figures of a study; docs/study.md says what they are."""
+    """Figures of a study; docs/study.md says what they are.
+
+    `chosen` says whether the case varies its parameters on purpose; else robots are those to expect.
+    """
 
     what = "the figures of a study"
 
@@ -108,6 +112,8 @@ class StudyResult(ResultFile):
     failed: dict[str, str]
     command: StudyCommandResult
     quantiles_m: dict[str, dict[str, float]]
+    chosen: bool
+    expected: ExpectedDeviation | None
     parameters: Annotated[tuple[UncertainResult, ...], Field(min_length=1)]
     silent: tuple[str, ...]
     fmu_fingerprint: str

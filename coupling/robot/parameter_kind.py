@@ -40,7 +40,6 @@ class Variation:
 
     Attributes:
         name: Name of it; `_factor` or `_deg` behind it makes its key in a case.
-        low, high: Ends of its range in studies where a case gives none, in the unit of its key.
         replays: Values in it on which a command is replayed, in SI.
         also: Further kinds that differ by the same factor.
         words: Name in sentences where it is not `name`.
@@ -52,8 +51,6 @@ class Variation:
     """
 
     name: str
-    low: float
-    high: float
     replays: tuple[float, ...] = ()
     also: tuple[str, ...] = ()
     words: str = ""
@@ -87,7 +84,7 @@ class Variation:
         """Values of the replays by their names.
 
         Example:
-            >>> Variation("friction", 0.7, 1.3, replays=(1.3, 0.7)).named_replays
+            >>> Variation("friction", replays=(1.3, 0.7)).named_replays
             {'friction +30 %': 1.3, 'friction -30 %': 0.7}
         """
         return {

@@ -118,7 +118,7 @@ PARAMETER_KINDS = {
         # What a data sheet or a static identification is known to.
         prior=0.1,
         motion=MotionTerm("stiffness", "gear", is_needed=True, prior=_DATA_SHEET),
-        variation=Variation("stiffness", 0.98, 1.02, replays=(1.02, 0.98), above_zero=True),
+        variation=Variation("stiffness", replays=(1.02, 0.98), above_zero=True),
         usual={
             "joint.stiffness": _STIFFNESS,
             "joint.stiffness_range": _STIFFNESS,
@@ -131,7 +131,7 @@ PARAMETER_KINDS = {
         "damping",
         "N m s/rad",
         prior=0.3,
-        variation=Variation("damping", 0.8, 1.2, replays=(0.8,)),
+        variation=Variation("damping", replays=(0.8,)),
         usual={"joint.damping": _DAMPING, "joint.tilt.damping": _DAMPING},
     ),
     "backlash": field_kind(
@@ -141,7 +141,7 @@ PARAMETER_KINDS = {
         at_rest=True,
         prior=0.3,
         motion=MotionTerm("backlash", "gear", vanishes=True, most=3.0, prior=_BACKLASH),
-        variation=Variation("backlash", 0.8, 1.2, replays=(1.2, 0.8)),
+        variation=Variation("backlash", replays=(1.2, 0.8)),
         usual={
             "joint.backlash": UsualRange(
                 1e-6, 3e-3, "rad", "half a backlash of up to 20 arc minutes", or_none=True
@@ -158,7 +158,7 @@ PARAMETER_KINDS = {
         at_rest=True,
         prior=0.3,
         motion=MotionTerm("hysteresis", "gear"),
-        variation=Variation("hysteresis", 0.7, 1.3, replays=(1.3, 0.7), place="gears"),
+        variation=Variation("hysteresis", replays=(1.3, 0.7), place="gears"),
         usual={
             "joint.gear.hysteresis.slip_torque": UsualRange(
                 1e-3, 1e4, "N m", "friction in gears, from small arms to the heaviest robots", True
@@ -198,8 +198,6 @@ PARAMETER_KINDS = {
         prior=0.3,
         variation=Variation(
             "friction",
-            0.7,
-            1.3,
             replays=(1.3, 0.7),
             also=("drive.friction.viscous_Nm_s",),
             place="motors",
@@ -258,9 +256,7 @@ PARAMETER_KINDS = {
         "of the start's",
         lambda _: 1.0,
         _scaled_gains,
-        variation=Variation(
-            "servo_gain", 0.8, 1.2, replays=(1.2, 0.8), above_zero=True, place="motors"
-        ),
+        variation=Variation("servo_gain", replays=(1.2, 0.8), above_zero=True, place="motors"),
     ),
     # The largest amplitude of its sines, to which the others are in proportion.
     "gear.kinematic_error.amplitude": entries_kind(
@@ -268,7 +264,7 @@ PARAMETER_KINDS = {
         "amplitude",
         "rad",
         max,
-        variation=Variation("kinematic_error", 0.7, 1.3, place="gears"),
+        variation=Variation("kinematic_error", place="gears"),
         usual={
             "joint.gear.kinematic_error.amplitude": UsualRange(
                 1e-7, 1e-3, "rad", "sines of up to 3 arc minutes, as of toothed belts"
@@ -283,8 +279,6 @@ PARAMETER_KINDS = {
         # The mean square of what a sine does more with any phase is that of one a quarter turn on.
         variation=Variation(
             "kinematic_error_phase",
-            -180.0,
-            180.0,
             replays=(0.5 * np.pi,),
             words="kinematic error's phase",
             replay_words="kinematic error, phase unknown",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +16,8 @@ from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
-from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
+from coupling.run.replayed_command import ReplayedCommand
 from coupling.solve.correction import Correction
 
 
@@ -40,40 +39,31 @@ VARIATIONS = (
     RobotVariation("force +5 %", force=1.05),
 )
 
-# Lowest and highest stiffness by the number of the joint, from 1 [N m/rad].
-StiffnessRanges = Mapping[int, tuple[float, float]]
-
 # Of the noise that is drawn.
 _SEED = 1
 
 
-def replayed(
-    cell: Cell,
-    models: Sequence[SimulatedModel],
-    correction: Correction,
-) -> tuple[Replay, ...]:
+def replayed(command: ReplayedCommand) -> tuple[Replay, ...]:
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
         robots.
     """
+    models = command.models
     if all(model.robot.is_rigid for model in models):
         return ()
     replays = []
-    loaded = correction.response.wrench
     for variation in VARIATIONS:
         differing = [model.differing(variation.difference, variation.name) for model in models]
-        pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
+        pushes = variation.force != 1.0 and bool(np.any(command.wrench.wrench))
         differs = any(
             new.robot is not model.robot for new, model in zip(differing, models, strict=True)
         )
         if not (differs or pushes):
             continue
-        path = cell.with_robots(differing).simulate(
-            correction.joints, loaded.scaled(variation.force), "dynamic"
-        )
-        replay = Replay.of(variation.name, path, correction.desired)
+        path = command.path_on(differing, variation.force)
+        replay = Replay.of(variation.name, path, command.desired)
         replays.append(replay.keeping(path) if variation.name.startswith(BACKLASH) else replay)
     return tuple(replays)
 
@@ -110,7 +100,7 @@ def noise_replays(
 def _compute(command: CheckedCommand) -> tuple[Replay, ...]:
     cell, correction, time = command.cell, command.correction, command.case.desired.time
     return (
-        *replayed(cell, command.models, correction),
+        *replayed(ReplayedCommand.of(command)),
         *noise_replays(cell, time, command.noise, correction),
     )
 

@@ -12,9 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
+from coupling.case.case import PlacedRobot
+from coupling.case.robots import OneOfDrives
 from coupling.files.gear_table import ARCMIN, sheet_elements
-from coupling.robot.simulated_model import SimulatedModel
-from elastic_robot.description import Joint, Robot
+from elastic_robot.description import Joint
 from elastic_robot.drive import Drive
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -27,9 +28,6 @@ ROTOR_FREQUENCY, RATE_BANDWIDTH = 13.8, 57.5
 POSITION_GAIN, INTEGRAL_TIME = 10.0, 0.05
 # Coulomb friction [rad] and viscous friction [s] over the stiffness.
 FRICTION, VISCOUS = 2.0e-4, 2.3e-4
-
-# What simulates a robot, by its description, torque curve and drive.
-Simulate = Callable[[Robot, str, str], SimulatedModel]
 
 
 def _with_backlash(joint: Joint) -> Joint:
@@ -78,20 +76,20 @@ class UsualValue:
     name: str
     complete: Callable[[Joint], Joint]
     backlash: bool = False
-    drive: str | None = None
+    drive: OneOfDrives | None = None
 
-    def completed(self, model: SimulatedModel) -> SimulatedModel:
-        """Return a model with it; its FMU is still that without."""
+    def completed(self, placed: PlacedRobot) -> PlacedRobot:
+        """Return a robot with it."""
         joints = [
             joint if joint.stiffness is None else self.complete(joint)
-            for joint in model.robot.joints
+            for joint in placed.description.joints
         ]
-        needs_curve = self.backlash and not TORQUE_CURVES[model.torque_curve].has_backlash
+        needs_curve = self.backlash and not TORQUE_CURVES[placed.torque_curve].has_backlash
         return replace(
-            model,
-            robot=replace(model.robot, joints=tuple(joints)),
-            torque_curve="backlash" if needs_curve else model.torque_curve,
-            drive=self.drive or model.drive,
+            placed,
+            description=replace(placed.description, joints=tuple(joints)),
+            torque_curve="backlash" if needs_curve else placed.torque_curve,
+            drive=self.drive or placed.drive,
         )
 
 
@@ -103,7 +101,7 @@ USUAL_VALUES = (
 )
 
 
-def left_out(models: Sequence[SimulatedModel]) -> tuple[UsualValue, ...]:
+def left_out(robots: Sequence[PlacedRobot]) -> tuple[UsualValue, ...]:
     """Return what any of the robots has not.
 
     Of two that complete the robots alike, as where a file has servos with friction and the case leaves
@@ -111,22 +109,31 @@ def left_out(models: Sequence[SimulatedModel]) -> tuple[UsualValue, ...]:
     """
     values: list[UsualValue] = []
     for number, value in enumerate(USUAL_VALUES):
-        robots = [value.completed(model) for model in models]
+        same = [value.completed(placed) for placed in robots]
         later = USUAL_VALUES[number + 1 :]
-        if robots != list(models) and not any(
-            robots == [completion.completed(model) for model in models] for completion in later
+        if any(map(_differs, same, robots)) and not any(
+            not any(map(_differs, same, [completion.completed(placed) for placed in robots]))
+            for completion in later
         ):
             values.append(value)
     return tuple(values)
 
 
+def _differs(placed: PlacedRobot, other: PlacedRobot) -> bool:
+    return (placed.description, placed.torque_curve, placed.drive) != (
+        other.description,
+        other.torque_curve,
+        other.drive,
+    )
+
+
 def completed(
-    models: Sequence[SimulatedModel], values: Sequence[UsualValue], simulate: Simulate
-) -> list[SimulatedModel]:
-    """Return models with usual values, and the FMUs of these robots."""
-    robots = []
-    for model in models:
+    robots: Sequence[PlacedRobot], values: Sequence[UsualValue]
+) -> tuple[PlacedRobot, ...]:
+    """Return robots with usual values."""
+    whole = []
+    for placed in robots:
         for value in values:
-            model = value.completed(model)
-        robots.append(simulate(model.robot, model.torque_curve, model.drive))
-    return robots
+            placed = value.completed(placed)
+        whole.append(placed)
+    return tuple(whole)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from coupling.case.case import Case
 from coupling.errors import CouplingError, PlanningError, StabilityError
 from coupling.events import Progress, WarningEvent, Watch
-from coupling.results.run_result import Kind
 from coupling.results.stability_result import StabilityResult
 from coupling.stability.analysis import stability_along_path
 from coupling.stability.case_cut import CaseCuts, is_milling
@@ -23,19 +24,16 @@ class ClearChatterError(CouplingError):
         super().__init__(f"{stability.case}: {stability.sentence}")
         self.stability = stability
 
-    def of_case_file(self, name: str) -> ClearChatterError:
-        """Return the same with the name of its case file, as commands name it."""
-        return ClearChatterError(self.stability.model_copy(update={"case_file": name}))
 
-
-def refuse_clear_chatter(case: Case, command: Kind, watch: Watch) -> None:
+def refuse_clear_chatter(case: Case, file: str, words: Sequence[str], watch: Watch) -> None:
     """Refuse a cut that chatters clearly, as `Judgement.chatters_clearly` says.
 
     A case that mills nothing or cannot be judged is not refused; its command says why.
 
     Args:
         case: The case.
-        command: Command that would be computed.
+        file: Its file, as commands name it.
+        words: Words of the command that would compute it.
         watch: Function called with the verdict, and then with the progress of its limits.
 
     Raises:
@@ -53,4 +51,6 @@ def refuse_clear_chatter(case: Case, command: Kind, watch: Watch) -> None:
         return
     watch(WarningEvent(f"{path.sentence}: no command is computed, only the limits of this cut"))
     limits = stability_along_path(cuts, watch)
-    raise ClearChatterError(limits.model_copy(update={"instead_of": command}))
+    raise ClearChatterError(
+        limits.model_copy(update={"case_file": file, "instead_of": tuple(words)})
+    )

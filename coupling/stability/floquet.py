@@ -146,10 +146,11 @@ class PeriodOperator:
                     first += len(rule.points)
         if first > _MOST_IN_ALL:
             waves = structure.fastest / (2.0 * np.pi)
+            most = waves * cut.period * _MOST_IN_ALL / first
             raise StabilityError(
-                f"stability at {cut.rpm:.4g} 1/min: expected at most some 150 waves of the fastest mode,"
-                f" {waves:.4g} Hz, between two teeth, got {waves * cut.period:.0f}: raise the speed, or"
-                " leave out the tool's fastest modes"
+                f"stability at {cut.rpm:.4g} 1/min: expected at most some {most:.0f} waves of the"
+                f" fastest mode, {waves:.4g} Hz, in {1e3 * cut.period:.3g} ms, a period of the cut,"
+                f" got {waves * cut.period:.0f}: raise the speed, or leave out the tool's fastest modes"
             )
         return cls(structure, cut, elements)
 

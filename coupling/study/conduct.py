@@ -23,7 +23,9 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample, StudySource
+from coupling.run.drawn_plants import ExpectedRobots
 from coupling.run.stored_run import CASE, StoredRun, read_run
+from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 from coupling.study.folder import (
     ROWS,
     begin,
@@ -32,7 +34,6 @@ from coupling.study.folder import (
     points_of,
     require_same,
 )
-from coupling.study.parameters import GROWS, StudyParameters, draw_samples
 from coupling.study.robot_pool import StudyJob, Workers, simulate_here
 from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
@@ -114,7 +115,7 @@ def open_study(
     if not parameters.entries:
         raise StudyError(
             "study: expected a parameter that changes something in this case, got"
-            f" {', '.join(parameters.silent)}"
+            f" {', '.join(parameters.silent) or 'none that a file or a source gives a range'}"
         )
     identity = _identity(case, table, work)
     if require_same(folder, identity):
@@ -178,18 +179,24 @@ def _simulate(
 
 def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:
     robots = [run.robots[robot.name] for robot in case.robots]
+    wrench = WrenchHistory.of_tools([loaded_robot.wrench for loaded_robot in robots])
+    has_force = bool(np.any(wrench.wrench))
+    if case.study.spreads():
+        placed, parameters = case.robots, UncertainParameters.chosen(case, has_force)
+    else:
+        expected = ExpectedRobots.of(case, has_force)
+        placed, parameters = expected.completed, expected.parameters
     fmus = []
     with ScratchFolder() as scratch:
-        for robot in case.robots:
+        for robot in placed:
             file = scratch / f"{robot.name}.fmu"
             build_fmu(robot.description, file, BuildOptions(case.fmu))
             fmus.append(file.read_bytes())
-    wrench = WrenchHistory.of_tools([loaded_robot.wrench for loaded_robot in robots])
     return StudyJob(
         kind=case.fmu,
-        robots=case.robots,
+        robots=placed,
         fmus=tuple(fmus),
-        parameters=StudyParameters.of(case, loaded=bool(np.any(wrench.wrench))),
+        parameters=parameters,
         desired=ToolPath.of_tools([loaded_robot.desired for loaded_robot in robots]),
         achieved=ToolPath.of_tools([loaded_robot.achieved for loaded_robot in robots]),
         joints=JointPath.of_robots([loaded_robot.joints for loaded_robot in robots]),

@@ -8,6 +8,7 @@ import numpy as np
 
 from coupling.errors import StudyError, reason_of
 from coupling.files.atomic_file import AtomicFile
+from coupling.results.outlook import EXPECTED_SHARE
 from coupling.results.study_result import (
     InfluenceResult,
     StudyCommandResult,
@@ -85,7 +86,7 @@ def _figures(
 ) -> StudyResult:
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
-    shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
+    shares = sorted({tail, 0.5, table.coverage, 1.0 - tail, EXPECTED_SHARE})
     model = run.shares_m.dynamic_after
     assert model is not None  # a study is one of a compensation
     return StudyResult(
@@ -106,6 +107,10 @@ def _figures(
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
             for name, values in figures.items()
         },
+        chosen=bool(study.table.spreads()),
+        expected=run.expected_deviation(
+            None if study.table.spreads() else float(quantile(figures["maximum"], EXPECTED_SHARE))
+        ),
         parameters=_parameters(study, points, figures),
         silent=study.work.parameters.silent,
         fmu_fingerprint=run.fmu_fingerprint,

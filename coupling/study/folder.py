@@ -30,7 +30,7 @@ from coupling.files.written_files import (
     is_of_kind,
     remove_written,
 )
-from coupling.study.parameters import GROWS, StudyParameters, draw_samples
+from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES = "samples.csv", "bands.csv", "study.json"
@@ -120,7 +120,7 @@ def different(first: Mapping[str, Any], second: Mapping[str, Any], above: str = 
 
 
 def begin(
-    folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: StudyParameters
+    folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: UncertainParameters
 ) -> None:
     """Begin a study of points, in their units, (n, k), without what one that never began has left."""
     (folder / ROWS).unlink(missing_ok=True)
@@ -128,7 +128,7 @@ def begin(
     write_atomically(folder / IDENTITY, tomlkit.dumps(dict(identity)), StudyError)
 
 
-def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) -> None:
+def write_points(folder: Path, points: np.ndarray, parameters: UncertainParameters) -> None:
     """Write the values of all samples' parameters, in their units, (n, k)."""
     table = np.column_stack([np.arange(len(points)), points])
     write_whole_table(folder / POINTS, ("sample", *parameters.names), table)
@@ -141,7 +141,7 @@ def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def points_of(
-    folder: Path, design: str, count: int, seed: int, parameters: StudyParameters
+    folder: Path, design: str, count: int, seed: int, parameters: UncertainParameters
 ) -> np.ndarray:
     """Return the values, (count, k), in their units, of a begun study's samples, maybe more now.
 

@@ -22,8 +22,8 @@ from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
+from coupling.run.uncertain_parameters import SampledRobots, UncertainParameters
 from coupling.solve.fixed_point import Coupling
-from coupling.study.parameters import SampledRobots, StudyParameters
 from coupling.study.statistics import parts_of_path
 
 # Parts of the path's time of which a sample keeps the largest deviation.
@@ -59,7 +59,7 @@ class StudyJob:
     kind: str
     robots: tuple[PlacedRobot, ...]
     fmus: tuple[bytes, ...]
-    parameters: StudyParameters
+    parameters: UncertainParameters
     desired: ToolPath
     achieved: ToolPath
     joints: JointPath

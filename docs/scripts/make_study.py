@@ -81,7 +81,11 @@ def cone() -> str:
     )
     ((first, _), *_) = figures.ordered
     save("study_cone", *_pictures(study))
-    return f"{quantiles}\n\n{significance}\n\nMost of it is due to `{first.name}`."
+    text = (
+        "Usual values of what the robot file leaves out move all robots; of their scatter"
+        f" `{first.name}` decides most."
+    )
+    return f"{quantiles}\n\n{significance}\n\n{text}"
 
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:

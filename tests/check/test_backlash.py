@@ -9,7 +9,6 @@ import pytest
 from line_case import line_case
 
 from coupling.case.case import Case
-from coupling.check.backlash import exact_command
 from coupling.check.robot_findings import examine_robots
 from coupling.files.robot_file import find_robot
 from coupling.inverse.diagnosis import gear_loads
@@ -18,8 +17,10 @@ from coupling.path.deviation import measure
 from coupling.path.interpolation import SampledPath
 from coupling.results.outlook import Replay
 from coupling.run import robustness
+from coupling.run.exact_command import exact_command
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.gear_loads import wanted_of
+from coupling.run.replayed_command import ReplayedCommand
 from docs.scripts.robots_with_backlash import (
     EVEN,
     FANUC_HOME,
@@ -72,7 +73,9 @@ def replays(monkeypatch):
         with FmuPool(case.fmu) as models:
             cell, simulated = cell_of(case.robots, models)
             found = case.method.correct(case.loop(cell), case.motion)
-            replays = robustness.replayed(cell, simulated, found)
+            replays = robustness.replayed(
+                ReplayedCommand(cell, simulated, found.joints, found.response.wrench, found.desired)
+            )
         return {own.name: own for own in replays}
 
     return run

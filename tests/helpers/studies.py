@@ -52,3 +52,11 @@ def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
 
 
 SAMPLES = 32
+# Parameters that are varied on purpose.
+CHOSEN = """
+[study]
+stiffness_factor = [0.98, 1.02]
+damping_factor   = [0.8, 1.2]
+backlash_factor  = [0.8, 1.2]
+force_factor     = [0.95, 1.05]
+"""

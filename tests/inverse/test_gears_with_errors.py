@@ -12,7 +12,6 @@ from random_robots import make_robot, with_gear_parts
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from coupling.check.backlash import exact_command
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.command import rigid_command
 from coupling.inverse.diagnosis import loads_along
@@ -34,6 +33,7 @@ from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.exact_command import exact_command
 from coupling.run.predicted_motor_torques import predict_motor_torques
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot

@@ -9,7 +9,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from slipping_robot import replayed, with_hysteresis
 
-from coupling.check.backlash import exact_command
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.diagnosis import GearLoads, diagnosed
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
@@ -21,6 +20,7 @@ from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
+from coupling.run.exact_command import exact_command
 
 HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])
 TORQUES = (120.0, 120.0, 90.0, 25.0, 20.0, 0.0)  # [N m]

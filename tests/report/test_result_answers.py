@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from first_screens import GLOSSARY, printed, words_of
 
 from coupling.path.deviation import Deviation
-from coupling.report.result_answers import (
-    modes_answer,
-    next_answer,
-    place_answer,
-    refused_answer,
-    stability_answer,
-    study_answer,
-)
+from coupling.place.folder import StoredPlacement
+from coupling.report.modes_report import modes_answer
+from coupling.report.next_report import next_answer, refused_answer
+from coupling.report.place_report import place_answer
+from coupling.report.stability_report import stability_answer, stability_report
+from coupling.report.study_report import study_answer
 from coupling.results.cut_result import CutStability
+from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
 from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesResult
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer
-from coupling.results.stability_result import StabilityPoint, StabilityResult
+from coupling.results.stability_result import (
+    FeedChartResult,
+    PartChartResult,
+    StabilityPoint,
+    StabilityResult,
+)
 from coupling.results.study_result import (
     InfluenceResult,
     ShareResult,
@@ -73,7 +78,7 @@ def next_screen(expected: float | None, worse: bool = False, tolerance: float | 
         tolerance_m=tolerance,
         sentences=("",),
         runs=(last,),
-        step=LearningStep(0, 0, worse, 1.0, 2.0),
+        step=LearningStep(0, worse, 1.0),
         parameters_refused="the run excites nothing",
         forecast=None if expected is None else forecast(expected),
     )
@@ -88,6 +93,7 @@ def setting(exposure: float, cost: float, **changed: object) -> SettingResult:
         "cost_m": cost,
         "moved_m": 4e-4,
         "exposure_m": exposure,
+        "expected": {"maximum": 1.5 * exposure, "is_whole": True},
         "compliance_m_N": 1e-6,
         "conditioning": 0.1,
         "limit_margin_rad": math.inf,
@@ -107,11 +113,16 @@ def place_screen(
         free=("x", "yaw"),
         forced=True,
     )
-    return place_answer(figures, "results/cone_placed")
+    return place_answer(StoredPlacement(Path("results/cone_placed"), figures, ()))
 
 
 def study_screen(
-    share: float, tolerance: float | None, *, converged: bool = True, failed: int = 0
+    share: float,
+    tolerance: float | None,
+    *,
+    converged: bool = True,
+    failed: int = 0,
+    chosen: bool = False,
 ) -> Answer:
     """Return the first screen of a study of 100 robots, `share` of which stay below 0.2 mm."""
     deviations = np.where(np.arange(100) < round(100 * share), 1e-4, 4e-4)[: 100 - failed]
@@ -128,6 +139,10 @@ def study_screen(
         failed={str(k): "beyond its limits" for k in range(failed)},
         command=StudyCommandResult(converged=converged, reason="stopped", deviation_m=size),
         quantiles_m={"maximum": {"0.95": float(np.quantile(deviations, 0.95))}},
+        chosen=chosen,
+        expected=ExpectedDeviation(
+            maximum=3e-4 if chosen else float(np.quantile(deviations, 0.95)), is_whole=True
+        ),
         parameters=(
             UncertainResult(
                 name="backlash of joint 4",
@@ -138,10 +153,12 @@ def study_screen(
         ),
     )
     empty = np.empty(0)
-    return study_answer(StoredStudy(figures, (), empty, {"maximum": deviations}, empty, {}))
+    return study_answer(
+        StoredStudy(Path("study"), figures, (), empty, {"maximum": deviations}, empty, {})
+    )
 
 
-def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+def stability_result(stable: bool, moved: float, tolerance: float | None) -> StabilityResult:
     point = StabilityPoint(
         time=1.0,
         posture_deg=(0.0,),
@@ -157,7 +174,7 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         unloaded_joints=(),
         moved_m=moved,
     )
-    result = StabilityResult(
+    return StabilityResult(
         case="slot",
         case_file="my cases/slot.toml",
         robot="",
@@ -172,7 +189,10 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         stable_rpm=((3300.0, 3500.0),),
         version="0",
     )
-    return stability_answer(result)
+
+
+def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+    return stability_answer(stability_result(stable, moved, tolerance))
 
 
 def modes_screen(softest: float | None, in_case: bool = True):
@@ -246,9 +266,15 @@ CASES = {
         "NO PLACE",
         "",
     ),
-    "study: good": (study_screen(0.99, 2e-4), True, "GOOD ENOUGH: 95 %", "export"),
-    "study: not enough": (study_screen(0.7, 2e-4), False, "NOT GOOD ENOUGH: 95 %", "identify"),
-    "study: not stated": (study_screen(0.99, None), None, "95 % of the robots", ""),
+    "study: good": (study_screen(0.99, 2e-4), True, "GOOD ENOUGH: expect", "export"),
+    "study: not enough": (study_screen(0.7, 2e-4), False, "NOT GOOD ENOUGH: expect", "identify"),
+    "study: chosen": (
+        study_screen(0.99, 2e-4, chosen=True),
+        False,
+        "NOT GOOD ENOUGH: of the robots that differ in backlash of joint 4 alone",
+        "identify",
+    ),
+    "study: not stated": (study_screen(0.99, None), None, "Expect the tool within", ""),
     "study: not finished": (
         study_screen(0.99, 2e-4, converged=False),
         False,
@@ -263,7 +289,7 @@ CASES = {
     ),
     "cut: good": (stability_screen(True, 1e-4, 2e-4), True, "This cut will not", "compensate"),
     "cut: soft": (stability_screen(True, 3e-4, 2e-4), None, "This cut will not", "compensate"),
-    "cut: not stated": (stability_screen(True, 3e-4, None), None, "This cut will not", ""),
+    "cut: not stated": (stability_screen(True, 3e-4, None), True, "This cut will not", ""),
     "cut: chatters": (stability_screen(False, 1e-4, 2e-4), False, "This cut will chatter", ""),
 }
 
@@ -318,6 +344,21 @@ def test_a_place_where_the_cut_chatters_is_none():
     answer = place_screen(setting(1e-4, 1.0, stability=cut.model_dump()), None, 2e-4)
     assert answer.good is False
     assert "x 1.25 m, yaw 30 deg. The cut chatters" in answer.reason
+
+
+def test_a_cut_without_a_limit_has_no_empty_pictures():
+    """Over the feed and the part, as far as there is one."""
+    result = stability_result(True, 1e-4, None)
+    for limit, names in ((None, {"part"}), (1e-3, {"feed", "part"})):
+        part = PartChartResult(x_m=(0.0,), y_m=(0.0,), limit_m=((limit,),), least_m=((1e-3,),))
+        charts = {
+            "over_feed": FeedChartResult(feed_deg=(0.0,), limit_m=(limit,)),
+            "over_part": part,
+        }
+        sections = stability_report(result.model_copy(update=charts)).sections()
+        drawn = {section.name: len(section.figures) for section in sections if section.figures}
+        assert set(drawn) == names
+        assert drawn["part"] == (1 if limit is None else 2)
 
 
 def test_the_share_of_robots_that_keep_the_tolerance_counts_those_that_fail():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from line_case import line_case
+from placed_robots import placed_robot
 from places import CASES
 
 from coupling.case.file import load_case
@@ -16,8 +17,7 @@ from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.process.milling_table import MillingForceTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
-from coupling.robot.simulated_model import SimulatedModel
-from coupling.run.drawn_plants import DRAWN_ROBOTS, assumed_ranges, basis_of, drawn_differences
+from coupling.run.drawn_plants import DRAWN_ROBOTS, ExpectedRobots, assumed_ranges
 from coupling.run.execute import run_compensation
 
 pytestmark = pytest.mark.usefixtures("drawn_robots")
@@ -27,32 +27,35 @@ RANGES = {1: (5e6, 4e7), 4: (1e6, 3e6)}
 
 def test_draws_fill_the_ranges_evenly_in_their_logarithm_and_leave_the_other_gears(example):
     """The same at each call; of 64 draws each quarter of a range has 16."""
-    models = [SimulatedModel(example, "backlash", None)]
-    drawn = list(drawn_differences(models, [RANGES], (0.84, 1.0), 64, seed=1))
-    again = list(drawn_differences(models, [RANGES], (0.84, 1.0), 64, seed=1))
-    assert drawn == again
-    factors = np.array([differences[0].amounts["stiffness"] for differences, _ in drawn])
-    own = [joint.stiffness for joint in example.joints]
+    placed = placed_robot(example, ranges=RANGES)
+    expected = ExpectedRobots.among([placed], (0.84, 1.0), assumes=False)
+    drawn = list(expected.draws(64))
+    assert drawn == list(expected.draws(64))
+    factors = np.array([draw.differences[0].amounts["stiffness"] for draw in drawn])
+    stiffness = [joint.stiffness for joint in example.joints]
     for number, (low, high) in RANGES.items():
-        along = np.log(factors[:, number - 1] * own[number - 1] / low) / np.log(high / low)
+        along = np.log(factors[:, number - 1] * stiffness[number - 1] / low) / np.log(high / low)
         assert np.all(np.histogram(along, 4, (0.0, 1.0))[0] == 16)
     assert np.all(np.delete(factors, [0, 3], axis=1) == 1.0)
-    force = np.array([factor for _, factor in drawn])
+    force = np.array([draw.force for draw in drawn])
     assert np.all(np.histogram(force, 4, (0.84, 1.0))[0] == 16)
 
 
 def test_what_no_source_states_is_named(example):
-    models = [SimulatedModel(example, "backlash", None)]
-    part = basis_of(models, [RANGES], None)
+    part = ExpectedRobots.among([placed_robot(example, ranges=RANGES)], None, assumes=False).basis
     assert part.drawn == ("the stated stiffness of 2 gears",)
     assert part.missing[:2] == ("the stiffness of 3 gears", "the force")
     assert not part.is_whole
-    whole = basis_of(models, [dict.fromkeys(range(1, 6), (1e6, 3e7))], (0.84, 1.0))
+    known = placed_robot(example, ranges=dict.fromkeys(range(1, 6), (1e6, 3e7)))
+    whole = ExpectedRobots.among([known], (0.84, 1.0)).basis
     assert whole.is_whole
     assert whole.drawn == ("the stated stiffness of 5 gears", "84 to 100 % of the force")
-    free = basis_of(models, [dict.fromkeys(range(1, 6), (1e6, 3e7))], None, has_force=False)
+    free = ExpectedRobots.among([known], None, has_force=False).basis
     assert (free.is_whole, free.drawn) == (True, whole.drawn[:1])
     assert whole.missing == ("errors of the file's backlash", "kinematic errors of the gears")
+    assumed = ExpectedRobots.among([placed_robot(example, ranges=RANGES)], (0.84, 1.0)).basis
+    assert assumed.is_whole
+    assert assumed.drawn[1] == "an assumed 25 % of the stiffness of 3 gears"
 
 
 def test_real_forces_differ_from_the_computed_ones_as_much_as_they_were_measured_to():

@@ -13,6 +13,7 @@ from motor_file import with_motors
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
+from coupling.case.plant import StudyTable
 from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -24,8 +25,8 @@ from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.plant import in_words
 from coupling.run.stored_run import StoredRobot, read_run
+from coupling.run.uncertain_parameters import UncertainParameters
 from coupling.study.conduct import _work
-from coupling.study.parameters import StudyParameters
 from coupling.study.robot_pool import RobotPool
 from elastic_robot.description import Robot
 from elastic_robot.drive import Drive
@@ -139,21 +140,16 @@ def test_a_plant_has_other_motors(finished, tmp_path):
 
 
 def test_a_study_samples_motors_where_they_move(finished, tmp_path):
-    """By default 0.7 to 1.3 of the friction, 0.8 to 1.2 of the gains; samples are robots by hand."""
+    """Samples are robots by hand; a factor of what an ideal drive has not changes nothing."""
     case, stored, folder = finished
-    usual = StudyParameters.of(case, loaded=False)
-    spread = {entry.name: entry.range for entry in usual.entries}
-    assert spread["friction_factor"] == pytest.approx((0.7, 1.3))
-    assert spread["servo_gain_factor"] == pytest.approx((0.8, 1.2))
-    each = StudyParameters.of(
+    both = {"friction_factor": [0.7, 1.3], "servo_gain_factor": [0.8, 1.2]}
+    case = replace(case, study=StudyTable.model_validate(both))
+    each = UncertainParameters.chosen(
         case_of(tmp_path, "", "[study]\nfriction_factor = [0.5, 1.5]\njoints = 'each'"), False
     )
     assert each.names == tuple(f"friction_factor[{i}]" for i in range(1, 6))
-    ideal = case_of(tmp_path, 'drive = "ideal"')
-    names = StudyParameters.of(ideal, loaded=False)
-    assert not any("friction" in name or "gain" in name for name in (*names.names, *names.silent))
     given = case_of(tmp_path, 'drive = "ideal"', "[study]\nfriction_factor = [0.5, 1.5]")
-    assert StudyParameters.of(given, loaded=False).silent == ("friction_factor",)
+    assert UncertainParameters.chosen(given, loaded=False).silent == ("friction_factor",)
     work = _work(case, read_run(folder), folder, couple=False)
     values = {"friction_factor": 0.75, "servo_gain_factor": 1.1}
     with RobotPool(work) as pool:
@@ -252,14 +248,8 @@ def test_plants_and_studies_have_other_kinematic_errors(tmp_path):
     )
     with pytest.raises(CaseError, match="kinematic_error_phase_deg: expected one number, or 6"):
         case_of(tmp_path, "", "[plant]\nkinematic_error_phase_deg = [1.0, 2.0]")
-    usual = StudyParameters.of(with_sines(tmp_path), loaded=False)
-    ends = {entry.name: entry.range for entry in usual.entries}
-    assert ends["kinematic_error_factor"] == pytest.approx((0.7, 1.3))
-    assert ends["kinematic_error_phase_deg"] == pytest.approx((-180.0, 180.0))
-    bare = StudyParameters.of(case_of(tmp_path), loaded=False)
-    assert not any("kinematic" in name for name in (*bare.names, *bare.silent))
     table = "[study]\nkinematic_error_phase_deg = [-90.0, 90.0]\njoints = 'each'"
-    each = StudyParameters.of(with_sines(tmp_path, more=table), loaded=False)
+    each = UncertainParameters.chosen(with_sines(tmp_path, more=table), loaded=False)
     assert each.names == tuple(f"kinematic_error_phase_deg[{i}]" for i in range(1, 7))
     (sampled,) = each.sampled([0.0, 45.0, 0.0, 0.0, 0.0, 0.0]).differences
     assert sampled.amounts == {

@@ -24,9 +24,9 @@ from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
-from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_summary
+from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member
@@ -39,6 +39,7 @@ from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.gear_loads import diagnose_robots
+from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.robustness import VARIATIONS, replayed
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
@@ -197,7 +198,15 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     replays = {}
     for robot in (example, with_elements(example, 3)):
         fmu = Recorder(found.achieved)
-        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found)
+        rows = replayed(
+            ReplayedCommand(
+                cell,
+                (SimulatedModel(robot, "backlash", fmu),),
+                found.joints,
+                found.response.wrench,
+                found.desired,
+            )
+        )
         replays[robot] = [row.name for row in rows], fmu.slip_torques
     (names, before), (more, after) = replays.values()
     assert names == NAMES

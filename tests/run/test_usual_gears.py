@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from placed_robots import placed_robot
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.usual_gears import FRICTION, VISCOUS, completed, left_out, usual_drive
 
 
 def names(robot, torque_curve="backlash", drive="ideal"):
     """Return what is left out."""
-    return [own.name for own in left_out([SimulatedModel(robot, torque_curve, None, drive)])]
+    return [own.name for own in left_out([placed_robot(robot, torque_curve, drive)])]
 
 
 def without(robot, **values):
@@ -45,19 +45,15 @@ def test_a_usual_motor_is_the_median_of_the_published_ones():
 
 def test_a_robot_is_completed_by_what_it_has_not(example):
     """The example has backlash alone; completed it lacks nothing, and what it had is as it was."""
-    values = left_out([SimulatedModel(example, "backlash", None)])
+    values = left_out([placed_robot(example)])
     assert [own.name for own in values] == [
         "hysteresis 0.5 arc minutes wide",
         "servos",
         "servos and friction",
     ]
-    (whole,) = completed(
-        [SimulatedModel(example, "backlash", None)],
-        values,
-        lambda robot, curve, drive: SimulatedModel(robot, curve, None, drive),
-    )
-    assert names(whole.robot, whole.torque_curve, whole.drive) == []
-    for own, old in zip(whole.robot.joints, example.joints, strict=True):
+    (whole,) = completed([placed_robot(example)], values)
+    assert names(whole.description, whole.torque_curve, whole.drive) == []
+    for own, old in zip(whole.description.joints, example.joints, strict=True):
         assert (own.stiffness, own.backlash) == (old.stiffness, old.backlash)
         assert (own.drive is None) == (own.stiffness is None)
     assert names(without(example, backlash=0.0))[0] == "backlash of 0.2 arc minutes"
@@ -66,10 +62,10 @@ def test_a_robot_is_completed_by_what_it_has_not(example):
 def test_a_curve_without_backlash_leaves_it_out(example):
     """The file's own backlash counts then."""
     assert "backlash of 0.2 arc minutes" in names(example, "linear")
-    (value,) = [own for own in left_out([SimulatedModel(example, "linear", None)]) if own.backlash]
-    other = value.completed(SimulatedModel(example, "linear", None))
+    (value,) = [own for own in left_out([placed_robot(example, "linear")]) if own.backlash]
+    other = value.completed(placed_robot(example, "linear"))
     assert other.torque_curve == "backlash"
-    assert other.robot.joints[0].backlash == example.joints[0].backlash
+    assert other.description.joints[0].backlash == example.joints[0].backlash
 
 
 @pytest.mark.parametrize(("drive", "said"), [("ideal", ["servos and friction"]), ("servo", [])])

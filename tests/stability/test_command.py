@@ -54,6 +54,9 @@ K_ae_N_m          = 7.0e2
 ONE = ["--posture-deg", "0,10,-20,0,-60,0", "--feed-deg", "30", "--rpm", "3000"]
 
 
+AS_COUPLE = ("slot.toml", ("couple", "slot.toml"), unwatched)
+
+
 def slot(folder: Path, depth: float = 0.002, more: str = "") -> Path:
     file = folder / "slot.toml"
     file.write_text(SLOT.format(depth=depth) + more)
@@ -194,7 +197,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
     def fails(*_: object) -> str:
         raise StabilityError("no page")
 
-    monkeypatch.setattr("coupling.report.result_page.stability_page", fails)
+    monkeypatch.setattr("coupling.report.result_report.document", fails)
     assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 2
     assert (out / "stability.json").read_bytes() == before
     assert (out / "report.html").is_file()
@@ -220,7 +223,9 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
         ([*ONE, "--depth-mm", "nan"], "--depth-mm"),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
-        ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "finite angle"),
+        ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "at most 3600 deg, got inf"),
+        ([*ONE, "--depth-mm", "1", "--feed-deg", "1e300"], "at most 3600 deg, got 1e+300"),
+        (["--posture-deg", "0,1e9,0,0,0,0", "--depth-mm", "1"], "at most 3600 deg, got 1e+09"),
     ],
 )
 def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
@@ -354,7 +359,7 @@ def test_a_cut_that_chatters_clearly_is_not_computed(
     assert re.search(rf"elastic-robot {kind} \S+slot.toml --despite-chatter", told)
     assert not GLOSSARY.search(told)
     stored = json.loads((folder / "stability.json").read_text())
-    assert stored["instead_of"] == kind
+    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml")]
     assert stored["chart"]["rpm"]
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()
@@ -398,11 +403,11 @@ def test_a_cut_is_clear_only_if_it_chatters_where_its_force_lifts_the_tool(tmp_p
 
 
 def test_a_cut_that_cannot_be_judged_or_is_stable_is_not_refused(tmp_path):
-    refuse_clear_chatter(load_case("examples/cases/cone.toml"), "couple", unwatched)
-    refuse_clear_chatter(load_case(slot(tmp_path, 0.0005)), "couple", unwatched)
+    refuse_clear_chatter(load_case("examples/cases/cone.toml"), *AS_COUPLE)
+    refuse_clear_chatter(load_case(slot(tmp_path, 0.0005)), *AS_COUPLE)
     file = slot(tmp_path)
     file.write_text(file.read_text().replace("[1.6, 0.0, 0.6]", "[9.0, 0.0, 0.6]"))  # out of reach
-    refuse_clear_chatter(load_case(file), "couple", unwatched)
+    refuse_clear_chatter(load_case(file), *AS_COUPLE)
 
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):

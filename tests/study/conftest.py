@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 from command_line import command
-from studies import SAMPLES, moving
+from studies import CHOSEN, SAMPLES, moving
 
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Path:
-    return moving(tmp_path_factory.mktemp("case"))
+    return moving(tmp_path_factory.mktemp("case"), CHOSEN)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
-from coupling.study.parameters import DESIGNS
+from coupling.run.uncertain_parameters import DESIGNS
 from coupling.study.statistics import (
     DeviationBand,
     influences,

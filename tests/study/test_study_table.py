@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from line_case import moving_line
@@ -9,11 +11,11 @@ from places import LINE_CASE
 from studies import moving
 
 from coupling.case.file import load_case
-from coupling.case.plant import Distribution
+from coupling.case.plant import Distribution, StudyTable
 from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.run.uncertain_parameters import UncertainParameter, UncertainParameters
 from coupling.study.conduct import changed_table
-from coupling.study.parameters import StudyParameter, StudyParameters
 
 # What is wrong with [study], and what the one message must contain.
 BAD_STUDIES = {
@@ -46,29 +48,31 @@ def test_a_bad_study_is_one_message(tmp_path, name):
 
 def test_what_means_nothing_is_left_out():
     """A linear robot has no backlash to be uncertain of, a free one no force."""
-    case = load_case(LINE_CASE)
-    assert StudyParameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
-    assert StudyParameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
-    assert StudyParameters.of(case, loaded=True).names[-1] == "force_factor"
+    factors = {f"{name}_factor": [0.9, 1.1] for name in ("stiffness", "backlash", "force")}
+    case = replace(load_case(LINE_CASE), study=StudyTable.model_validate(factors))
+    assert UncertainParameters.chosen(case, loaded=False).names == ("stiffness_factor",)
+    assert UncertainParameters.chosen(case, loaded=False).silent == (
+        "backlash_factor",
+        "force_factor",
+    )
+    assert UncertainParameters.chosen(case, loaded=True).names[-1] == "force_factor"
 
 
 def test_slip_torques_are_uncertain_where_gears_have_elements(tmp_path):
-    """By 30 %, all alike or each by itself; without elements it is left out, in silence if not asked."""
+    """All alike or each by itself; without elements it is left out."""
     gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
     text = find_robot("icme2008").read_text().replace("backlash  =", f"{gear}backlash  =", 2)
     (tmp_path / "robot.toml").write_text(text)
     slipping = ('"icme2008"', '"robot.toml"')
 
-    def parameters(more: str, *changes: tuple[str, str]) -> StudyParameters:
+    def parameters(more: str, *changes: tuple[str, str]) -> UncertainParameters:
         (tmp_path / "case.toml").write_text(f"{moving_line(*changes)}\n[study]\n{more}\n")
-        return StudyParameters.of(load_case(tmp_path / "case.toml"), loaded=False)
+        return UncertainParameters.chosen(load_case(tmp_path / "case.toml"), loaded=False)
 
-    alike = parameters("", slipping)
-    assert alike.names == tuple(
-        f"{name}_factor" for name in ("stiffness", "damping", "backlash", "hysteresis")
-    )
-    assert alike.entries[-1].range == pytest.approx((0.7, 1.3))
-    (changed,) = alike.sampled([1.0, 1.0, 1.0, 0.9]).differences
+    alike = parameters("hysteresis_factor = [0.5, 1.5]", slipping)
+    assert alike.names == ("hysteresis_factor",)
+    assert alike.entries[-1].range == pytest.approx((0.5, 1.5))
+    (changed,) = alike.sampled([0.9]).differences
     robot = load_robot(tmp_path / "robot.toml")
     assert changed.values(robot, "backlash") == {
         f"joint[{i}].hysteresis": pytest.approx(36.0, rel=1e-15) for i in (1, 2)
@@ -77,13 +81,12 @@ def test_slip_torques_are_uncertain_where_gears_have_elements(tmp_path):
     assert each.names == ("hysteresis_factor[1]", "hysteresis_factor[2]")
     (changed,) = each.sampled([1.0, 0.5]).differences
     assert changed.values(robot, "linear") == {"joint[2].hysteresis": 20.0}
-    assert "hysteresis_factor" not in (*parameters("").names, *parameters("").silent)
     assert parameters("hysteresis_factor = [0.5, 1.5]").silent == ("hysteresis_factor",)
 
 
 def test_normal_parameters_have_their_moments():
     """Mean and deviation of a normal distribution that is cut off at three of it: 0.9733 of it."""
-    parameter = StudyParameter("force_factor", Distribution(mean=1.0, deviation=0.1))
+    parameter = UncertainParameter("force_factor", Distribution(mean=1.0, deviation=0.1))
     values = parameter.at((np.arange(20_000) + 0.5) / 20_000)
     assert values.mean() == pytest.approx(1.0, abs=1e-6)
     assert values.std() == pytest.approx(0.1 * np.sqrt(0.97334), rel=1e-4)

@@ -36,7 +36,7 @@ _WORSE, _DEVIATIONS = 1.1, 2.0
 _VALUES = 6.0
 # Cutoffs of the first correction and of all [Hz]: above these has a correction more noise than signal;
 # and where gears pass through a backlash that was not learned, which fast corrections make them do.
-_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.4, 1.5)
+_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.8, 1.5)
 # A place is worse where its mean square is so many times the best one's, and converges where it is such
 # a part of that; least gain.
 _WORSE_PLACE, _CONVERGES, _LEAST_GAIN = 2.0, 0.5, 0.25
@@ -90,7 +90,7 @@ def learning_step(
 ) -> LearningStep:
     """Return how the last run compares with the best one, and up to which frequency to learn.
 
-    The cutoff doubles with every run, as what is worse for it is taken back.
+    The cutoff doubles after every run that is not worse, and is halved after one that is.
 
     Args:
         sizes: Measured deviation of every run.
@@ -101,14 +101,19 @@ def learning_step(
         >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
         >>> runs = [size(4e-4), size(4e-5), size(9e-5)]
         >>> learning_step(runs, False, NextOptions())
-        LearningStep(base=1, worse=True, cutoff=3.0)
+        LearningStep(base=1, worse=True, cutoff=1.5)
     """
-    last = len(sizes) - 1
-    best = min(range(len(sizes)), key=lambda run: options.rms_of(sizes[run]))
-    worse = is_worse(sizes[last], sizes[best], options)
-    first, highest = _CAUTIOUS if is_cautious else _CUTOFFS
-    cutoff = options.cutoff or min(first * 2.0**last, highest)
-    return LearningStep(best if worse else last, worse, cutoff)
+    best, worse = 0, False
+    cutoff, highest = _CAUTIOUS if is_cautious else _CUTOFFS
+    if options.cutoff is not None:
+        cutoff = highest = options.cutoff
+    for run, size in enumerate(sizes):
+        if run:
+            worse = is_worse(size, sizes[best], options)
+            cutoff = 0.5 * cutoff if worse else min(2.0 * cutoff, highest)
+        if options.rms_of(size) < options.rms_of(sizes[best]):
+            best = run
+    return LearningStep(best if worse else len(sizes) - 1, worse, cutoff)
 
 
 def learn_path(

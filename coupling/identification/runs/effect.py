@@ -163,7 +163,7 @@ class SecantEffect:
         fmus: FMUs of the robot of the file, to run side by side.
         run: The measured run.
         effect: The gears' equation, for parameters without significant effect.
-        change: Changes of the log factors for differences [1], (P,).
+        change: Changes of the log factors for differences [1], (P,), or of each.
 
     Attributes:
         shown: Numbers of the parameters with a significant effect.
@@ -174,13 +174,13 @@ class SecantEffect:
         fmus: Sequence[RobotFmu],
         run: MeasuredPath,
         effect: ParameterEffect,
-        change: np.ndarray,
+        change: np.ndarray | float,
     ) -> None:
         self._fmus, self._effect, self._run = fmus, effect, run
-        self._change, prior = change, prior_of(effect.parameters)
+        prior = prior_of(effect.parameters)
+        self._change = np.broadcast_to(change, len(prior))
         # What is left to the equation is left as it is for the parameters of the file.
         self._plain = effect(np.zeros(len(prior)), run.measured.time)
-        self._last: tuple[object, np.ndarray] = None, self._plain
         motion = self._plain - self._plain.mean(axis=0)
         shifts, turns = (
             prior * np.sqrt(np.mean(np.sum(part**2, axis=1), axis=0))
@@ -204,12 +204,6 @@ class SecantEffect:
             x: Log factors around which [1], (P,).
             time: Times of the measurement, but for its clock [s], (n,).
         """
-        key = x.tobytes(), time.tobytes()
-        if self._last[0] != key:
-            self._last = key, self._columns(x, time)
-        return self._last[1]
-
-    def _columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         columns = self._plain.copy()
         # Towards what was known before, where the robot is better known.
         change = np.where(x > 0.0, -self._change, self._change)

@@ -4,9 +4,6 @@ A fit to a whole run has local minima: derivatives do not show that a gear cross
 or not at all, and a fit of everything but a few crossings takes these for outliers.  The error of a
 crossing has decayed a second later, so the window is extended along the run as far as the residual is
 explained, with a restart at other backlash and damping (`backlash_trials`) where it exceeds the noise.
-Gears that swing cross at times that are decided by parts in a thousand of the parameters some seconds
-before: where much more is left of an extension than of the part before, the run is no longer
-predictable, and the parameters are those of that part.
 
 Until then rows have a fifth of the weight of their noise, which smooths the cost.  They are whitened by
 the likeliest spectrum of what the model does not describe, a slow one until the whole run is looked at:
@@ -30,7 +27,6 @@ from coupling.identification.runs.linearisation import (
     FitPoint,
     Restart,
     RunLinearisation,
-    size_of,
 )
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
@@ -53,8 +49,6 @@ from coupling.robot.robot_fmu import RobotFmu
 _CHANGE, _LEAST_CHANGE = 0.05, 0.002
 # Steps of a fit at most, and fits by rows that count by their noise, each with a spectrum of its own.
 _STEPS, _SETTLING = 30, 2
-# A part in which so many times as much is left as before is not predictable.
-_LOST = 3.0
 # A step that is predicted to make the measurement likelier by less ends a fit: noise explains 0.5 for
 # every unknown.
 _SETTLED = 0.15
@@ -84,14 +78,12 @@ class ParameterFit(FitPoint):
         converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
         spectrum: Spectrum of what the model does not describe.
-        seconds: Part of every run that it is fitted to, as far as they are predictable [s].
     """
 
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
     spectrum: UnmodelledSpectrum
-    seconds: float
 
 
 class Fitter:
@@ -116,23 +108,19 @@ class Fitter:
         """
         longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
         whole, now = self._whole, self._whole.framed(start)
-        before, seconds, explained, level = 0.0, _window(whole, now, 0.0), None, 1.0
+        seconds = _window(whole, now, 0.0)
         # A run that a robot explains already has nothing that the model does not describe.
         spectrum = USUAL if seconds < np.inf else NONE
-        while before < np.inf:
+        while seconds < np.inf:
             part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _restarted(part, part.at(now.z), level)
+            here = _restarted(part, part.at(now.z))
             spectrum = _likeliest(here, SLOW_SPECTRA)
-            if explained is not None and _is_lost(here, spectrum, before):
-                break
-            explained, before, level = here, seconds, max(part.over_noise(here.point), 1.0)
             whole = FitObjective(self.problem, spectrum)
             now = whole.at(here.point.z)
-            progress(round(1e3 * min(before, 1e-3 * longest)), 2 * longest)
-            seconds = _window(whole, now, before, _is_noise(part, here.point))
+            progress(min(round(1e3 * seconds), longest), 2 * longest)
+            seconds = _window(whole, now, seconds, _is_noise(part, here.point))
         progress(longest, 2 * longest)
-        assert explained is not None
-        return Fitter(explained.objective.problem)._settled(explained, before)
+        return self._settled(_restarted(FitObjective(self.problem, spectrum), now))
 
     def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
         """Return what given parameters leave, behind the frame that fits them best.
@@ -147,7 +135,7 @@ class Fitter:
         """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         return self._whole.noise(residuals)
 
-    def _settled(self, now: RunLinearisation, seconds: float) -> ParameterFit:
+    def _settled(self, now: RunLinearisation) -> ParameterFit:
         """Return the most likely robot near what was found, and how sure it is."""
         for _ in range(_SETTLING):
             spectrum = _likeliest(now, SPECTRA)
@@ -163,7 +151,6 @@ class Fitter:
             converged=fit.converged,
             left_over=left_over,
             spectrum=spectrum,
-            seconds=seconds,
         )
 
     def _counted(
@@ -191,7 +178,7 @@ class Fitter:
         simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
         but not what other gears do meanwhile.
         """
-        secants = self.problem.secants(np.full(len(self.problem.parameters), _CHANGE))
+        secants = self.problem.secants(_CHANGE)
         by_secants, by_equation = (
             np.linalg.inv(
                 now.objective.equations(now.point, now.objective.slopes(now.x, derivatives))[0]
@@ -241,23 +228,11 @@ def _refined(objective: FitObjective, start: FitPoint) -> RunLinearisation:
     return estimate(_with_secants(here), _free(objective), _STEPS, _SETTLED).experiment
 
 
-def _is_lost(now: RunLinearisation, spectrum: UnmodelledSpectrum, before: float) -> bool:
-    """Whether much more is left of what was looked at last than of what was before [s]."""
-    objective = FitObjective(now.objective.problem, spectrum)
-    earlier, later = [], []
-    for mean, rows in zip(objective.slow, objective.at(now.x).rows, strict=True):
-        is_late = mean.time - mean.time[0] > before
-        earlier.append(rows[~is_late])
-        later.append(rows[is_late])
-    least = max(objective.noise(now.point.residuals), FLOOR)
-    return any(map(len, later)) and size_of(later) > _LOST * max(size_of(earlier), least)
-
-
-def _restarted(objective: FitObjective, start: FitPoint, level: float) -> RunLinearisation:
-    """Return what is found from unknowns and, if that leaves more than noise times a level, beside."""
+def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
+    """Return what is found from some unknowns and, if that leaves more than noise, beside them."""
     here = _refined(objective, start)
     now = here.point
-    restart = None if _is_noise(objective, now, level) else _best_restart(here)
+    restart = None if _is_noise(objective, now) else _best_restart(here)
     if restart is None:
         return here
     aside, fitted = restart.point, objective.try_at(restart.z, now.scale)
@@ -280,11 +255,11 @@ def _with_secants(now: RunLinearisation) -> RunLinearisation:
     return replace(now, derivatives=problem.secants(change), reach=change, exact_at=None)
 
 
-def _is_noise(part: FitObjective, now: FitPoint, level: float = 1.0) -> bool:
-    """Whether hardly more is left than noise times a level, by how much chance there is in that."""
+def _is_noise(part: FitObjective, now: FitPoint) -> bool:
+    """Whether hardly more is left than noise, by how much chance there is in that."""
     means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
     chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
-    return part.over_noise(now) <= level * max(_NEAR_NOISE, chance)
+    return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
 def _best_restart(now: RunLinearisation) -> Restart | None:
@@ -293,8 +268,7 @@ def _best_restart(now: RunLinearisation) -> Restart | None:
     All else is fitted to these with derivatives that are known, which tells the best gear and side.
     """
     problem = now.objective.problem
-    secants = problem.secants(np.full(len(problem.parameters), _CHANGE))
-    shown = {int(k) for secant in secants for k in secant.shown}
+    shown = {int(k) for secant in problem.secants(_CHANGE) for k in secant.shown}
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
         return now.objective.fit_others(now.point, now.slopes, step, fmu)

@@ -38,8 +38,6 @@ from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 
-# What is learned must leave less than this part of what the robot file leaves.
-_WORTH = 0.9
 # A motor under its command is no farther off the model's than this [rad], or this part of its motion.
 _ANGLE_OFF, _PART_OFF = 1e-3, 0.5
 # More than so many times the noise is not noise.
@@ -84,9 +82,9 @@ class Learned:
         return size_of(self.before.slow), size_of(self.fit.slow)
 
     @property
-    def whitened_rms(self) -> tuple[float, float]:
-        """The same of rows as they count beside what the model does not describe [m]."""
-        return size_of(self.before.rows), size_of(self.fit.rows)
+    def whitened_rms(self) -> float:
+        """Rms of rows as they count beside what the model does not describe [m]."""
+        return size_of(self.fit.rows)
 
     @property
     def noise_left(self) -> float:
@@ -114,14 +112,8 @@ class Learned:
             unknown = discrepancy(before, after, self.noise_left)
             lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
             return f"nothing is identifiable: {lacks}"
-        before, after = self.whitened_rms
-        if after > _WORTH * before:
-            return (
-                "the residual that parameters can explain beside slow errors would be"
-                f" {format_um(after)} um with the learned parameters, with the robot file it is"
-                f" {format_um(before)} um: no improvement"
-            )
         adrift = mostly_in_backlash(self.gears, last)
+        after = self.whitened_rms
         if after > _FAR * self.noise_left and adrift:
             return (
                 f"{format_um(after)} um remain, noise alone would be {format_um(self.noise_left)} um,"
@@ -145,12 +137,6 @@ class Learned:
             if run.measured.motors
             for words in run.measured.motors.remarks
         ]
-        if np.isfinite(self.fit.seconds):
-            remarks.append(
-                f"only the first {self.fit.seconds:.3g} s are predictable, and learned from: after them"
-                " gears that swing without load cross their backlash at times that are decided by less"
-                " than is known of the robot"
-            )
         if not self.unexplained or self.refusal:
             return remarks
         return [
@@ -197,7 +183,6 @@ def learn(
     fit = Fitter(problem).fit(
         start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
-    problem = problem.until(fit.seconds)
     spread = spread_of(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)

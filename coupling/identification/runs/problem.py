@@ -104,11 +104,11 @@ class FitProblem:
         """Return the problem of the first seconds of every measured run."""
         return replace(self, runs=tuple(run.until(seconds) for run in self.runs))
 
-    def secants(self, change: np.ndarray) -> tuple[SecantEffect, ...]:
+    def secants(self, change: np.ndarray | float) -> tuple[SecantEffect, ...]:
         """What the parameters do in each measured run, by differences of simulations.
 
         Args:
-            change: Changes of the log factors [1], (P,).
+            change: Changes of the log factors [1], (P,), or of each.
         """
         return tuple(
             SecantEffect(self.fmus, run, effect, change)

@@ -128,12 +128,13 @@ def test_what_does_not_repeat_is_averaged_where_the_deviation_no_longer_shrinks(
     assert learning_gain(np.append(still, [[1.0]], axis=1), 0.0)[1] == 0.5
 
 
-def test_the_cutoff_doubles_with_every_run():
+def test_the_cutoff_doubles_after_every_run_that_is_not_worse():
     """Up to 3 Hz; up to 1.5 Hz where backlash is unknown, and never where one is asked for."""
+    assert step_after([8e-4, 2e-4, 9e-4]).cutoff == 1.5
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
     assert [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)] == [1.5, 3.0, 3.0, 3.0]
     cautious = [step_after(runs[:count], is_cautious=True).cutoff for count in (1, 2, 3, 4)]
-    assert cautious == [0.4, 0.8, 1.5, 1.5]
+    assert cautious == [0.8, 1.5, 1.5, 1.5]
     assert learning_step(sizes_of(runs), False, NextOptions(cutoff=0.7)).cutoff == 0.7
 
 

@@ -63,7 +63,7 @@ def test_what_friction_does_to_motors_is_what_simulations_do(robots):
     one = recorded(own, own.none, every=3)
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
     one = _with_weights(one, effect, own.fmu, tight)
-    secant = SecantEffect((own.fmu,), one, effect, np.full(len(own.none), 0.02))
+    secant = SecantEffect((own.fmu,), one, effect, 0.02)
     slow = SlowPart.of(one.measured.time, 1.0)
     told, found = (slow(by(own.none, one.measured.time)[:, 6:]) for by in (effect, secant))
     for k, parameter in enumerate(own.parameters):

@@ -62,7 +62,7 @@ def test_what_the_equations_say_of_hysteresis_and_friction_is_what_simulations_d
     own = Robots(tight, robots.models, seconds=4.0, drive="servo")
     one = own.measured(own.moved(own.none), every=3)
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
-    secant = SecantEffect((own.fmu,), one, effect, np.full(len(own.none), 0.02))
+    secant = SecantEffect((own.fmu,), one, effect, 0.02)
     slow = SlowPart.of(one.measured.time, 1.0)
     told, found = (slow(by(own.none, one.measured.time)[:, :3]) for by in (effect, secant))
     apart: dict[str, list[float]] = {"hysteresis": [], "friction": []}

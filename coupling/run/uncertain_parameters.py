@@ -9,15 +9,27 @@ import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, Distribution, StudyTable
-from coupling.robot.differences import RobotDifference
+from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
 
 # Names of the differences of robots, which may be one for each joint, by their keys.
 _VARIED = {variation.key: name for name, (_, variation) in VARIED.items()}
+_STIFFNESS = VARIED["stiffness"][1].key
+
+# Lowest and highest stiffness by the number of the joint, from 1 [N m/rad].
+StiffnessRanges = Mapping[int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class StudyParameter:
+class LogUniform:
+    """Distribution whose logarithm is uniform from low to high, both > 0."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class UncertainParameter:
     """An uncertain parameter.
 
     Attributes:
@@ -25,13 +37,12 @@ class StudyParameter:
             robot's name before it where there are two robots.
 
     Example:
-        >>> StudyParameter("stiffness_factor", Distribution(low=0.98, high=1.02)).at(np.array([0.0, 0.5,
-        ...     1.0]))
-        array([0.98, 1.  , 1.02])
+        >>> UncertainParameter("stiffness_factor[1]", LogUniform(0.5, 2.0)).at(np.array([0.0, 0.5, 1.0]))
+        array([0.5, 1. , 2. ])
     """
 
     name: str
-    spread: Distribution
+    spread: Distribution | LogUniform
 
     @property
     def range(self) -> tuple[float, float]:
@@ -42,6 +53,8 @@ class StudyParameter:
     def at(self, share: np.ndarray) -> np.ndarray:
         """Return the values that are not exceeded with given probabilities, any shape."""
         spread = self.spread
+        if isinstance(spread, LogUniform):
+            return spread.low * (spread.high / spread.low) ** share
         if spread.low is not None and spread.high is not None:
             return spread.low + (spread.high - spread.low) * share
         from scipy.stats import truncnorm
@@ -52,6 +65,8 @@ class StudyParameter:
     def in_words(self) -> str:
         """Return its distribution, for people."""
         spread = self.spread
+        if isinstance(spread, LogUniform):
+            return f"uniform in its logarithm, {spread.low:.4g} to {spread.high:.4g}"
         if spread.low is not None:
             return f"uniform, {spread.low:g} to {spread.high:g}"
         return f"normal, mean {spread.mean:g}, deviation {spread.deviation:g}"
@@ -64,10 +79,15 @@ class SampledRobots:
     differences: tuple[RobotDifference, ...]
     force: float
 
+    @classmethod
+    def as_the_model(cls, count: int) -> SampledRobots:
+        """Return so many robots that do not differ."""
+        return cls((AS_THE_MODEL,) * count, 1.0)
+
 
 @dataclass(frozen=True)
-class StudyParameters:
-    """The uncertain parameters of a study.
+class UncertainParameters:
+    """Uncertain parameters of the robots of a case, and of its force.
 
     Attributes:
         payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
@@ -75,37 +95,72 @@ class StudyParameters:
         silent: Keys that are not among the entries, as they change nothing in this case.
     """
 
-    entries: tuple[StudyParameter, ...]
+    entries: tuple[UncertainParameter, ...]
     robots: tuple[str, ...]
     joints: tuple[int, ...]
     payload_position: tuple[float, ...] | None = None
     silent: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, case: Case, loaded: bool) -> StudyParameters:
-        """Return the uncertain parameters of a case.
+    def expected(
+        cls,
+        robots: Sequence[PlacedRobot],
+        ranges: Sequence[StiffnessRanges],
+        force_factors: tuple[float, float] | None,
+    ) -> UncertainParameters:
+        """Return those of robots of which no more is known than ranges, of each gear independently.
+
+        Args:
+            ranges: Stiffness of their gears [N m/rad].
+            force_factors: Lowest and highest real force over the process's; None: as the process's.
+        """
+        entries = [
+            UncertainParameter(
+                f"{_who(robot.name, len(robots))}{_STIFFNESS}[{number}]",
+                LogUniform(low / stiffness, high / stiffness),
+            )
+            for robot, limits in zip(robots, ranges, strict=True)
+            for number, (low, high) in sorted(limits.items())
+            if (stiffness := robot.description.joints[number - 1].stiffness) is not None
+        ]
+        if force_factors is not None:
+            low, high = force_factors
+            entries.append(UncertainParameter("force_factor", Distribution(low=low, high=high)))
+        return cls._of(entries, robots)
+
+    @classmethod
+    def _of(
+        cls,
+        entries: Sequence[UncertainParameter],
+        robots: Sequence[PlacedRobot],
+        payload_position: tuple[float, ...] | None = None,
+        silent: Sequence[str] = (),
+    ) -> UncertainParameters:
+        return cls(
+            tuple(entries),
+            tuple(robot.name for robot in robots),
+            tuple(len(robot.description.joints) for robot in robots),
+            payload_position,
+            tuple(silent),
+        )
+
+    @classmethod
+    def chosen(cls, case: Case, loaded: bool) -> UncertainParameters:
+        """Return those that a case varies on purpose.
 
         Args:
             loaded: Whether its command works against any wrench.
         """
-        table, robots = case.study, tuple(robot.name for robot in case.robots)
-        entries: list[StudyParameter] = []
+        table = case.study
+        entries: list[UncertainParameter] = []
         silent = []
         for key, spread in table.spreads().items():
             names = _names(key, table, case, loaded)
-            # Without elements or motors a default is none of the case's: nothing is left out.
-            optional = key in _VARIED and VARIED[_VARIED[key]][1].place
-            if not names and (not optional or getattr(table, key) is not None):
+            if not names:
                 silent.append(key)
-            entries += [StudyParameter(name, spread) for name in names]
+            entries += [UncertainParameter(name, spread) for name in names]
         place = table.payload_position_m
-        return cls(
-            tuple(entries),
-            robots,
-            tuple(len(robot.description.joints) for robot in case.robots),
-            None if place is None else tuple(place),
-            tuple(silent),
-        )
+        return cls._of(entries, case.robots, None if place is None else tuple(place), silent)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -204,6 +259,6 @@ DESIGNS = {"sobol": sobol, "latin-hypercube": latin_hypercube}
 GROWS = ("sobol",)
 
 
-def draw_samples(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
+def draw_samples(design: str, count: int, seed: int, parameters: UncertainParameters) -> np.ndarray:
     """Return the values of the parameters of a design's samples, in their units, (count, k)."""
     return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
