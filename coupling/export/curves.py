@@ -19,7 +19,7 @@ class SampledCurve(Protocol):
         """Return the values on the straight way from some values to others.
 
         Args:
-            start, end: Values, units as of `values`, (m, k).
+            start, end: Values, units as of `values`, (m, k), or (1, k) of one way.
             share: Share of the way, 0 to 1, (m,).
         """
 
@@ -61,15 +61,15 @@ class PoseCurve:
 
     def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return poses on a straight line, turning evenly about one axis."""
-        cosine = np.clip(np.sum(start[:, 3:] * end[:, 3:], axis=1), -1.0, 1.0)
+        cosine = np.einsum("ij,ij->i", start[:, 3:], end[:, 3:])
         far = np.where(cosine[:, None] < 0.0, -end[:, 3:], end[:, 3:])
-        angle = np.arccos(np.abs(cosine))
+        angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
         small = angle < _SMALL_ANGLE
         sine = np.where(small, 1.0, np.sin(angle))
         first = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
         second = np.where(small, share, np.sin(share * angle) / sine)
         quaternion = first[:, None] * start[:, 3:] + second[:, None] * far
-        quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
+        quaternion /= _norms(quaternion)[:, None]
         position = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
         return np.hstack([position, quaternion])
 

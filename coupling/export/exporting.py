@@ -233,7 +233,7 @@ def straight_error(
         return 0.0
     rows = slice(start + 1, end)
     share = (time[rows] - time[start]) / (time[end] - time[start])
-    first, last = (np.repeat(curve.values[k : k + 1], len(share), axis=0) for k in (start, end))
+    first, last = (curve.values[k : k + 1] for k in (start, end))
     return float((curve.errors(curve.between(first, last, share), rows) / tolerance[rows]).max())
 
 
