@@ -167,7 +167,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
     assert (
-        "of the robots that differ in stiffness_factor and damping_factor and backlash_factor"
+        "Of the robots that differ in stiffness_factor and damping_factor and backlash_factor"
         in page
     )
     assert f"95 % stay within {in_words(limit)}" in page
