@@ -15,10 +15,11 @@ from itertools import chain
 from pathlib import Path
 from time import monotonic
 from typing import Any, ClassVar
+from weakref import WeakValueDictionary
 
 import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
+from fmpy.fmi1 import FMICallException, printLogMessage
 from fmpy.fmi2 import (
     FMU2Slave,
     calloc,
@@ -267,10 +268,31 @@ class Driver(ABC):
     def _set_parameters(self, job: SimulationJob) -> None:
         apply_start_values(self.slave, self._description, dict(job.parameters))
 
-    def _log(self, *message: Any) -> None:
+    def log(self, *message: Any) -> None:
+        """Keep the text of a message of the FMU if it is an error."""
         # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
         if message[-3] > _WARNING:
             self._errors.append(message[-1].decode(errors="replace").strip())
+
+
+# Drivers that have an instance of FMI 2.0, by the environment that its messages name.
+_drivers: WeakValueDictionary[int, _Fmi2] = WeakValueDictionary()
+
+
+def _log_by_environment(environment: int | None, *message: Any) -> None:
+    driver = _drivers.get(environment or 0)
+    if driver is None and len(_drivers) == 1:
+        # Some FMUs do not say whose message it is.
+        (driver,) = _drivers.values()
+    if driver is None:
+        printLogMessage(environment, *message)
+    else:
+        driver.log(*message)
+
+
+# FMPy's proxy calls the logger that it was given last for all instances of the process, so it must
+# outlive every driver and hand the messages of other instances on.
+_LOGGER = fmi2CallbackLoggerTYPE(_log_by_environment)
 
 
 class _Fmi2(Driver):
@@ -280,10 +302,12 @@ class _Fmi2(Driver):
 
     def instantiate(self) -> None:
         callbacks = fmi2CallbackFunctions(
-            logger=fmi2CallbackLoggerTYPE(self._log),
+            logger=_LOGGER,
             allocateMemory=fmi2CallbackAllocateMemoryTYPE(calloc),
             freeMemory=fmi2CallbackFreeMemoryTYPE(free),
+            componentEnvironment=id(self),
         )
+        _drivers[id(self)] = self
         addLoggerProxy(ctypes.byref(callbacks))
         self.slave.instantiate(callbacks=callbacks, loggingOn=True)
 
@@ -294,6 +318,7 @@ class _Fmi2(Driver):
 
     def free(self) -> None:
         self.slave.fmi2FreeInstance(self.slave.component)
+        _drivers.pop(id(self), None)
 
 
 class _Fmi3(Driver):
@@ -302,7 +327,7 @@ class _Fmi3(Driver):
     counted = True
 
     def instantiate(self) -> None:
-        self.slave.instantiate(loggingOn=True, logMessage=self._log)
+        self.slave.instantiate(loggingOn=True, logMessage=self.log)
 
     def enter_initialization(self, job: SimulationJob) -> None:
         self._set_parameters(job)

@@ -59,7 +59,7 @@ class Robot:
             modelIdentifier=self._description.coSimulation.modelIdentifier,
         )
         self._callbacks = fmi2.fmi2CallbackFunctions(
-            logger=fmi2.fmi2CallbackLoggerTYPE(_log),
+            logger=_LOGGER,
             allocateMemory=fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc),
             freeMemory=fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free),
         )
@@ -116,3 +116,7 @@ class Robot:
 def _log(environment: object, instance: object, status: int, category: bytes, text: bytes) -> None:
     if status >= ERROR:
         print(text.decode(errors="replace"), file=sys.stderr)
+
+
+# FMPy's proxy keeps it for all later instances of the process.
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(_log)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from native_core import CURVES, Core, CoreError, with_settings
 from random_robots import make_robot
 
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu.stepped import SteppedFmu
 from elastic_robot.description import Robot
 from elastic_robot.settings import SETTINGS
 
@@ -102,6 +105,18 @@ def test_the_log_tells_of_chaos_once(native, capfd):
     said = capfd.readouterr().out
     assert said.count("expected small errors to stay small") == 1
     assert "tcp_tolerance does not bound the error" in said
+
+
+def test_instances_of_others_are_heard_after_a_robot_was_stepped(native, example_fmu, capfd):
+    """FMPy's proxy would call the logger of the robot that is no more."""
+    for _ in range(3):
+        with SteppedFmu(example_fmu, ("force.x",), ("tcp.x",)):
+            pass
+    gc.collect()
+    slave = native.slave(logging=True)
+    with pytest.raises(FMICallException):
+        slave.setReal([4_000_000_000], [1.0])
+    assert "value reference of a real variable: expected" in capfd.readouterr().out
 
 
 POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
