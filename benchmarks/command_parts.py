@@ -30,7 +30,7 @@ PARTS = {
     "coupling.place.screen": {"Screen.figures": "screen"},
     "coupling.place.coarse_screen": {"CoarseScreen.figures": "screen"},
     "coupling.files.csv_table": {"write_table": "tables", "read_table": "tables"},
-    "coupling.report.run_report": {"write_pages": "page"},
+    "coupling.report.result_report": {"ResultReport.write": "page"},
     "coupling.fmu_export.build": {"build_fmu": "FMU"},
 }
 _NOT_CONVERGED = 1

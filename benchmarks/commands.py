@@ -48,6 +48,7 @@ COMMANDS = {
     "place cone": ("place", CASES / "cone.toml", "--no-store"),
     "next": ("next", _RUN, _MEASURED, "--no-store"),
     "learn": ("learn", _RUN, _MEASURED, "--no-store"),
+    "export": ("export", _RUN, "--to", "krl"),
     "study": ("study", CASES / "cone.toml", "--samples", "64", "--workers", "1"),
 }
 # What is compiled and kept, the C core and the sheet's loops, is not of the commands.

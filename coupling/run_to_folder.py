@@ -9,10 +9,9 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.events import Progress, Watch
-from coupling.files.written_files import REPORT
 from coupling.report.report_file import name_path
-from coupling.report.result_page import write_figures
-from coupling.report.run_report import write_pages
+from coupling.report.run_report import run_report
+from coupling.report.stored_result import write_figures
 from coupling.results.stability_result import FIGURES as STABILITY
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
@@ -82,7 +81,7 @@ def run_to_folder(
             tables = write_run(place, case, replace(run, keys=log.keys))
             watch(Progress("writing the report", 1, 2))
             stored = read_run(place, tables)
-            write_pages(stored, place / REPORT)
+            run_report(stored).write(place)
             log.finish(run.durations)
     if refusal is not None:
         raise refusal  # behind the folder, which holds why

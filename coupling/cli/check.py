@@ -55,11 +55,11 @@ def check(
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
-    from coupling.report.check_answer import check_answer
-    from coupling.report.check_report import check_summary, write_check_page
+    from coupling.report.check_report import check_answer, check_report, check_summary
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.terminal import print_result
+    from coupling.report.report_file import write_page
+    from coupling.report.terminal import print_report
     from coupling.results.section import Section, warned
     from coupling.run.console import RunView
     from coupling.run.cut_figures import cut_result
@@ -114,11 +114,12 @@ def check(
         *warnings,
         Section("", others),
     ]
-    answer = check_answer(robots, loaded.resolved, case, chatter)
+    answer = check_answer(robots, loaded.resolved, case, loads, chatter)
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
-        write_check_page(file, f"{loaded.name}: check", robots, sections, loaded.resolved, answer)
-    print_result(console, answer, sections, warnings, verbose)
+        report = check_report(loaded.name, robots, loaded.resolved, sections, warnings, answer)
+        write_page(file, report.page, ResultError)
+    print_report(console, report, verbose)
     if not verbose:
         # Whoever does not ask must know what of the program was left out.
         for sentence in (*loaded.task.remarks, others[-1]):

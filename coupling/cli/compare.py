@@ -32,10 +32,10 @@ def compare(
     verbose: Verbose = False,
 ) -> None:
     """Compare runs, and what was measured under them: results, commands and inputs that differ."""
-    from coupling.report.compare_answer import comparison_answer
-    from coupling.report.compare_report import comparison_summary, write_comparison
+    from coupling.report.compare_report import comparison_report
     from coupling.report.comparison import Comparison
-    from coupling.report.terminal import print_result
+    from coupling.report.report_file import write_page
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
 
     with RunView(console) as view:
@@ -43,10 +43,10 @@ def compare(
         view.watch(Progress("reading runs and measurements", 0, 1))
         comparison = Comparison.of(runs, own_frame, column_choice(columns, unit))
         view.watch(Progress("drawing the page", 0, 1))
-        page = write_comparison(comparison, output)
-    answer, sections = comparison_answer(comparison), comparison_summary(comparison)
-    print_result(console, answer, sections, (), verbose)
+        report = comparison_report(comparison)
+        write_page(output, report.page, ResultError)
+    print_report(console, report, verbose)
     for _, measured in sorted(comparison.measured.items()):
         if measured.run.measured.understood is not None:
             console.print(f"{measured.file}: {measured.run.measured.understood.sentence}.")
-    console.print(f"Page: {page}")
+    console.print(f"Page: {output}")

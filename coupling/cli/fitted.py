@@ -12,8 +12,8 @@ from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.output_file import require_output
-from coupling.report.document import document
-from coupling.report.terminal import print_result
+from coupling.report.result_report import ResultReport
+from coupling.report.terminal import print_report
 from coupling.results.parameter_result import FitResult
 from coupling.results.section import Answer, Section, warned
 
@@ -65,12 +65,19 @@ class Findings:
             Exit: If it is refused, with status 1.
         """
         make_folder_of(target, IdentifyError)
-        print_result(console, self.answer, self.summary, warned(self.warnings), is_verbose)
-        report = target.with_suffix(".html")
-        page = document(self.title, [*self.summary, *self.figures], self.answer)
-        write_atomically(report, page, IdentifyError)  # says whose the figures are
+        report = ResultReport(
+            "identify",
+            self.title,
+            self.answer,
+            summary=lambda: self.summary,
+            sections=lambda: [*self.summary, *self.figures],
+            warnings=warned(self.warnings),
+        )
+        print_report(console, report, is_verbose)
+        file = target.with_suffix(".html")
+        write_atomically(file, report.page, IdentifyError)  # says whose the figures are
         write_atomically(target.with_suffix(".json"), self.result.text() + "\n", IdentifyError)
-        console.print(f"Report: {report}")
+        console.print(f"Report: {file}")
         if self.result.refusal:
             if target.exists():
                 console.print(f"{target}: from an earlier run, unchanged")

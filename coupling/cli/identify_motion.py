@@ -37,11 +37,11 @@ def identify_from_motion(
     described = load_robot(start)
     target = fitted_target(output, f"{files[0].stem}_identified")
     recordings = [read_recording(file, described) for file in files]
-    held_out = [read_recording(file, described) for file in hold_out]
-    identified = identify_motion(described, recordings, held_out, bandwidth, leave_out)
+    recordings += [read_recording(file, described, is_held_out=True) for file in hold_out]
+    identified = identify_motion(described, recordings, bandwidth, leave_out)
     result = identified.result
     answer = motion_answer(result, shlex.quote(str(target)))
-    names = ", ".join(recording.name for recording in recordings)
+    names = ", ".join(file.name for file in files)
     findings = Findings(
         f"{names}: {described.name}",
         result,

@@ -56,11 +56,10 @@ def modes(
     from coupling.modes.state_space import NamedStateSpace
     from coupling.modes.swinging_robot import swinging_robot
     from coupling.path.frame import AT_THE_ORIGIN
-    from coupling.report.modes_report import modes_summary
+    from coupling.report.modes_report import modes_report
     from coupling.report.report_file import name_path
-    from coupling.report.result_answers import modes_answer
-    from coupling.report.result_page import write_figures
-    from coupling.report.terminal import print_result
+    from coupling.report.stored_result import write_figures
+    from coupling.report.terminal import print_report
     from coupling.results.modes_result import FIGURES
     from coupling.run.console import RunView
 
@@ -122,5 +121,5 @@ def modes(
             NamedStateSpace.of(softest.linear).write(place)
             write_figures(place / FIGURES, result)
     for part, result in results:
-        print_result(console, modes_answer(result), modes_summary(result), (), verbose)
+        print_report(console, modes_report(result), verbose)
         console.print(f"Modes: {folder / part}  (report: {folder / part / REPORT})")

@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
     from coupling.identification.runs.recorded_columns import ColumnChoice
+    from coupling.report.result_report import ResultReport
     from coupling.results.learned_result import LearnedResult
     from coupling.results.next_result import NextResult
-    from coupling.results.section import Answer
     from coupling.run.execute import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
@@ -264,12 +264,10 @@ def _advance(
     )
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
-    from coupling.report.next_report import next_summary
+    from coupling.report.next_report import next_answer, next_report, refused_answer
     from coupling.report.report_file import name_path
-    from coupling.report.result_answers import next_answer, refused_answer
-    from coupling.report.run_report import run_summary, run_warnings
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
+    from coupling.report.run_report import run_report
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
     from coupling.run.fmu_pool import FmuPool
     from coupling.run.new_folder import RUN_FOLDER
@@ -312,11 +310,11 @@ def _advance(
             case = write_inputs(place, command_plan)
             words += [str(output), "measured.csv", *known, "-o", f"{output}_next"]
             answer = next_answer(result, name_path(case), words)
-        report = _write_report(place, title, result, learned, answer)
+        report = next_report(title, result, learned, answer)
+        page = _write_report(place, report, result, learned)
         if command_plan.is_refused or inputs_only:
-            sections = next_summary(result, learned)
-            print_result(console, answer, sections, warned(result.warnings), verbose)
-            console.print(f"Report: {report}")
+            print_report(console, report, verbose)
+            console.print(f"Report: {page}")
             raise typer.Exit(REFUSED if command_plan.is_refused else 0)
         shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
         evaluations = store_folder(output, shared_store, no_store)
@@ -337,31 +335,29 @@ def _advance(
             raise
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), words)
-        _write_report(place, title, result, learned, answer)
+        report = next_report(title, result, learned, answer)
+        _write_report(place, report, result, learned)
     if finished.is_good:
-        sections = [*next_summary(result, learned), *run_summary(finished.stored)]
-        warnings = [*warned(result.warnings), *run_warnings(finished.stored.figures)]
-        print_result(console, answer, sections, warnings, verbose)
+        print_report(console, report.before(run_report(finished.stored)), verbose)
         console.print(f"Result: {output}  (report: {output / 'report.html'})")
     else:
         print_run(finished, output, verbose)
-    console.print(f"Report on the learning: {report}")
+    console.print(f"Report on the learning: {page}")
     if not finished.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def _write_report(
-    place: Path, title: str, result: NextResult, learned: LearnedResult | None, answer: Answer
+    place: Path, report: ResultReport, result: NextResult, learned: LearnedResult | None
 ) -> Path:
     """Write how a command was computed, page and figures; return the page."""
     from coupling.identification.next.inputs import LEARNED, PLAN, REPORT
-    from coupling.report.next_report import next_page
 
     write_atomically(place / PLAN, result.text() + "\n", LearnError)
     if learned is not None:
         write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
     page = place / REPORT
-    write_atomically(page, next_page(title, result, learned, answer), LearnError)
+    write_atomically(page, report.page, LearnError)
     return page
 
 

@@ -46,12 +46,8 @@ def place(
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_report import place_summary, place_warnings
-    from coupling.report.report_file import name_path
-    from coupling.report.result_answers import place_answer
-    from coupling.report.result_page import write_report
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
+    from coupling.report.place_report import place_report
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
     from coupling.run.new_folder import logged_folder
 
@@ -75,14 +71,14 @@ def place(
         placement = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
         watch(Progress("writing the folder", 0, 1))
         write_placement(work, placement)
-        write_report(work)
+        stored = read_placement(work)
+        report = place_report(stored)
+        report.write(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(placement.durations)
-    figures = read_placement(folder).figures
-    answer, sections = place_answer(figures, name_path(folder)), place_summary(figures)
-    print_result(console, answer, sections, warned(place_warnings(figures)), verbose)
+    print_report(console, report, verbose)
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
-    best = figures.best[0].stability
+    best = stored.figures.best[0].stability
     if best is not None and not best.stable:
         raise typer.Exit(NOT_CONVERGED)
 

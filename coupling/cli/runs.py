@@ -81,8 +81,7 @@ def report(
 ) -> None:
     """Write the report of a result's folder anew, or an index of many."""
     from coupling.report.index_report import write_index
-    from coupling.report.result_page import write_report
-    from coupling.report.stored_result import is_result
+    from coupling.report.stored_result import is_result, write_report
     from coupling.run.console import RunView
 
     write = write_report if is_result(folder) or not folder.is_dir() else write_index
@@ -136,11 +135,10 @@ def _run(
 
 def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> None:
     """Say what a run found and where it is."""
-    from coupling.report.run_report import answer_of, run_summary, run_warnings
-    from coupling.report.terminal import print_result
+    from coupling.report.run_report import run_report
+    from coupling.report.terminal import print_report
 
-    stored, warnings = finished.stored, run_warnings(finished.stored.figures)
-    print_result(console, answer_of(stored), run_summary(stored), warnings, verbose)
+    print_report(console, run_report(finished.stored), verbose)
     seconds = sum(finished.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     for language in _earlier_exports(folder):

@@ -54,7 +54,7 @@ def stability(
     from coupling.case.file import load_case
     from coupling.files.atomic_folder import FolderKind, require_free, whole_folder
     from coupling.report.report_file import name_path
-    from coupling.report.result_page import write_figures
+    from coupling.report.stored_result import write_figures
     from coupling.results.stability_result import FIGURES
     from coupling.run.console import RunView
     from coupling.run.mistaken_units import remark
@@ -97,11 +97,8 @@ def stability(
 def print_stability(result: StabilityResult, folder: Path, verbose: bool) -> None:
     """Say whether a cut chatters and where that stands."""
     from coupling.files.written_files import REPORT
-    from coupling.report.result_answers import stability_answer
-    from coupling.report.stability_report import stability_summary
-    from coupling.report.terminal import print_result
-    from coupling.results.section import warned
+    from coupling.report.stability_report import stability_report
+    from coupling.report.terminal import print_report
 
-    remarks = warned((), result.remarks)
-    print_result(console, stability_answer(result), stability_summary(result), remarks, verbose)
+    print_report(console, stability_report(result), verbose)
     console.print(f"Stability: {folder}  (report: {folder / REPORT})")

@@ -42,10 +42,8 @@ def study(
     from coupling.case.file import load_case
     from coupling.files.written_files import REPORT
     from coupling.report.report_file import name_path
-    from coupling.report.result_answers import study_answer
-    from coupling.report.result_page import write_report
-    from coupling.report.study_report import study_summary
-    from coupling.report.terminal import print_result
+    from coupling.report.study_report import study_report
+    from coupling.report.terminal import print_report
     from coupling.run.console import RunView
     from coupling.run_to_folder import limits_to_folder
     from coupling.study.conduct import changed_table, open_study, simulate_samples
@@ -72,10 +70,10 @@ def study(
         result = simulate_samples(study_folder, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(study_folder, result)
-        write_report(folder)
-    stored = read_study(folder)
-    sections = study_summary(stored.figures)
-    print_result(console, study_answer(stored), sections, (), verbose)
+        stored = read_study(folder)
+        report = study_report(stored)
+        report.write(folder)
+    print_report(console, report, verbose)
     console.print(f"Study: {folder}  (report: {folder / REPORT})")
     if not stored.figures.command.converged:
         raise typer.Exit(NOT_CONVERGED)

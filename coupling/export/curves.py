@@ -23,11 +23,12 @@ class SampledCurve(Protocol):
             share: Share of the way, 0 to 1, (m,).
         """
 
-    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+    def errors(self, values: np.ndarray, rows: slice | np.ndarray) -> np.ndarray:
         """Return how far values are off at the tool [m], (m,).
 
         Args:
             values: Values in place of the motion's own in these rows, its units, (m, k).
+            rows: The rows, or their numbers, (m,).
         """
 
 
@@ -72,14 +73,14 @@ class PoseCurve:
         position = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
         return np.hstack([position, quaternion])
 
-    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+    def errors(self, values: np.ndarray, rows: slice | np.ndarray) -> np.ndarray:
         """Return the larger of the distance and of what the rotation moves the wrist [m], (m,)."""
         pose = self.values[rows]
-        distance = np.linalg.norm(values[:, :3] - pose[:, :3], axis=1)
-        quaternion = values[:, 3:] / np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
-        side = np.where(np.sum(quaternion * pose[:, 3:], axis=1) < 0.0, -1.0, 1.0)
-        half = np.linalg.norm(side[:, None] * quaternion - pose[:, 3:], axis=1)
-        return np.maximum(distance, 2.0 * self.lever * half)
+        apart, quaternion = values[:, :3] - pose[:, :3], values[:, 3:]
+        along = np.einsum("ij,ij->i", quaternion, pose[:, 3:])
+        scale = np.copysign(1.0 / _norms(quaternion), along)
+        half = scale[:, None] * quaternion - pose[:, 3:]
+        return np.maximum(_norms(apart), 2.0 * self.lever * _norms(half))
 
 
 # Angle between quaternions below which sines are taken for their arguments.
@@ -104,8 +105,12 @@ class JointCurve:
         """Return angles that run in proportion."""
         return start + share[:, None] * (end - start)
 
-    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+    def errors(self, values: np.ndarray, rows: slice | np.ndarray) -> np.ndarray:
         """Return the larger of the TCP's distance and of what its rotation moves the wrist [m], (m,)."""
         displacement = np.einsum("nij,nj->ni", self.jacobian[rows], values - self.values[rows])
-        distance = np.linalg.norm(displacement[:, :3], axis=1)
-        return np.maximum(distance, self.lever * np.linalg.norm(displacement[:, 3:], axis=1))
+        return np.maximum(_norms(displacement[:, :3]), self.lever * _norms(displacement[:, 3:]))
+
+
+def _norms(rows: np.ndarray) -> np.ndarray:
+    """Return the norms of vectors (n, k); an einsum is many times faster than `np.linalg.norm`."""
+    return np.sqrt(np.einsum("ij,ij->i", rows, rows))

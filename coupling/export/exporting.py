@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -107,8 +107,11 @@ def few_points(job: ExportJob) -> ExportedProgram:
     if options.targets == "cartesian":
         job.require_regular_poses(sampled)
     usual = _cycles(options.spacing, job.cycle)
+    last = 1 if options.shortest is None else usual
     tried = list[ExportedProgram]()
-    for cycles in range(usual, 0, -1) if options.shortest is None else (usual,):
+    for cycles in range(usual, last - 1, -1):
+        if cycles > last and not _can_keep(job, sampled, cycles):
+            continue
         tried.append(_fewest_points(job, sampled, cycles))
         if tried[-1].loss <= options.tolerance:
             break
@@ -124,7 +127,7 @@ def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) 
     """Return the option that keeps the tolerance, found by trying other distances of targets."""
     shortest = job.options.shortest
     for cycles in () if shortest is None else range(_MOST_CYCLES, 0, -1):
-        if cycles == _cycles(job.options.spacing, job.cycle):
+        if cycles == _cycles(job.options.spacing, job.cycle) or not _can_keep(job, sampled, cycles):
             continue
         tried = _fewest_points(job, sampled, cycles)
         if tried.loss <= job.options.tolerance:
@@ -149,29 +152,57 @@ def _space_points(points: np.ndarray, cycles: int) -> np.ndarray:
     return np.append(chosen, points[-1:])
 
 
+def _can_keep(job: ExportJob, sampled: SampledCommand, cycles: int) -> bool:
+    """Return whether a point every so many cycles, the most that there may be, keeps the tolerance."""
+    losses = job.loss_through(sampled, _space_points(sampled.points, cycles))
+    return float(losses.max()) <= job.options.tolerance
+
+
 def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> ExportedProgram:
     """Return the first program that loses no more than is allowed, or the one that loses least.
 
-    The points keep to the command within the tolerance.  Where the files, read back and simulated, then
-    lose more at the moving robot's tool, which a gear in its backlash or an oscillation does, it is
-    halved there, until they do not.
+    The points keep to the command within the tolerance.  Where the moving robot's tool then loses more,
+    which a gear in its backlash or an oscillation does, it is halved there, until it does not, nor
+    under the files, read back.
     """
-    options, programs = job.options, list[ExportedProgram]()
+    options, tried = job.options, list[_TriedRows]()
     candidates = _space_points(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)
     for number in range(_MAX_PROGRAMS):
-        job.watch(Progress("choosing points, reading them back", number, _MAX_PROGRAMS))
-        rows = choose(curve, sampled.time, candidates, tolerance)
-        checked = job.check_rows(sampled, rows, float(tolerance.min()))
-        programs.append(checked.exported)
-        if programs[-1].loss <= options.tolerance or len(rows) == len(candidates):
+        job.watch(Progress("choosing points, simulating them", number, _MAX_PROGRAMS))
+        rows, smallest = choose(curve, sampled.time, candidates, tolerance), float(tolerance.min())
+        losses = job.loss_through(sampled, rows)
+        loss, lost = float(losses.max()), job.reference.time[losses > options.tolerance]
+        if loss <= options.tolerance:
+            checked = job.check_rows(sampled, rows, smallest)
+            loss, lost = checked.exported.loss, checked.lost
+            if loss <= options.tolerance:
+                return checked.exported
+        tried.append(_TriedRows(loss, rows, smallest))
+        if len(rows) == len(candidates):
             break
         tolerance = _halve_tolerance(
-            tolerance, sampled.time, checked.lost, _FIRST_LOOKBACK * _LOOKBACK_GROWTH**number
+            tolerance, sampled.time, lost, _FIRST_LOOKBACK * _LOOKBACK_GROWTH**number
         )
-    return min(programs, key=lambda program: program.loss)
+    best = min(tried, key=lambda program: program.loss)
+    return job.check_rows(sampled, best.rows, best.tolerance).exported
+
+
+@dataclass(frozen=True)
+class _TriedRows:
+    """Rows through which a program loses too much.
+
+    Attributes:
+        loss: Largest distance of the moving robot's tool [m].
+        rows: Their numbers, (k,).
+        tolerance: Smallest tolerance that they keep [m].
+    """
+
+    loss: float
+    rows: np.ndarray
+    tolerance: float
 
 
 def _halve_tolerance(

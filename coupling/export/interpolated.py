@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, with_tool
-from coupling.export.postures import Postures
 from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
@@ -21,7 +20,60 @@ from coupling.programs.program import HERE, ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
+# Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; a Jacobian is
+# inverted whose smallest singular value is larger than this.
+_POSE_TOLERANCE, _MAX_ITERATIONS, _MIN_SINGULAR_VALUE = 1e-10, 6, 1e-4
+
 Smooth = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class NearAngles:
+    """Drive angles near those of set points, from which Newton's method finds these.
+
+    Attributes:
+        q: Angles [rad], (n, 6).
+        inverses: Inverses of the Jacobians of TCP [m/rad] and rotation [rad/rad] there, (n, 6, 6).
+    """
+
+    q: np.ndarray
+    inverses: np.ndarray
+
+    @classmethod
+    def of(cls, q: np.ndarray, jacobians: np.ndarray) -> NearAngles | None:
+        """Return them; None where a Jacobian is none that is inverted.
+
+        Args:
+            q: Angles [rad], (n, joints).
+            jacobians: Jacobians there [m/rad], [rad/rad], (n, 6, joints).
+        """
+        if q.shape[1] != 6:
+            return None
+        try:
+            inverses = np.linalg.inv(jacobians)
+        except np.linalg.LinAlgError:
+            return None
+        # The norm of an inverse is at least one over the smallest singular value.
+        largest = float(np.linalg.norm(inverses, axis=(1, 2)).max())
+        return cls(q, inverses) if largest * _MIN_SINGULAR_VALUE < 1.0 else None
+
+    def solve(self, planner: InverseKinematics, path: ToolPath) -> JointPath | None:
+        """Return the joint angles of a path; None if it has other set points, or if the method fails.
+
+        All set points go on together, with the Jacobians of where they begin.
+
+        Args:
+            planner: Inverse kinematics of the robot with the tool that takes the path.
+        """
+        if len(self.q) != len(path.time):
+            return None
+        q = self.q
+        for _ in range(_MAX_ITERATIONS):
+            off = path.deviation_from(ToolPath(path.time, planner.poses(q)))[0]
+            if np.abs(off).max() < _POSE_TOLERANCE:
+                return JointPath(path.time, (q,))
+            q = q + np.einsum("nij,nj->ni", self.inverses, off)
+        return None
 
 
 def drive_motion(
@@ -30,7 +82,7 @@ def drive_motion(
     axes: ControllerAxes,
     cycle: float,
     start: float,
-    near: np.ndarray | None = None,
+    near: NearAngles | None = None,
     smooth: Smooth = spline_values,
 ) -> JointPath:
     """Return the motion of a robot's drives under the timed motions of a program.
@@ -43,7 +95,7 @@ def drive_motion(
     Args:
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
-        near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
+        near: Angles near those of every set point; saves time, no more.
         smooth: Function taken for the maker's spline, from times and values of the targets and the times
             that are asked for.
     """
@@ -74,7 +126,7 @@ def drive_motion(
     carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
     planner = InverseKinematics(_remove_limits(carrying), home)
-    joints = None if near is None else _found_near(planner, carrying, axes, in_base, near)
+    joints = None if near is None else near.solve(planner, in_base)
     return planner.plan(in_base) if joints is None else joints
 
 
@@ -108,36 +160,6 @@ def joint_lines(motion: JointPath) -> JointPath:
 
 # Part of a cycle within which straight ways are joined.
 _JOINED_PART = 0.05
-
-
-def _found_near(
-    planner: InverseKinematics,
-    robot: Robot,
-    axes: ControllerAxes,
-    path: ToolPath,
-    near: np.ndarray,
-) -> JointPath | None:
-    """Return the joint angles of a path by Newton's method from angles near it, None if it fails.
-
-    All set points go on together, with the Jacobians of where they begin.
-    """
-    if near.shape != (len(path.time), 6):
-        return None
-    jacobians = Postures(robot, axes).jacobians(near)
-    if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _MIN_SINGULAR_VALUE:
-        return None
-    q = near.copy()
-    for _ in range(_MAX_ITERATIONS):
-        off = path.deviation_from(ToolPath(path.time, planner.poses(q)))[0]
-        if np.abs(off).max() < _POSE_TOLERANCE:
-            return JointPath(path.time, (q,))
-        q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]
-    return None
-
-
-# Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; smallest singular
-# value of a Jacobian that is solved.
-_POSE_TOLERANCE, _MAX_ITERATIONS, _MIN_SINGULAR_VALUE = 1e-10, 6, 1e-4
 
 
 # A last cycle shorter than this part of one is joined to the one before it.

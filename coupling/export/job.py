@@ -12,15 +12,13 @@ from coupling.events import Watch
 from coupling.export.commands import RobotCommand
 from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.interpolated import drive_motion, joint_lines
-from coupling.export.postures import nearest_singular
 from coupling.export.preconditions import require_limits
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.programs.program import ProgramFile
-from coupling.results.export_result import NearestSingularity
+from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.robot.cell import Member
 
 # Smallest singular value of a Jacobian, lengths in units of the reach, at which poses tell angles.
@@ -79,6 +77,22 @@ class ExportJob:
             self.cycle,
         )
 
+    def loss_through(self, sampled: SampledCommand, rows: np.ndarray) -> np.ndarray:
+        """Return how far the tool is off under a program, by its numbers without a text.
+
+        Args:
+            sampled: Motion of the drives.
+            rows: Numbers of the rows, (k,).
+
+        Returns:
+            Distances at the instants of the wrench [m], (n,).
+        """
+        options, language = self.options, self.options.language
+        spline = language.between == "spline"
+        program = sampled.program("", rows, options.targets, spline, "never")
+        path = self.simulated(self._drive_motion(language.rounded(program), sampled))
+        return path.distance_to(self.reference)
+
     def check_rows(
         self, sampled: SampledCommand, rows: np.ndarray, points_tolerance: float
     ) -> CheckedProgram:
@@ -110,7 +124,7 @@ class ExportJob:
             command=self._deviation(self.reference),
             read_back=self._deviation(path),
             drives=require_limits(command.joints, self.limits, command.who),
-            nearest=self._nearest(sampled),
+            nearest=sampled.nearest,
             counted=command.axes.stated,
             remark=command.remark,
         )
@@ -123,15 +137,18 @@ class ExportJob:
 
     def _read_back(self, files: tuple[ProgramFile, ...], sampled: SampledCommand) -> JointPath:
         """Return the motion of the drives under the text of a program."""
+        return self._drive_motion(self.options.language.read(files), sampled)
+
+    def _drive_motion(self, program: RobotProgram, sampled: SampledCommand) -> JointPath:
         command = self.command
         return self._covering(
             drive_motion(
-                self.options.language.read(files),
+                program,
                 command.placed.description,
                 command.axes,
                 self.cycle,
                 command.joints.time[0],
-                sampled.q[sampled.points],
+                sampled.near,
             )
         )
 
@@ -141,21 +158,13 @@ class ExportJob:
         Raises:
             ProgramError: With the singular posture that it goes through.
         """
-        nearest = self._nearest(sampled)
+        nearest = sampled.nearest
         if nearest.value < _SINGULAR:
             raise ProgramError(
                 f"{self.command.who}expected no singular posture, as poses do not determine its joint"
                 f" angles, got one at {nearest.time:.3f} s ({nearest.kind}): write joint angles with"
                 " --targets joints"
             )
-
-    def _nearest(self, sampled: SampledCommand) -> NearestSingularity:
-        return nearest_singular(
-            sampled.postures,
-            sampled.time,
-            sampled.q,
-            sampled.jacobians,
-        )
 
     def _deviation(self, path: ToolPath) -> Deviation | None:
         """Return the deviation of the tool from where it should be, None where nobody knows."""

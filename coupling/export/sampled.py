@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from coupling.case.case import PlacedRobot
 from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, part_frame, tool_frame
-from coupling.export.postures import Postures
+from coupling.export.interpolated import NearAngles
+from coupling.export.postures import Postures, nearest_singular
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
@@ -17,6 +19,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import ProgramMove, RobotProgram
+from coupling.results.export_result import NearestSingularity
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Speed with which the tool goes to where the path begins [m/s].
@@ -79,6 +82,16 @@ class SampledCommand:
             axes=axes,
             postures=postures,
         )
+
+    @cached_property
+    def nearest(self) -> NearestSingularity:
+        """Posture of the motion that is nearest to a singular one."""
+        return nearest_singular(self.postures, self.time, self.q, self.jacobians)
+
+    @cached_property
+    def near(self) -> NearAngles | None:
+        """Angles at the points; None where they are singular."""
+        return NearAngles.of(self.q[self.points], self.jacobians[self.points])
 
     def curve(self, targets: Targets) -> SampledCurve:
         """Return the motion that points are chosen of."""

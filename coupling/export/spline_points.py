@@ -14,6 +14,8 @@ _FIRST_DISTANCE = 64
 # Points apart from each other that are left out at the same time: what one of them changes falls to a
 # quarter from point to point.
 _REMOVAL_DISTANCE = 6
+# Points beyond which a changed one makes no difference: 1e-14 of that at itself.
+_REACH = 25
 # Rounds of adding at most; each halves the distances that are too long.
 _MOST_ROUNDS = 40
 
@@ -50,18 +52,44 @@ def spline_points(
     Returns:
         Chosen rows, rising.
     """
+    last, shares = len(candidates) - 1, np.empty(len(time))
+    known = np.empty(0, dtype=int)
 
     def outside(chosen: np.ndarray) -> np.ndarray:
-        """Return which intervals between chosen candidates leave the tolerance."""
-        rows = candidates[chosen]
-        errors = curve.errors(spline_values(time[rows], curve.values[rows], time), slice(None))
-        return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
+        """Return which intervals between chosen candidates leave the tolerance.
 
-    last = len(candidates) - 1
+        Only those are looked at that another point has come or gone near to since the last call.
+        """
+        nonlocal known
+        rows = candidates[chosen]
+        near = _near(
+            chosen, np.setxor1d(chosen, known, assume_unique=True) if len(known) else chosen
+        )
+        samples = np.flatnonzero(np.append(np.repeat(near, np.diff(rows)), near[-1]))
+        known = chosen
+        if len(samples):
+            values = spline_values(time[rows], curve.values[rows], time[samples])
+            shares[samples] = curve.errors(values, samples) / tolerance[samples]
+        return np.maximum.reduceat(shares, rows[:-1]) > 1.0
+
     chosen = _add_points(outside, np.unique(np.append(np.arange(0, last, _FIRST_DISTANCE), last)))
     for first in range(_REMOVAL_DISTANCE):
         chosen = _remove_points(outside, chosen, first)
     return candidates[_add_points(outside, chosen)]
+
+
+def _near(chosen: np.ndarray, changed: np.ndarray) -> np.ndarray:
+    """Return which intervals between points are near to a point that has come or gone.
+
+    Example:
+        >>> _near(np.arange(0, 200, 2), np.array([100])).nonzero()[0][[0, -1]]
+        array([25, 74])
+    """
+    after, count = np.searchsorted(chosen, changed), len(chosen) - 1
+    ends = np.zeros(count + 1, dtype=int)
+    np.add.at(ends, (after - _REACH).clip(0, count), 1)
+    np.add.at(ends, (after + _REACH).clip(0, count), -1)
+    return np.cumsum(ends[:-1]) > 0
 
 
 def _add_points(outside: Outside, chosen: np.ndarray) -> np.ndarray:

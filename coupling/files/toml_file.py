@@ -65,7 +65,8 @@ def _parse(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]
         _require_numbers(parsed)
     # Of the syntax, the encoding, or an integer of thousands of digits.
     except (ValueError, TOMLKitError) as cause:
-        raise error(f"{path}: is not valid TOML: {reason_of(cause)}") from cause
+        hint = ": write / in paths" if "Unescaped '\\'" in str(cause) else ""
+        raise error(f"{path}: is not valid TOML: {reason_of(cause)}{hint}") from cause
     except RecursionError as cause:
         raise error(
             f"{path}: is not valid TOML: expected arrays and tables some levels deep, got hundreds of"
@@ -131,6 +132,9 @@ def validate(
         raise error("\n".join(problems)) from cause
 
 
+_CLOSE_KEY = re.compile(r"did you mean '(\w+)'\?$")
+# The unit at the end of a key.
+_UNIT = re.compile(r"(?:_(?:mm|cm|um|m|inch|deg|rad|g|kg|N|kN|Nm|Pa|MPa|GPa|s|ms|min|Hz|rpm))+$")
 # What pydantic says of a value, and the noun that it means.
 _AS_A_NOUN = {
     r"^Input should be (?=greater|less)": "a number ",
@@ -145,7 +149,13 @@ def problem(item: Any, schema: type[BaseModel]) -> str:
     place = list(item["loc"])
     if item["type"] == "extra_forbidden":
         *parents, key = place
-        return f"{_join(parents)}{one_of(_keys_at(schema, parents), key, kind='unknown key ')}"
+        sentence = one_of(_keys_at(schema, parents), key, kind="unknown key ")
+        close = _CLOSE_KEY.search(sentence)
+        stem = _UNIT.sub("", str(key))
+        is_same = (
+            close is not None and stem not in (key, close[1]) and stem == _UNIT.sub("", close[1])
+        )
+        return f"{_join(parents)}{sentence}{' Convert the value to its unit' if is_same else ''}"
     if item["type"] == "missing":
         *parents, key = place
         return f"{_join(parents)}key {key!r} is missing"
@@ -156,7 +166,9 @@ def problem(item: Any, schema: type[BaseModel]) -> str:
     for said, noun in _AS_A_NOUN.items():
         expected = re.sub(said, noun, expected)
     got = item["ctx"]["actual_length"] if item["type"] == "too_long" else repr(item["input"])
-    return f"{_join(place)}expected {expected}, got {got}"
+    is_quoted = item["type"] in ("float_type", "int_type") and isinstance(item["input"], str)
+    hint = ": write it without quotation marks and unit" if is_quoted else ""
+    return f"{_join(place)}expected {expected}, got {got}{hint}"
 
 
 def _join(place: Sequence[str | int]) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 # Singular values of the scaled columns below this part of the largest are rounding or posture's
@@ -215,6 +216,22 @@ def bounded_step(
         step = np.clip(np.where(bounded.active_mask < 0, low, scale * bounded.x), low, high)
     after = residual + matrix @ step
     return step, float(0.5 * (residual @ residual - after @ after))
+
+
+def reduced_rows(
+    products: np.ndarray, gradient: np.ndarray, damping: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return R, (P, P), and r, (P,), with R^T R the products J^T J and R^T r the gradient J^T r.
+
+    Args:
+        products, gradient: Products of all rows, any units, (P, P) and (P,).
+        damping: Damping of directions that are not observable, in parts of the columns' squares.
+    """
+    size = np.sqrt(np.diag(products))
+    size[size == 0.0] = 1.0
+    scaled = products / np.outer(size, size) + damping * np.eye(len(size))
+    matrix = cholesky(scaled) * size
+    return matrix, solve_triangular(matrix, gradient, trans="T")
 
 
 def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarray:

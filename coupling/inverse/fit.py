@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,10 +10,11 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from coupling.inverse.gear_drive import GearDrive
+from coupling.inverse.gear_drive import DriveStruct, GearDrive
 from coupling.inverse.rows import CommandRows, Layout, stretches
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.native.desk_drive import DeskFit, FitWeights
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, finite_numbers
 
 # Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
 # 10 rad/s^2 weigh like 0.1 microrad.  It keeps a command from ringing between its rows.
@@ -27,7 +29,10 @@ _COUNTED = 1e2
 # it need not, weighted by this square.
 _IDLE = 1e-7
 
-_WEIGHTS = FitWeights(SMOOTHING, _HEAVY, _COUNTED, _IDLE)
+# Intervals between rows within which changes die out, at first.
+_LAG = 256
+# er_solved of desk/drive_fit.h.
+_NOT_POSITIVE, _NO_MEMORY = 1, 2
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
 _ITERATIONS = 40
@@ -36,6 +41,18 @@ _ROUNDING = 1e-7
 # Largest change that is none [rad]: where the last step changed so little, the next one changes nothing.
 # Intervals beside others in which it does.
 _STILL, _BESIDE = 1e-13, 16
+
+
+class _Fit(ctypes.Structure):
+    """er_drive_fit of desk/drive_fit.h."""
+
+    _fields_ = (
+        ("drive", DriveStruct),
+        *((n, ctypes.c_double) for n in ["cycle", "smoothing", "heavy", "counted", "idle"]),
+        ("bend", ctypes.c_void_p),
+        ("conditions", ctypes.c_int64),
+        *((f"condition_{n}", ctypes.c_void_p) for n in ("first", "weights", "value")),
+    )
 
 
 @dataclass(frozen=True)
@@ -116,10 +133,23 @@ class SplineFit:
         return UniformSpline(0.0, self.drive.cycle, coefficients[:, None], self.drive.layout.degree)
 
     @cached_property
-    def _in_c(self) -> DeskFit:
-        ends = [(end.first, end.weights, end.value) for end in self.conditions]
-        drive = self.drive
-        return DeskFit(drive.in_c, drive.cycle, _WEIGHTS, drive.bend, ends)
+    def _arrays(self) -> list[np.ndarray]:
+        """The arrays that C reads, in its order; they stay as long as the fit."""
+        layout, ends = self.drive.layout, self.conditions
+        weights = np.array([end.weights for end in ends]).reshape(len(ends), layout.degree + 1)
+        values = np.array([end.value for end in ends])
+        return [
+            finite_numbers("bends", self.drive.bend, (layout.count + layout.degree - 2,)),
+            np.array([end.first for end in ends], dtype=np.int64),
+            finite_numbers("conditions", weights, weights.shape),
+            finite_numbers("conditions", values, values.shape),
+        ]
+
+    @cached_property
+    def _struct(self) -> _Fit:
+        bend, *ends = map(address, self._arrays)
+        weights = self.drive.cycle, SMOOTHING, _HEAVY, _COUNTED, _IDLE
+        return _Fit(self.drive.struct, *weights, bend, len(self.conditions), *ends)
 
     @property
     def whole_stretch(self) -> np.ndarray:
@@ -140,7 +170,17 @@ class SplineFit:
             coefficients, misses: Unknowns [rad], (n,) and (nodes,).
             changing: Numbers of intervals, begin and end of each stretch, (k, 2).
         """
-        return self._in_c.value(coefficients, misses, changing)
+        value, ranges = loaded_library().er_drive_fit_value, self._ranges(changing)
+        unknowns = self.drive.unknowns(coefficients, misses)
+        count = ctypes.c_int64(len(ranges))
+        return float(value(ctypes.byref(self._struct), count, *map(address, (ranges, *unknowns))))
+
+    def _ranges(self, changing: np.ndarray) -> np.ndarray:
+        ranges = np.ascontiguousarray(changing, dtype=np.int64).reshape(-1, 2)
+        order = np.concatenate([[0], ranges.ravel(), [self.drive.layout.count]])
+        if (np.diff(order) < 0).any():
+            raise ValueError(f"expected rising stretches of the rows, got {ranges.tolist()}")
+        return ranges
 
     def objective(
         self, coefficients: np.ndarray, misses: np.ndarray, damping: float
@@ -167,8 +207,26 @@ class SplineFit:
             damping: Weight of the change of the command's bends.
             changing: Numbers of intervals, begin and end of each stretch; elsewhere nothing changes,
                 (k, 2).
+
+        Raises:
+            LinAlgError: If the matrix is not positive definite.
+            MemoryError: If a part of it does not fit into memory.
         """
-        return self._in_c.step(coefficients, misses, damping, changing)
+        ranges, unknowns = self._ranges(changing), self.drive.unknowns(coefficients, misses)
+        step = np.empty(self.drive.layout.size)
+        solved = loaded_library().er_drive_fit_step(
+            ctypes.byref(self._struct),
+            ctypes.c_int64(len(ranges)),
+            *map(address, (ranges, *unknowns)),
+            ctypes.c_double(damping),
+            ctypes.c_int64(_LAG),
+            address(step),
+        )
+        if solved == _NOT_POSITIVE:
+            raise np.linalg.LinAlgError("the equations of a drive are not positive definite")
+        if solved == _NO_MEMORY:
+            raise MemoryError("the equations of a drive do not fit into memory")
+        return step
 
     def equations(
         self, coefficients: np.ndarray, misses: np.ndarray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,19 +11,16 @@ import numpy as np
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.native.desk_drive import (
-    CubicPieces,
-    DeskDrive,
-    DriveNumbers,
-    HeldElements,
-    torque_impulses,
-)
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, finite_numbers, numbers
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
 # Angles of the link that are computed at once.
 _CHUNK = 50_000
+# Samples that a spline of a torque goes through at least.
+_FEWEST_SAMPLES = 4
 # The wind-up is known at the quarters of a step; the polynomial through them at points of each half.
 _QUARTERS = 0.25 * np.arange(5)
 _FINE = np.array(
@@ -31,6 +29,67 @@ _FINE = np.array(
         for places in np.split((np.arange(32) + 0.5) / 32, 2)
     ]
 )
+# Misses of which an equation knows.
+_MISSES = 3
+
+
+class DriveStruct(ctypes.Structure):
+    """er_gear_drive of desk/gear_drive.h."""
+
+    _fields_ = (
+        *(
+            (name, ctypes.c_int64)
+            for name in ("count", "parts", "degree", "first", "pieces", "sines")
+        ),
+        *((name, ctypes.c_double) for name in ("step", "damping", "link_rate")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in (
+                *("knots", "origins", "cubics", "amplitude", "order", "phase"),
+                *("value", "start_row", "fine", "link", "impulse", "inertia", "scale"),
+                *("held_wind_up", "held_impulse", "held_slope"),
+            )
+        ),
+    )
+
+
+class _SampledTorque(ctypes.Structure):
+    """er_sampled_torque of desk/impulse.h."""
+
+    _fields_ = (
+        ("count", ctypes.c_int64),
+        ("spacing", ctypes.c_double),
+        ("torque", ctypes.c_void_p),
+        ("work", ctypes.c_void_p),
+    )
+
+
+def torque_impulses(spacing: float, torque: np.ndarray, steps: int, length: float) -> np.ndarray:
+    """Return the impulses of a torque over steps from its first sample on [N m s], (steps,).
+
+    Args:
+        spacing: Distance of the samples [s].
+        torque: Samples of the torque, four or more [N m], (k,); a cubic spline goes through them, and
+            behind the last one it stays.
+        steps: Number of steps.
+        length: Length of a step [s].
+
+    Raises:
+        ValueError: If there are fewer than four samples, or one is not finite.
+
+    Example:
+        >>> torque_impulses(0.5, np.array([0.0, 0.25, 1.0, 2.25, 4.0]), 2, 1.0).round(12).tolist()
+        [0.333333333333, 2.333333333333]
+    """
+    samples = finite_numbers("torque", torque, (len(torque),))
+    if len(samples) < _FEWEST_SAMPLES:
+        raise ValueError(f"expected {_FEWEST_SAMPLES} samples or more, got {len(samples)}")
+    work, impulse = np.empty_like(samples), np.empty(steps)
+    sampled = _SampledTorque(len(samples), spacing, address(samples), address(work))
+    loaded_library().er_impulses(
+        ctypes.byref(sampled), ctypes.c_int64(steps), ctypes.c_double(length), address(impulse)
+    )
+    return impulse
 
 
 @dataclass(frozen=True)
@@ -186,11 +245,21 @@ class GearDrive:
         elements = self.task.elements
         if not elements.count:
             return self
-        wind_up = self.in_c.wind_ups(coefficients, misses)
-        a, before = elements.slip_angle, self.memory
+        layout, count, before = self.layout, elements.count, self.memory
+        shape = layout.count, layout.parts
+        wind_up = self._filled("er_gear_wind_ups", coefficients, misses, 5)
+        a = elements.slip_angle
         start = np.clip(wind_up[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
-        held = self.in_c.held(elements.in_c, wind_up, start)
-        memory = Memory(wind_up, *held)
+        begin, room = numbers("elongations", start, (count,)), np.empty(2 * count)
+        memory = Memory(
+            wind_up, np.empty((*shape, 2)), np.empty((*shape, 2, 5)), np.empty((*shape, count))
+        )
+        filled = memory.impulse, memory.by_wind_up, memory.elongation
+        loaded_library().er_elements_hold(
+            ctypes.byref(self.struct),
+            ctypes.byref(elements.struct),
+            *map(address, (wind_up, begin, *filled, room)),
+        )
         return replace(self, memory=memory)
 
     def torque_changes(self, other: GearDrive, least: float) -> np.ndarray:
@@ -222,39 +291,56 @@ class GearDrive:
         return 1.0 / (self.inertia / self.step + self.task.damping + stiffness)
 
     @cached_property
-    def in_c(self) -> DeskDrive:
-        """The drive in C."""
-        layout, errors, memory = self.layout, self.task.errors, self.memory
+    def _arrays(self) -> list[np.ndarray]:
+        """The arrays that C reads, in its order; they stay as long as the drive."""
+        layout, errors, pieces = self.layout, self.task.errors, cubic_pieces(self.task.curve)
+        steps, count = layout.count * layout.parts, len(pieces[1])
         place = (np.arange(layout.parts)[:, None] + _QUARTERS) / layout.parts
-        steps = layout.count * layout.parts
-        held = None
-        if memory is not None:
-            held = HeldElements(
-                memory.wind_up.reshape(steps, 5),
-                memory.impulse.reshape(steps, 2),
-                memory.by_wind_up.reshape(steps, 2, 5),
-            )
-        return DeskDrive(
-            DriveNumbers(
-                layout.count,
-                layout.parts,
-                layout.degree,
-                self.first,
-                self.step,
-                self.task.damping,
-                self.link_rate,
-                cubic_pieces(self.task.curve),
-                np.array([errors.amplitude, errors.order, errors.phase]),
-                stencil(place, layout.degree, 0),
-                stencil(np.zeros(1), layout.degree, 1)[0] / self.cycle,
-                _FINE,
-                self.link,
-                self.impulse,
-                self.inertia,
-                self.scale,
-                held,
-            )
+        start_row = stencil(np.zeros(1), layout.degree, 1)[0] / self.cycle
+        sines = errors.amplitude, errors.order, errors.phase
+        arrays = [
+            *map(finite_numbers, ("knots", "origins", "cubics"), pieces, _piece_shapes(count)),
+            *(finite_numbers("sines", values, (len(errors.order),)) for values in sines),
+            numbers("weights", stencil(place, layout.degree, 0), (*place.shape, layout.degree + 1)),
+            numbers("weights of the first rate", start_row, (layout.degree + 1,)),
+            _FINE,
+            finite_numbers("link", self.link, (4 * steps + 1,)),
+            finite_numbers("impulses", self.impulse, (2 * steps,)),
+            finite_numbers("inertia", self.inertia, (steps,)),
+            finite_numbers("scale", self.scale, (steps,)),
+        ]
+        if (memory := self.memory) is None:
+            return arrays
+        return [*arrays, memory.wind_up, memory.impulse, memory.by_wind_up]
+
+    @cached_property
+    def struct(self) -> DriveStruct:
+        """The drive as C has it."""
+        layout, task, arrays = self.layout, self.task, self._arrays
+        counts = layout.count, layout.parts, layout.degree, self.first
+        return DriveStruct(
+            *(*counts, len(arrays[1]), len(arrays[3])),
+            *(self.step, task.damping, self.link_rate),
+            *map(address, arrays),
         )
+
+    def unknowns(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return coefficients [rad], (count + degree,), and misses [rad], (nodes,), as C reads them."""
+        layout = self.layout
+        return (
+            numbers("coefficients", coefficients, (layout.count + layout.degree,)),
+            numbers("misses", misses, (layout.nodes,)),
+        )
+
+    def _filled(
+        self, name: str, coefficients: np.ndarray, misses: np.ndarray, *width: int
+    ) -> np.ndarray:
+        """Return what a function of the library tells of a motion, (count, parts, *width)."""
+        unknowns = self.unknowns(coefficients, misses)
+        filled = np.empty((self.layout.count, self.layout.parts, *width))
+        call = getattr(loaded_library(), name)
+        call(ctypes.byref(self.struct), *map(address, unknowns), address(filled))
+        return filled
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return by how much the equation is missed at every node but the last, as angles [rad].
@@ -266,13 +352,15 @@ class GearDrive:
         Returns:
             (count, parts).
         """
-        return self.in_c.defects(coefficients, misses)
+        return self._filled("er_gear_defects", coefficients, misses)
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by their blocks' unknowns [rad/rad], (n, parts, width)."""
         layout = self.layout
         of_drive, of_miss = layout.block_coefficient, layout.block_miss
-        rows = self.in_c.rows(coefficients, misses)
+        # By coefficients i - 1 to i + degree, then by the misses of the node before, at it, behind.
+        width = len(of_drive) + _MISSES
+        rows = self._filled("er_gear_rows", coefficients, misses, width)
         blocks = np.zeros((layout.count, layout.parts, layout.width))
         blocks[:, :, of_drive] = rows[:, :, : len(of_drive)]
         for j in range(layout.parts):
@@ -280,29 +368,37 @@ class GearDrive:
         return blocks
 
 
-def cubic_pieces(curve: TorqueCurve) -> CubicPieces:
-    """Return the torque curve of one gear as cubics.
+def _piece_shapes(count: int) -> tuple[tuple[int, ...], ...]:
+    return (count - 1,), (count,), (count, 4)
+
+
+def cubic_pieces(curve: TorqueCurve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the torque curve of one gear as p cubics.
+
+    Returns:
+        Rising angles, the last ones of their pieces [rad], (p - 1,); the angle from which each piece
+        counts [rad], (p,); coefficients of 1, t, t^2, t^3 [N m], t from there [rad], (p, 4).
 
     Example:
         >>> from elastic_robot.torque_curves import BacklashCurve
-        >>> cubic_pieces(BacklashCurve(np.array([1e4]), np.array([1e-3]))).cubics[:, 1]
+        >>> cubic_pieces(BacklashCurve(np.array([1e4]), np.array([1e-3])))[2][:, 1]
         array([10000.,     0., 10000.])
     """
     if isinstance(curve, SplineCurve):
         knots = curve.knots[0][np.isfinite(curve.knots[0])]
         pieces = slice(0, len(knots) + 1)
-        return CubicPieces(knots, curve.origins[0, pieces], curve.cubics[0, pieces])
+        return knots, curve.origins[0, pieces], curve.cubics[0, pieces]
     (edges,) = curve.bend_angles
     knots = edges[np.isfinite(edges)]
     if not len(knots):
         (slope,) = curve.slope(np.zeros(1))
-        return CubicPieces(knots, np.zeros(1), np.array([[0.0, slope, 0.0, 0.0]]))
+        return knots, np.zeros(1), np.array([[0.0, slope, 0.0, 0.0]])
     low, high = knots
     slopes = [float(curve.slope(np.array([x]))[0]) for x in (low - 1.0, 0.0, high + 1.0)]
     cubics = [[0.0, slope, 0.0, 0.0] for slope in slopes]
     # On its edges a backlash has no stiffness.
     knots = np.array([np.nextafter(low, -np.inf), high])
-    return CubicPieces(knots, np.array([low, 0.0, high]), np.array(cubics))
+    return knots, np.array([low, 0.0, high]), np.array(cubics)
 
 
 def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:

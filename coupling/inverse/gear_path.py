@@ -10,16 +10,27 @@ taken for chords.
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
-from coupling.native.desk_gear import DeskGear
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, finite_numbers, numbers
 from elastic_robot.torque_curves import TorqueCurve
 
 # Chords of a spring that bends, between two of its knots.
 _CHORDS = 64
+
+
+class _Law(ctypes.Structure):
+    """er_gear_law of desk/gear_path.h."""
+
+    _fields_ = (
+        ("corners", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in ("angle", "torque", "slope")),
+    )
 
 
 @dataclass(frozen=True)
@@ -81,11 +92,28 @@ class GearLaw:
             start: Wind-up from which on they are followed [rad].
             elongation: Their elongations there [rad], (e,).
         """
-        return GearLaw(*self._in_c(elements).law_from(start, elongation))
+        begin = finite_numbers("elongations", elongation, (elements.count,))
+        room = len(self.angle) + 2 * elements.count
+        angle, torque, slope = np.empty(room), np.empty(room), np.empty(room + 1)
+        law, _read = self._in_c()
+        count = loaded_library().er_gear_law_with_elements(
+            ctypes.byref(law),
+            ctypes.byref(elements.struct),
+            ctypes.c_double(start),
+            *map(address, (begin, angle, torque, slope)),
+        )
+        return GearLaw(angle[:count].copy(), torque[:count].copy(), slope[: count + 1].copy())
 
-    def _in_c(self, elements: GearElements) -> DeskGear:
-        spring = self.angle, self.torque, self.slope
-        return DeskGear(*spring, elements.in_c)
+    def _in_c(self) -> tuple[_Law, list[np.ndarray]]:
+        """Return the law as C has it, and arrays that stay as long as C reads it."""
+        corners = len(self.angle)
+        if not corners or (np.diff(self.angle) <= 0.0).any():
+            raise ValueError("expected rising angles of a law")
+        values = zip(
+            ("angles", "torques", "slopes"), (self.angle, self.torque, self.slope), strict=True
+        )
+        arrays = [finite_numbers(n, v, (corners + (n == "slopes"),)) for n, v in values]
+        return _Law(corners, *map(address, arrays)), arrays
 
     def path(
         self,
@@ -104,4 +132,19 @@ class GearLaw:
             start: e at the first sample [rad], to which the elements came from unloaded.
             elements: Elements of its hysteresis.
         """
-        return self._in_c(elements).path(spacing, torque, damping, start)
+        pulls = numbers("torques", torque, (len(torque),))
+        angle, rate = np.empty_like(pulls), np.empty_like(pulls)
+        law, _read = self._in_c()
+        followed = loaded_library().er_gear_path(
+            ctypes.byref(law),
+            ctypes.byref(elements.struct),
+            ctypes.c_double(damping),
+            ctypes.c_double(spacing),
+            ctypes.c_int64(len(pulls)),
+            address(pulls),
+            ctypes.c_double(start),
+            *map(address, (angle, rate)),
+        )
+        if not followed:
+            raise MemoryError("the law of a gear does not fit into memory")
+        return angle, rate

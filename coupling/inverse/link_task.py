@@ -23,29 +23,17 @@ DEGREE = 5
 # Longest distance of their nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
 _SPACING = 0.004
 
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of the sum of squares; the unit of the sum of squares is a micrometre at the tool.
-
-    Attributes:
-        position: Weight of a position error [1/m].
-        rotation: Weight of a rotation error [1/rad]: 0.1 mrad counts as a micrometre.
-        acceleration: Weight of the links' angular acceleration less the rigid robot's [s^2/rad].
-        tether: Weight of the links' angles less the rigid robot's, where a robot of more than six joints
-            may move with its tool in place [1/rad]: they come back to them within a fifth of a second.
-        balance: Weight of a torque missing in a tilt, over that of its displacement of the tool against
-            the tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
-    """
-
-    position: float
-    rotation: float
-    acceleration: float
-    tether: float
-    balance: float
-
-
-WEIGHTS = Weights(position=1e6, rotation=1e4, acceleration=0.2, tether=50.0, balance=30.0)
+# Weights of the sum of squares, whose unit is a micrometre at the tool: of errors of position [1/m], and
+# of rotation [1/rad], 0.1 mrad as a micrometre.
+OF_POSITION, OF_ROTATION = 1e6, 1e4
+# Of the links' angular acceleration less the rigid robot's [s^2/rad].
+OF_ACCELERATION = 0.2
+# Of the links' angles less the rigid robot's, where a robot of more than six joints may move with its
+# tool in place [1/rad]: they come back to them within a fifth of a second.
+OF_ANGLE = 50.0
+# Of a torque missing in a tilt, over that of its displacement of the tool against the tilt's stiffness
+# and its inertia between two nodes.  Heavier, rounding takes over.
+OF_BALANCE = 30.0
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,11 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import (
     DEGREE,
-    WEIGHTS,
+    OF_ACCELERATION,
+    OF_ANGLE,
+    OF_BALANCE,
+    OF_POSITION,
+    OF_ROTATION,
     LinkMotion,
     LinkTask,
     interpolating,
@@ -181,12 +185,12 @@ def link_path(model: LinkModel, task: LinkTask) -> LinkPath:
         _desired(task, task.nodes),
         _desired(task, task.start + task.spacing * (outer + 0.5)),
         interpolating(task, task.guess).coefficients,
-        WEIGHTS.balance * WEIGHTS.position * model.reach / stiffness,
-        WEIGHTS.position,
-        WEIGHTS.rotation,
-        WEIGHTS.acceleration,
+        OF_BALANCE * OF_POSITION * model.reach / stiffness,
+        OF_POSITION,
+        OF_ROTATION,
+        OF_ACCELERATION,
         # The pose holds up to six joints; what more of them do by themselves is held here.
-        WEIGHTS.tether if model.chain.joint_count > _HELD else 0.0,
+        OF_ANGLE if model.chain.joint_count > _HELD else 0.0,
         _end_conditions(model, task),
     )
 
@@ -208,7 +212,7 @@ def _end_conditions(model: LinkModel, task: LinkTask) -> EndConditions:
     A motion that begins at rest has the tilts at rest under their static loads by their equation.
     """
     # Heavier than everything else, so that it holds to rounding.
-    heavy = WEIGHTS.balance * WEIGHTS.position * model.reach
+    heavy = OF_BALANCE * OF_POSITION * model.reach
     # Derivatives by the distance of the nodes: all rows are angles.
     value, rate, acceleration = (
         heavy * stencil(np.array(0.0), DEGREE, order)[: REACH - 1] for order in range(_ORDERS)

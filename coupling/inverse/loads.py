@@ -1,11 +1,27 @@
-"""The wrench on a tool as links on nodes can feel it."""
+"""The wrench on a tool as links on nodes can feel it, in C (`desk/smooth_wrench.h`)."""
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
-from coupling.native.desk_wrench import DeskWrench
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, finite_numbers, numbers
 from coupling.path.histories import WrenchHistory
+
+# Cells of a grid in the width of a mean, and so many of them that their numbers are exact.
+_CELLS, _MOST_CELLS = 16, 1e15
+
+
+class _History(ctypes.Structure):
+    """er_wrench_history of desk/smooth_wrench.h."""
+
+    _fields_ = (
+        ("count", ctypes.c_int64),
+        ("cell", ctypes.c_double),
+        *((name, ctypes.c_void_p) for name in ("instants", "before", "behind")),
+    )
 
 
 class SmoothWrench:
@@ -20,6 +36,9 @@ class SmoothWrench:
         history: Wrench on one tool; beyond its ends the outermost row acts.
         width: Distance of the nodes [s].
 
+    Raises:
+        ValueError: If the width is no part of the duration.
+
     Example:
         >>> force = np.array([[0.0, 0, 0], [0, 0, 0], [8, 0, 0]])
         >>> step = WrenchHistory.of_forces(np.array([0.0, 1.0, 1.0]), [force])
@@ -28,8 +47,21 @@ class SmoothWrench:
     """
 
     def __init__(self, history: WrenchHistory, width: float) -> None:
-        self._in_c = DeskWrench(history.instants, history.before[0], history.behind[0], width)
+        instants, cell = history.instants, width / _CELLS
+        if not (instants[-1] - instants[0]) / _MOST_CELLS < cell < np.inf:
+            raise ValueError(f"expected the width of a mean in seconds, got {width}")
+        # The arrays stay as long as C reads them.
+        self._read = (
+            finite_numbers("instants", instants, (len(instants),)),
+            finite_numbers("wrenches", history.before[0], (len(instants), 6)),
+            finite_numbers("wrenches", history.behind[0], (len(instants), 6)),
+        )
+        self._history = _History(len(instants), cell, *map(address, self._read))
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
         """Return the smoothed wrenches at times (k,) [s], (k, 6)."""
-        return self._in_c.at(times)
+        at, wrench = numbers("times", times, (len(times),)), np.empty((len(times), 6))
+        loaded_library().er_smooth_wrench(
+            ctypes.byref(self._history), ctypes.c_int64(len(at)), address(at), address(wrench)
+        )
+        return wrench

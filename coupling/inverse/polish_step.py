@@ -10,7 +10,7 @@ import piqp
 from scipy import sparse
 
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.link_task import WEIGHTS
+from coupling.inverse.link_task import OF_ACCELERATION, OF_POSITION, OF_ROTATION
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 
@@ -82,7 +82,7 @@ class Observation:
     @property
     def scale(self) -> np.ndarray:
         """Weights of position and rotation, (6,)."""
-        return np.repeat([WEIGHTS.position, WEIGHTS.rotation], 3)
+        return np.repeat([OF_POSITION, OF_ROTATION], 3)
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Step:
         promised = (view.scale[:, None, None] * by_change).reshape(-1, len(free) * joints)
         missing = (view.scale * response.deviation[here]).ravel()
         differences = _differences(command, free, 2)
-        weight = _SMOOTH * WEIGHTS.acceleration / command.spacing**2
+        weight = _SMOOTH * OF_ACCELERATION / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))
         bent = weight * differences.present.ravel()
         return cls(

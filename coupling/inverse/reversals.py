@@ -7,9 +7,12 @@ others.  A gear reverses where T changes sign, and it has then moved by twice it
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
-from coupling.native.desk_gear import backlash_changes
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, numbers
 from elastic_robot.settings import SETTINGS
 
 # A torque that would need longer to push a gear through its backlash counts as none [s].
@@ -57,9 +60,20 @@ def backlash_reversals(
         array(1)
     """
     shape = torque.shape[1:]
+    changes, rows = np.empty(shape, dtype=np.int64), torque.reshape(len(torque), -1)
     widths, dampings = (np.broadcast_to(v, shape).ravel() for v in (backlash, damping))
-    changes = backlash_changes(spacing, torque.reshape(len(torque), -1), widths, dampings)
-    return changes.reshape(shape)
+    arrays = (
+        numbers("torques", rows, rows.shape),
+        numbers("backlash", widths, (changes.size,)),
+        numbers("damping", dampings, (changes.size,)),
+    )
+    loaded_library().er_backlash_reversals(
+        ctypes.c_int64(len(rows)),
+        ctypes.c_int64(changes.size),
+        ctypes.c_double(spacing),
+        *map(address, (*arrays, changes)),
+    )
+    return changes
 
 
 def margin(torque: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
-"""Splines on evenly spaced knots, of several quantities at once."""
+"""Splines on evenly spaced knots, of several quantities at once, in C (`desk/spline.h`)."""
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -10,7 +11,18 @@ from math import factorial
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from coupling.native.desk_spline import spline_values
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, numbers
+
+
+class _Spline(ctypes.Structure):
+    """er_spline of desk/spline.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("degree", "intervals", "quantities")),
+        *((name, ctypes.c_double) for name in ("start", "spacing")),
+        ("coefficients", ctypes.c_void_p),
+    )
 
 
 @cache
@@ -101,5 +113,19 @@ class UniformSpline:
 
     def at(self, times: np.ndarray, order: int = 0) -> np.ndarray:
         """Return values or derivatives at times (k,) [s], (k, quantities)."""
-        powers = _powers(self.degree, order) / self.spacing**order
-        return spline_values(self.start, self.spacing, self.coefficients, powers, times)
+        size, quantities = self.coefficients.shape
+        if size <= self.degree:
+            raise ValueError(f"expected more than {self.degree} coefficients, got {size}")
+        powers = np.ascontiguousarray(_powers(self.degree, order) / self.spacing**order)
+        rows = numbers("coefficients", self.coefficients, (size, quantities))
+        at, values = numbers("times", times, (len(times),)), np.empty((len(times), quantities))
+        grid = size - self.degree, quantities, self.start, self.spacing
+        loaded_library().er_spline_at(
+            ctypes.byref(_Spline(self.degree, *grid, address(rows))),
+            ctypes.c_int64(len(powers)),
+            address(powers),
+            ctypes.c_int64(len(at)),
+            address(at),
+            address(values),
+        )
+        return values

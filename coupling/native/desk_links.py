@@ -120,17 +120,8 @@ class _Task(ctypes.Structure):
     )
 
 
-class _Report(ctypes.Structure):
-    """er_link_report of desk/link_path.h."""
-
-    _fields_ = tuple(
-        (name, ctypes.c_double) for name in ("position", "rotation", "torque", "step", "cut")
-    )
-
-
-@dataclass(frozen=True)
-class GaussNewtonStep:
-    """One iteration of Gauss and Newton's method for the links' motion.
+class GaussNewtonStep(ctypes.Structure):
+    """An iteration of Gauss and Newton's method for the links: er_link_report of desk/link_path.h.
 
     Attributes:
         position, rotation: Largest error of the tool's pose before the iteration [m], [rad].
@@ -139,11 +130,9 @@ class GaussNewtonStep:
         cut: Largest difference of changes that were solved for twice, behind a cut [rad].
     """
 
-    position: float
-    rotation: float
-    torque: float
-    step: float
-    cut: float
+    _fields_ = tuple(
+        (name, ctypes.c_double) for name in ("position", "rotation", "torque", "step", "cut")
+    )
 
 
 class LinkIterations:
@@ -208,7 +197,7 @@ class LinkIterations:
             damping: Part of the matrix's diagonal that is added to it.
         """
         motion = finite_numbers("coefficients", coefficients, self._shape)
-        step, report = np.empty_like(motion), _Report()
+        step, report = np.empty_like(motion), GaussNewtonStep()
         solved = self._library.er_link_iterations_improve(
             self._handle,
             ctypes.byref(self._task),
@@ -217,8 +206,4 @@ class LinkIterations:
             address(step),
             ctypes.byref(report),
         )
-        if not solved:
-            return None
-        return step, GaussNewtonStep(
-            report.position, report.rotation, report.torque, report.step, report.cut
-        )
+        return (step, report) if solved else None

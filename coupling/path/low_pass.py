@@ -52,8 +52,8 @@ def zero_phase(
         step: Step of time [s].
         cutoff: Half power of one run [Hz]; at or above half the sampling rate nothing is filtered.
         order: Order of the filter in one direction.
-        padtype: How rows go on beyond their ends: "even" keeps zero rates there, "odd" the rates.
-        periods: How far they go on, in periods of the cutoff.
+        padtype: Continuation beyond the ends: "even" keeps zero rates there, "odd" the rates.
+        periods: Length of the continuation, in periods of the cutoff.
 
     Example:
         >>> time = 0.004 * np.arange(1000)

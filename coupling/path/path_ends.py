@@ -9,6 +9,8 @@ from coupling.path.interpolation import InterpolatedPath
 
 # For so long after a start in motion, and before such an end, it is what a tool deviates by [s].
 _SETTLING_TIME = 1.0
+# What to do about a deviation there.
+MOVING_END = "the path is in motion there and the robot at rest: let it accelerate from rest"
 
 
 def ends_in_motion(desired: ToolPath, names: tuple[str, ...]) -> tuple[str, ...]:

@@ -139,6 +139,7 @@ def _setting(
 class StoredPlacement(Shown):
     """A placement read back from its folder."""
 
+    folder: Path
     figures: PlacementResult
     maps: tuple[PartMap, ...]
 
@@ -151,7 +152,7 @@ def read_placement(folder: Path) -> StoredPlacement:
     """
     figures = PlacementResult.read(folder / FIGURES, ResultError)
     if not figures.maps:
-        return StoredPlacement(figures, ())
+        return StoredPlacement(folder, figures, ())
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
@@ -160,7 +161,7 @@ def read_placement(folder: Path) -> StoredPlacement:
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
-    return StoredPlacement(figures, tuple(maps))
+    return StoredPlacement(folder, figures, tuple(maps))
 
 
 def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:

@@ -7,17 +7,21 @@ act on the tool [Altintas2012, sections 2.5 and 2.6].
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from coupling.native.desk_cut import MOST_PASSES, MillTeeth
+from coupling.native.desk_library import loaded_library
+from coupling.native.desk_robot import address, numbers
 
 # Height above the surface up to which an edge rubs, about its radius [m].
 _RUBS = 5e-6
 # Passes whose surfaces a tooth may meet: of so many turns, or so many at least.
 _TURNS, _FEWEST = 2, 8
+# ER_MOST_PASSES of desk/cut.h.
+_MOST_PASSES = 64
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ class Cutter:
             Times [s], (teeth, passes), and reach at the tip and a quarter of a turn further up the edge
             [m], (teeth, passes, 2).
         """
-        count = min(max(_TURNS * self.teeth, _FEWEST), MOST_PASSES)
+        count = min(max(_TURNS * self.teeth, _FEWEST), _MOST_PASSES)
         tooth, back = np.arange(self.teeth)[:, None], np.arange(1, count + 1)
         before, turns = (tooth + back) % self.teeth, (tooth + back) // self.teeth
         tips = self.tips
@@ -143,6 +147,25 @@ class Way:
     points: np.ndarray
 
 
+class _Mill(ctypes.Structure):
+    """er_mill of desk/cut.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("teeth", "passes")),
+        *((name, ctypes.c_double) for name in ("radius", "lag", "speed", "rubs")),
+        *((name, ctypes.c_void_p) for name in ("tip", "delay", "further", "coefficients")),
+    )
+
+
+class _Engagement(ctypes.Structure):
+    """er_engagement of desk/cut.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("count", "arcs")),
+        *((name, ctypes.c_void_p) for name in ("time", "feed", "start", "end", "depth")),
+    )
+
+
 def tooth_wrench(
     cutter: Cutter,
     coefficients: CuttingCoefficients,
@@ -167,18 +190,24 @@ def tooth_wrench(
     Returns:
         Forces [N] and moments about the tip's centre [N m], axes f, n, z, (n, 6).
     """
-    K = coefficients
-    teeth = MillTeeth(
-        cutter.radius,
-        cutter.lag,
-        cutter.speed,
-        _RUBS,
-        cutter.tips,
-        *cutter.passes_before,
-        np.array([K.K_tc, K.K_rc, K.K_ac, K.K_te, K.K_re, K.K_ae]),
+    K, count, points = coefficients, len(time), len(way.time)
+    delay, further = cutter.passes_before
+    force = np.array([K.K_tc, K.K_rc, K.K_ac, K.K_te, K.K_re, K.K_ae])
+    of_mill = [np.ascontiguousarray(values) for values in (cutter.tips, delay, further, force)]
+    arc = (numbers("arcs", values, (count,)) for values in (cut.start, cut.end, cut.depth))
+    of_cut = [numbers("time", time, (count,)), numbers("feed", feed, (count, 2)), *arc]
+    moved = numbers("way", way.time, (points,)), numbers("way", way.points, (points, 2))
+    mill = _Mill(
+        *(*delay.shape, cutter.radius, cutter.lag, cutter.speed, _RUBS), *map(address, of_mill)
     )
-    arcs = cut.start[:, None], cut.end[:, None], cut.depth[:, None]
-    return teeth.wrench(time, feed, arcs, way.time, way.points)
+    wrench = np.empty((count, 6))
+    loaded_library().er_mill_wrench(
+        ctypes.byref(mill),
+        ctypes.byref(_Engagement(count, 1, *map(address, of_cut))),
+        ctypes.c_int64(points),
+        *map(address, (*moved, wrench)),
+    )
+    return wrench
 
 
 def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement) -> np.ndarray:

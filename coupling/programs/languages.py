@@ -20,6 +20,7 @@ from coupling.programs.krl.syntax import called_names, shares_data
 from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.programs.rapid import reader as rapid_reader
 from coupling.programs.rapid import writer as rapid
+from coupling.programs.rounding import round_program
 
 Targets = Literal["cartesian", "joints"]
 Posture = Literal["never", "known", "always"]
@@ -49,6 +50,7 @@ class Language:
         posture: Whether its poses state the robot's posture: "never", "known" where the robot file says
             how the controller counts, or "always", for the language has no pose without.
         joints: Number of joints that its programs are for; None for any.
+        rounded: Function that gives a program the digits that its text has.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Language:
     posture: Posture = "never"
     joints: int | None = 6
     endings: tuple[str, ...] = ()
+    rounded: Callable[[RobotProgram], RobotProgram] = round_program
 
 
 def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
@@ -97,6 +100,7 @@ LANGUAGES = {
             # The interpolation cycle of KRC controllers.
             shortest=0.012,
             posture="known",
+            rounded=krl.rounded,
         ),
         Language(
             "rapid",
@@ -109,6 +113,7 @@ LANGUAGES = {
             shortest=0.012,
             posture="always",
             endings=_RAPID_ENDINGS[1:],
+            rounded=rapid.rounded,
         ),
         Language(
             "fanuc",

@@ -138,6 +138,12 @@ def case_of(run: StoredRun) -> RunCase:
     return validate(case_content(run), RunCase, ResultError, str(run.folder / CASE))
 
 
+def tolerance_of(run: StoredRun) -> float | None:
+    """Return the deviation that the part of a run allows [m]; None where it is not stated."""
+    tolerance = case_of(run).part.tolerance_mm
+    return None if tolerance is None else 1e-3 * tolerance
+
+
 def case_content(run: StoredRun) -> dict[str, Any]:
     """Return the content of a run's case.
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from coupling.check.robot_findings import RobotFindings
-from coupling.errors import ResultError
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.document import document
-from coupling.report.report_file import write_page
+from coupling.report.expected import expected_words
+from coupling.report.lengths import in_words
+from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
 from coupling.results.scene import Scene, SceneLine
-from coupling.results.section import Answer, Note, Section, Table, warned
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 from coupling.run.gear_check import gear_sections
 from coupling.run.predicted_motor_torques import COLD, WARM, PredictedMotorTorque
 from coupling.run.simulated_motor_torques import motor_limit
@@ -27,6 +28,8 @@ from coupling.run.simulated_motor_torques import motor_limit
 _REACH = "#009E73"
 # What is not seen of a path [m].
 _SEEN = 2e-4
+# Distance to a joint's limit that should remain [rad].
+_NEAR = np.deg2rad(5.0)
 _NOTE = Note(
     "In the picture: the robot along its path, under the loads named above. Thin lines: reach"
     " of the TCP from the middle of the path with the tool's orientation there, in the vertical"
@@ -35,30 +38,153 @@ _NOTE = Note(
 )
 
 
-def write_check_page(
-    file: Path,
-    title: str,
+def check_report(
+    name: str,
     robots: Sequence[RobotFindings],
-    sections: Sequence[Section],
     case: Mapping[str, Any],
+    sections: Sequence[Section],
+    warnings: Sequence[Section],
     answer: Answer,
-) -> Path:
-    """Write the page of a case that was checked; return the file.
+) -> ResultReport:
+    """Return what is told of a case that was checked.
 
     Args:
-        file: The HTML file.
-        title: Title of the page.
+        name: Name of the case.
         robots: Findings on the robots.
-        sections: Sections of the page.
         case: Content of the case.
-        answer: Its first screen.
-
-    Raises:
-        ResultError: If it cannot be written.
+        sections: Sections for terminal and page.
+        warnings: Those that warn.
+        answer: First screen.
     """
-    shown = replace(answer, scene=workspace(robots, case))
-    write_page(file, document(title, [*sections, Section("", [_NOTE])], shown), ResultError)
-    return file
+    return ResultReport(
+        "check",
+        name,
+        answer,
+        summary=lambda: sections,
+        sections=lambda: [*sections, Section("", [_NOTE])],
+        warnings=warnings,
+        scene=partial(workspace, robots, case),
+    )
+
+
+def check_answer(
+    robots: Sequence[RobotFindings],
+    case: Mapping[str, Any],
+    file: Path,
+    loads: str,
+    chatter: Sequence[str] = (),
+) -> Answer:
+    """Return the first screen of a case that was checked.
+
+    Args:
+        robots: Findings on its robots.
+        case: Content of the case.
+        file: The case file, as it was named.
+        loads: Loads of the robots, in words.
+        chatter: Sentences on a cut that chatters; none where it does not.
+    """
+    limits = [
+        f"joint {demand.joint} of {robot.name} exceeds its {' and '.join(demand.exceeded)}"
+        for robot in robots
+        for demand in robot.demands
+        if demand.exceeded
+    ]
+    overloads = [str(warning) for robot in robots for warning in robot.warnings]
+    problems = [*limits, *chatter, *overloads]
+    margin = min(
+        (d.margin for robot in robots for d in robot.demands if d.margin is not None),
+        default=np.inf,
+    )
+    gears = [gear for robot in robots for gear in robot.gears if gear.at_risk]
+    wrong = [
+        replay.deviation.maximum
+        for robot in robots
+        for replay in (*robot.backlash, *(robot.hysteresis or ()))
+    ]
+    tolerance = case.get("part", {}).get("tolerance_mm")
+    felt = bool(wrong) and tolerance is not None and max(wrong) > 1e-3 * tolerance
+    expected = max(
+        (robot.expected for robot in robots if robot.expected is not None),
+        key=lambda figure: figure.maximum,
+        default=None,
+    )
+    fits = None if tolerance is None or expected is None else expected.fits(1e-3 * tolerance)
+    if chatter:
+        sentence = WILL_CHATTER
+    elif limits:
+        sentence = f"The robot cannot follow this path: {limits[0]}."
+    elif overloads:
+        sentence = "The robot reaches the whole path, but is loaded beyond its rating."
+    else:
+        sentence = "The robot reaches the whole path within its limits."
+        if not np.isfinite(margin):
+            sentence = "The robot reaches the whole path; its file states no limits of the joints."
+        if expected is not None:
+            sentence += (
+                f" Corrected, {expected_words(expected)} to expect on the real robot"
+                f"{'' if tolerance is None else f', your tolerance is {in_words(1e-3 * tolerance)}'}."
+            )
+        elif felt:
+            sentence += (
+                f" Its gears have to be known well: an error of their backlash alone leaves up to"
+                f" {in_words(max(wrong))}, your tolerance is {in_words(1e-3 * tolerance)}."
+            )
+    return Answer(
+        sentence=sentence,
+        reason=problems[0] if problems and not limits else _say_of_gears(gears),
+        good=False if problems or felt else fits,
+        figures=(
+            KeyFigure(
+                "To the nearest joint limit",
+                f"{np.rad2deg(margin):.3g} deg" if np.isfinite(margin) else "no limit",
+                _room(margin),
+            ),
+            KeyFigure(
+                "Gears that reverse",
+                str(len(gears)),
+                "their backlash is felt at the tool" if gears else "backlash is not felt",
+            ),
+            KeyFigure(
+                "If backlash is 20 % off",
+                in_words(max(wrong)) if wrong else "nothing",
+                f"largest deviation of the tool, under {loads}",
+            ),
+        ),
+        steps=_steps(
+            chatters=bool(chatter),
+            is_beyond=bool(problems),
+            is_to_place=len(robots) == 1 and bool(gears or problems),
+            case=str(file),
+        ),
+    )
+
+
+def _room(margin: float) -> str:
+    if not np.isfinite(margin):
+        return "the robot file states none"
+    return "little" if margin < _NEAR else "enough"
+
+
+def _say_of_gears(gears: Sequence[Any]) -> str:
+    if not gears:
+        return "No gear reverses along the path, so that backlash does little harm."
+    numbers = sorted({gear.joint for gear in gears})
+    names = " and ".join(filter(None, (", ".join(map(str, numbers[:-1])), str(numbers[-1]))))
+    return (
+        f"The gears of joint{'s' if len(numbers) > 1 else ''} {names} reverse along the path, and the"
+        " tool jumps by their backlash; a compensation removes that as well as it is known."
+    )
+
+
+def _steps(chatters: bool, is_beyond: bool, is_to_place: bool, case: str) -> list[NextStep]:
+    if chatters:
+        return [
+            NextStep.by("Find a depth, a speed and a place that do not chatter:", "stability", case)
+        ]
+    steps = [] if is_beyond else [NextStep.by("Correct the command:", "compensate", case)]
+    if is_to_place:
+        steps.append(NextStep.by("Find a better place for the part:", "place", case))
+    return steps
 
 
 def check_summary(robots: Sequence[RobotFindings], loads: str) -> list[Section]:
@@ -202,5 +328,16 @@ def joint_table(demands: Sequence[DriveMotion]) -> Table:
         )
         for demand in demands
     ]
-    angles = ("[deg, s]", "lowest", "highest", "from", "to", "margin")
-    return Table((*angles, "rate", "limit", "acceleration", "limit", "BEYOND LIMIT"), rows)
+    columns = (
+        *("", "lowest", "highest", "from", "to", "margin"),
+        *("rate", "limit", "acceleration", "limit", "BEYOND LIMIT"),
+    )
+    groups = [
+        ("", 1),
+        ("angle [deg]", 2),
+        ("limits [deg]", 3),
+        ("[deg/s]", 2),
+        ("[deg/s²]", 2),
+        ("", 1),
+    ]
+    return Table(columns, rows, groups=groups)

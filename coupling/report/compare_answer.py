@@ -5,35 +5,40 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from coupling.report.background import case_of
+from coupling.report.background import tolerance_of
 from coupling.report.comparison import Comparison
 from coupling.report.lengths import in_words, judged
 from coupling.report.report_file import name_path
-from coupling.report.run_report import answer_of
+from coupling.report.run_report import run_report
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.run.stored_run import StoredRun
 
-_MEASURED_KIND = "measured"
+_MEASURED_KIND, _EXPECTED_KIND = "measured", "expected on the real robot"
 
 
 def comparison_answer(comparison: Comparison) -> Answer:
     """Return the first screen: which run leaves least, and what to do with it."""
     standings = [_Standing.of(comparison, number) for number in range(len(comparison.runs))]
     best = min(standings, key=lambda standing: standing.order)
-    own_answer, tolerance_mm = answer_of(best.run), case_of(best.run).part.tolerance_mm
-    tolerance = None if tolerance_mm is None else 1e-3 * tolerance_mm
+    own_answer, tolerance = run_report(best.run).answer, tolerance_of(best.run)
     good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
+    many = f"of {len(standings)} runs " if len(standings) > 1 else ""
+    words = f"{many}{best.name} leaves least, up to {in_words(best.deviation)}, {best.kind}"
     if best.kind == _MEASURED_KIND:
         good = None if tolerance is None else best.deviation <= tolerance
-        export = ("export", name_path(best.run.folder), "--to", "krl")
-        steps = [NextStep.by("Write the robot program of the best one:", *export)]
-    many = f"of {len(standings)} runs " if len(standings) > 1 else ""
+        expected = [s for s in standings if s.kind == _EXPECTED_KIND and s.run.figures.converged]
+        next_best = min([best, *expected], key=lambda standing: standing.deviation)
+        purpose = "Write the robot program of the best one:"
+        if next_best is not best:
+            purpose = f"Run {next_best.name} and measure it as well:"
+            words = (
+                f"of what was measured {best.name} leaves least, up to {in_words(best.deviation)};"
+                f" {next_best.name} is to leave {in_words(next_best.deviation)}, {next_best.kind}"
+            )
+        export = ("export", name_path(next_best.run.folder), "--to", "krl")
+        steps = [NextStep.by(purpose, *export)]
     return Answer(
-        sentence=judged(
-            f"{many}{best.name} leaves least, up to {in_words(best.deviation)}, {best.kind}",
-            good,
-            tolerance,
-        ),
+        sentence=judged(words, good, tolerance),
         reason="" if best.kind == _MEASURED_KIND else own_answer.sentence,
         good=good,
         figures=[
@@ -73,7 +78,7 @@ class _Standing:
         if measured is not None:
             deviation, kind = measured.run.size.maximum, _MEASURED_KIND
         elif expected is not None and figures.kind != "couple":
-            deviation, kind = expected.maximum, "expected on the real robot"
+            deviation, kind = expected.maximum, _EXPECTED_KIND
         return cls(
             comparison.names[number], run, deviation, figures.deviation_before_m.maximum, kind
         )

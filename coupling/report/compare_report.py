@@ -6,22 +6,19 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from math import degrees, isnan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.errors import ResultError
 from coupling.path.histories import ToolPath
 from coupling.path.length_text import format_um
 from coupling.report.background import case_content, case_of, real_part
 from coupling.report.colours import JOINTS
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
-from coupling.report.document import document
 from coupling.report.lengths import in_words, three_digits
-from coupling.report.report_file import write_page
+from coupling.report.result_report import ResultReport
 from coupling.report.run_figures import tolerance_rule
 from coupling.report.run_scene import part_frame, run_scene, track
 from coupling.report.style import DrawnLine, length_unit, over_time
@@ -42,22 +39,21 @@ _DEVIATIONS = (
 )
 
 
-def write_comparison(comparison: Comparison, file: Path) -> Path:
-    """Write the page of runs beside each other; return the file.
+def comparison_report(comparison: Comparison) -> ResultReport:
+    """Return what is told of runs beside each other."""
+    return ResultReport(
+        "compare",
+        " and ".join(comparison.names),
+        comparison_answer(comparison),
+        summary=partial(comparison_summary, comparison),
+        sections=partial(_page_sections, comparison),
+        scene=partial(comparison_scene, comparison),
+    )
 
-    Raises:
-        ResultError: If the case of a run is damaged, or the page cannot be written.
-    """
-    write_page(file, comparison_page(comparison), ResultError)
-    return file
 
-
-def comparison_page(comparison: Comparison) -> str:
-    """Return the page as one self-contained HTML text."""
+def _page_sections(comparison: Comparison) -> list[Section]:
     drawn = [part for robot in comparison.robots() for part in _sections(comparison, *robot)]
-    sections = [*_head(comparison), *drawn, _inputs(comparison)]
-    answer = replace(comparison_answer(comparison), scene=comparison_scene(comparison))
-    return document(" and ".join(comparison.names), sections, answer)
+    return [*_head(comparison), *drawn, _inputs(comparison)]
 
 
 def comparison_summary(comparison: Comparison) -> list[Section]:

@@ -7,6 +7,7 @@ import gzip
 import html
 import json
 import math
+import re
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"
+_NOT_FINITE = re.compile("nan|-?inf")
 # Level of gzip: 9 takes three times as long as 6 for a hundredth less.
 _COMPRESSION = 6
 _BROWSER = Path(__file__).with_name("browser")
@@ -245,6 +247,8 @@ def _is_seen(trace: Any) -> str:
 _SHAPES = {
     "triangle-up": '<path d="M6 11L11 1L16 11Z"/>',
     "triangle-down": '<path d="M6 1L11 11L16 1Z"/>',
+    "x": '<path d="M6 2L8 0L11 3.5L14 0L16 2L12.7 6L16 10L14 12L11 8.5L8 12L6 10L9.3 6Z"/>',
+    "star": '<path d="M11 0L13 4.5H17L14 7.5L15 12L11 9.5L7 12L8 7.5L5 4.5H9Z"/>',
 }
 
 
@@ -283,9 +287,10 @@ def _text(value: Any) -> str:
             return _text(flat.reshape(sizes))
         return f"{{{','.join(f'{json.dumps(key)}:{_text(item)}' for key, item in value.items())}}}"
     if isinstance(value, np.ndarray):
-        if value.ndim == 1 and value.dtype.kind == "f" and np.isfinite(value).all():
-            # All numbers of a curve at once.
-            return f"[{','.join([_NUMBER] * len(value))}]" % tuple(value.tolist())
+        if value.dtype.kind == "f":
+            return _numbers_text(value)
+        if value.dtype.kind in "iu":
+            return json.dumps(value.tolist(), separators=(",", ":"))
         value = list(value)
     if isinstance(value, list | tuple):
         return f"[{','.join(map(_text, value))}]"
@@ -293,3 +298,12 @@ def _text(value: Any) -> str:
     if isinstance(item, float):
         return _NUMBER % item if math.isfinite(item) else "null"
     return json.dumps(item)
+
+
+def _numbers_text(values: np.ndarray) -> str:
+    """Return an array as JSON, all its numbers at once."""
+    template = _NUMBER
+    for size in reversed(values.shape):
+        template = f"[{','.join([template] * size)}]"
+    text = template % tuple(values.ravel().tolist())
+    return text if np.isfinite(values).all() else _NOT_FINITE.sub("null", text)

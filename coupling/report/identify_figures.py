@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.intervals import interval_figure
 from coupling.report.style import drawn
 from coupling.results.identified_result import IdentifiedResult
 from coupling.results.parameter_result import ParameterResult
@@ -115,7 +115,8 @@ def intervals(result: IdentifiedResult) -> go.Figure:
     for entry in entries:
         value = entry.value or _far(entry)
         low, high = entry.low or 0.1 * value, entry.high or _far(entry)
-        rows.append(ShownInterval(label(entry), value, low, high, entry.identified))
+        shown = {"name": label(entry), "value": value, "low": low, "high": high}
+        rows.append(entry.model_copy(update=shown))
     starts = {
         "x": [entry.start for entry in entries if not entry.added],
         "y": [label(entry) for entry in entries if not entry.added],

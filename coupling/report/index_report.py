@@ -11,33 +11,17 @@ from urllib.parse import quote
 from coupling.errors import CouplingError, ResultError
 from coupling.files.atomic_folder import UNFINISHED
 from coupling.files.written_files import REPORT
-from coupling.place.folder import StoredPlacement
-from coupling.report.background import case_of, real_part
 from coupling.report.document import document
 from coupling.report.report_file import name_path, write_page
-from coupling.report.result_answers import (
-    modes_answer,
-    place_answer,
-    stability_answer,
-    study_answer,
-)
-from coupling.report.run_report import answer_of
-from coupling.report.run_scene import part_frame, tracks_of
-from coupling.report.static_scene import stills
-from coupling.report.stored_result import StoredResult, figures_file, read_result
-from coupling.results.modes_result import ModesResult
-from coupling.results.scene import Scene
+from coupling.report.result_report import ResultReport
+from coupling.report.stored_result import figures_file, read_result, report_of
 from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
-from coupling.results.stability_result import StabilityResult
 from coupling.run.stored_run import StoredRun
-from coupling.study.stored_study import StoredStudy
 
 INDEX = "index.html"
 # Folders in each other that are looked into.
 _DEPTH = 3
 _GOES_ON = "a command is at work there, or was stopped; given again, it goes on from what is kept."
-# Pieces of a path in a picture.
-_PIECES = 500
 
 
 @dataclass(frozen=True)
@@ -46,20 +30,18 @@ class IndexedResult:
 
     Attributes:
         folder: Its folder.
-        kind: Command that made it.
-        answer: First screen; None where it cannot be read.
-        picture: Picture as SVG; empty for none.
-        case: Name of its case.
         changed: Time of the last change [s since 1970].
+        report: First screen and sections; None where it cannot be read.
+        picture: Picture as SVG; empty for none.
+        is_run: Whether it is a run, which can be compared with others.
         trouble: Reason why it cannot be read.
     """
 
     folder: Path
-    kind: str
-    answer: Answer | None
+    changed: float
+    report: ResultReport | None = None
     picture: str = ""
-    case: str = ""
-    changed: float = 0.0
+    is_run: bool = False
     trouble: str = ""
 
 
@@ -106,40 +88,18 @@ def _entries(folder: Path, depth: int) -> Iterator[IndexedResult]:
 def _entry(place: Path, figures: Path) -> IndexedResult:
     changed = figures.stat().st_mtime
     try:
-        kind, case, answer, picture = _indexed(place, read_result(place))
+        result = read_result(place)
+        report = report_of(result)
+        return IndexedResult(
+            place, changed, report, report.thumbnail, isinstance(result, StoredRun)
+        )
     except CouplingError as error:
-        return IndexedResult(place, "result", None, changed=changed, trouble=str(error))
-    pictures = stills(answer.scene, _PIECES) if answer.scene is not None else [answer.picture]
-    return IndexedResult(place, kind, answer, picture or next(iter(pictures), ""), case, changed)
-
-
-def _indexed(place: Path, result: StoredResult) -> tuple[str, str, Answer, str]:
-    """Return kind, case, first screen, and where it has none the picture of a result."""
-    match result:
-        case StoredStudy():
-            return "study", result.figures.case, study_answer(result), ""
-        case StoredPlacement():
-            answer = place_answer(result.figures, name_path(place))
-            return "place", result.figures.case, answer, ""
-        case StabilityResult():
-            return "stability", result.case, stability_answer(result), ""
-        case ModesResult():
-            return "modes", result.name, modes_answer(result), ""
-        case StoredRun():
-            return "run", result.figures.case, answer_of(result), thumbnail(result)
-
-
-def thumbnail(run: StoredRun) -> str:
-    """Return the paths of a run's tools before compensation as a picture, SVG."""
-    tracks = [tracks_of(robot)[0] for robot in run.robots.values()]
-    frame = part_frame(real_part(run.figures, case_of(run)))
-    pictures = stills(Scene(tracks=tracks, world_from_part=frame), _PIECES)
-    return next(iter(pictures), "")
+        return IndexedResult(place, changed, trouble=str(error))
 
 
 def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
     """Return the first screen of all results in a folder."""
-    verdicts = [None if entry.answer is None else entry.answer.good for entry in entries]
+    verdicts = [None if entry.report is None else entry.report.answer.good for entry in entries]
     good, bad = verdicts.count(True), verdicts.count(False)
     steps = [NextStep("Open the page of a result below.")]
     if pair := _last_pair(entries):
@@ -159,12 +119,11 @@ def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
 
 def _last_pair(entries: Sequence[IndexedResult]) -> list[IndexedResult]:
     """Return the last two runs of the case that was run last, of those that were run twice."""
-    runs = [entry for entry in entries if entry.kind == "run" and entry.answer is not None]
-    for entry in runs:
-        alike = [other for other in runs if other.case == entry.case]
-        if len(alike) > 1:
-            return alike[1::-1]
-    return []
+    runs: dict[tuple[str, str], list[IndexedResult]] = {}
+    for entry in entries:
+        if entry.is_run and entry.report is not None:
+            runs.setdefault((entry.report.case, entry.report.kind), []).append(entry)
+    return next((alike[1::-1] for alike in runs.values() if len(alike) > 1), [])
 
 
 def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> str:
@@ -177,9 +136,11 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
     """
     cards = [
         Card(
-            title=f"{entry.kind} {name_path(entry.folder)}",
+            title=f"{name_path(entry.folder)}: {entry.report.kind if entry.report else 'damaged'}",
             target=_link(entry.folder / REPORT, beside),
-            answer=entry.answer or Answer(f"Cannot be read: {entry.trouble}"),
+            answer=entry.report.answer
+            if entry.report
+            else Answer(f"Cannot be read: {entry.trouble}"),
             picture=entry.picture,
         )
         for entry in entries

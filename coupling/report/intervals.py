@@ -3,35 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, QUIET
 from coupling.report.style import Keys, drawn
-
-
-@dataclass(frozen=True)
-class ShownInterval:
-    """A value with its interval.
-
-    Attributes:
-        name: Its name.
-        value: The value.
-        low, high: Ends of the interval.
-        sure: Whether the measurements identify it.
-    """
-
-    name: str
-    value: float
-    low: float
-    high: float
-    sure: bool
+from coupling.results.parameter_result import ParameterResult
 
 
 def interval_figure(
-    rows: Sequence[ShownInterval],
+    rows: Sequence[ParameterResult],
     words: tuple[str, str],
     height: int,
     xaxis: Keys,
@@ -41,7 +24,7 @@ def interval_figure(
     """Draw intervals over a logarithmic axis, the first row at the top.
 
     Args:
-        rows: Values with their intervals.
+        rows: Parameters whose value and ends of the interval are numbers.
         words: Legends of those that are identifiable and of the others.
         height: Height of a row [px].
         xaxis: Other keys of the axis of the values.
@@ -50,16 +33,18 @@ def interval_figure(
     """
     traces, upwards = [], rows[::-1]
     for name, certain, color in zip(words, (True, False), (AFTER, QUIET), strict=True):
-        rows_of_kind = [row for row in upwards if row.sure is certain]
+        rows_of_kind = [row for row in upwards if row.identified is certain]
+        numbers = [(row.value, row.low, row.high) for row in rows_of_kind]
+        value, low, high = np.array(numbers, dtype=float).reshape(-1, 3).T
         ends = {
             "type": "data",
             "symmetric": False,
-            "array": [row.high - row.value for row in rows_of_kind],
-            "arrayminus": [row.value - row.low for row in rows_of_kind],
+            "array": (high - value).tolist(),
+            "arrayminus": (value - low).tolist(),
             "color": color,
         }
         trace = {
-            "x": [row.value for row in rows_of_kind],
+            "x": value.tolist(),
             "y": [row.name for row in rows_of_kind],
             "mode": "markers",
             "name": name,

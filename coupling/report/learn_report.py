@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from coupling.errors import sentence
 from coupling.path.length_text import format_um
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.intervals import interval_figure
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
@@ -96,14 +96,8 @@ def _residual_figure(run: LearnedRunResult) -> go.Figure:
 
 def _intervals(result: LearnedResult) -> go.Figure:
     rows = [
-        ShownInterval(
-            parameter.name,
-            parameter.factor,
-            parameter.factor_low,
-            parameter.factor_high,
-            parameter.identified,
-        )
-        for parameter in result.parameters
+        p.model_copy(update={"value": p.factor, "low": p.factor_low, "high": p.factor_high})
+        for p in result.parameters
     ]
     return interval_figure(
         rows,

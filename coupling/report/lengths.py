@@ -26,13 +26,13 @@ def in_words(length: float) -> str:
 
 
 def three_digits(value: float) -> str:
-    """Return a number in three digits, without an exponent below a million.
+    """Return a number in three digits, without an exponent below a thousand million.
 
     Example:
-        >>> three_digits(1234.5), three_digits(0.01234)
-        ('1230', '0.0123')
+        >>> three_digits(1234567.0), three_digits(0.01234)
+        ('1230000', '0.0123')
     """
-    return f"{float(f'{value:.3g}'):g}"
+    return f"{float(f'{value:.3g}'):.9g}"
 
 
 def words_if_known(length: float | None) -> str:

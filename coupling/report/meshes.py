@@ -17,8 +17,8 @@ from elastic_robot.errors import ElasticRobotError
 
 # Triangles of a whole robot, and the largest file of a mesh that is read [bytes].
 _TRIANGLES, _LARGEST = 12_000, 100_000_000
-# What is smaller is not seen [m].
-_STEP = 5e-4
+# What is smaller is not seen, and what is wider is no link [m].
+_STEP, _WIDEST = 5e-4, 20.0
 
 
 def robot_meshes(description: str) -> Sequence[ScenePart]:
@@ -63,12 +63,15 @@ def _mesh(trimesh: Any, visual: UrdfVisual) -> Any | None:
         if file is None or file.stat().st_size > _LARGEST:
             return None
         mesh = trimesh.load(file, force="mesh")
+        if mesh.units is not None:  # of COLLADA, often inches
+            mesh.apply_scale(trimesh.units.unit_conversion(mesh.units, "meters"))
         mesh.apply_scale(_numbers(shape.get("scale", "1 1 1")))
     except Exception:
         # Readers of many formats fail in many ways, and a picture without this shape is still one.
         return None
-    is_whole = len(mesh.faces) > 0 and bool(np.isfinite(mesh.vertices).all())
-    return mesh if is_whole else None
+    # A file in millimetres without its scale would hide all.
+    is_seen = len(mesh.faces) > 0 and bool((np.abs(mesh.vertices) < _WIDEST).all())
+    return mesh if is_seen else None
 
 
 def _simplify(mesh: Any, share: float) -> Any:

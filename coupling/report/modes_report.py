@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, GREEN, JOINTS
-from coupling.report.document import document
-from coupling.report.result_answers import modes_answer
+from coupling.report.lengths import in_words, words_if_known
+from coupling.report.modes_scene import modes_scene
+from coupling.report.result_report import ResultReport
 from coupling.report.style import drawn, log_axis, row, rows
 from coupling.results.modes_result import (
     Grid,
@@ -18,12 +20,14 @@ from coupling.results.modes_result import (
     PlaceModesResult,
     ResponseResult,
 )
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table
 
 # Metres per newton in micrometres per newton.
 _UM_N = 1e6
 # Modes that are named in brief.
 _FEW = 4
+# Force that tells how soft a robot is [N].
+_PRESSED = 100.0
 _COLOURS = dict(zip(("xx", "yy", "zz"), (AFTER, BEFORE, GREEN), strict=True))
 _WHOSE = (
     "Modes with the motors locked, as friction holds them in small vibrations and as brakes do: the"
@@ -43,8 +47,18 @@ _PART = Note(
 )
 
 
-def modes_page(result: ModesResult) -> str:
-    """Return the page of modes as one self-contained HTML text."""
+def modes_report(result: ModesResult) -> ResultReport:
+    """Return what is told of a robot's modes."""
+    return ResultReport(
+        "modes",
+        result.name,
+        modes_answer(result),
+        summary=partial(modes_summary, result),
+        sections=partial(_sections, result),
+    )
+
+
+def _sections(result: ModesResult) -> list[Section]:
     sections = modes_summary(result)
     figure = response_figure(
         [("", result.computed, "lines"), (", measured", result.measured, "markers")]
@@ -54,7 +68,60 @@ def modes_page(result: ModesResult) -> str:
         sections.append(Section("Along the path", [], "path", [_along_path(result)]))
     if result.part is not None:
         sections.append(Section("Over the part", [_PART], "part", _maps(result.part)))
-    return document(f"{result.name}: modes", sections, modes_answer(result))
+    return sections
+
+
+def modes_answer(result: ModesResult) -> Answer:
+    """Return the first screen of a robot's modes, which judge nothing."""
+    softest = result.places[0]
+    moved = None if softest.softest_m_N is None else _PRESSED * softest.softest_m_N
+    slowest = f"{softest.modes[0].frequency_Hz:.3g} Hz" if softest.modes else "none"
+    reason = (
+        f"Under {result.loads}, with the motors locked, as brakes and small vibrations leave them."
+    )
+    if softest.modes:
+        energy = softest.modes[0].energy_by_joint
+        reason += f" Most of the slowest vibration is in joint {int(np.argmax(energy)) + 1}."
+    if moved is None:
+        joints = ", ".join(map(str, softest.unloaded_joints))
+        soft = f"Gears of joints {joints} are free in their backlash, where nothing holds them"
+    else:
+        soft = f"{_PRESSED:.0f} N move the tool by up to {in_words(moved)}"
+    robot = result.robot if result.swinging is None else result.swinging.description
+    posture = ",".join(f"{angle + 0.0:.3g}" for angle in np.round(softest.posture_deg, 3).tolist())
+    at_posture = [] if softest.time_s is not None else [f"--posture-deg={posture}"]
+    return Answer(
+        sentence=f"{soft}; the slowest vibration has {slowest}.",
+        reason=reason,
+        figures=(
+            KeyFigure(
+                f"Moved by {_PRESSED:.0f} N", words_if_known(moved), "at rest, where it is softest"
+            ),
+            KeyFigure(
+                "In vibration",
+                words_if_known(
+                    None if softest.dynamic_m_N is None else _PRESSED * softest.dynamic_m_N
+                ),
+                f"moved by {_PRESSED:.0f} N that swing with {softest.dynamic_Hz:.3g} Hz",
+            ),
+            KeyFigure(
+                "Slowest vibration",
+                slowest,
+                f"damping {100.0 * softest.modes[0].damping_ratio:.2g} %" if softest.modes else "",
+            ),
+        ),
+        steps=(
+            NextStep.by(
+                "Measure with a hammer, and see both:",
+                *("modes", result.source, *at_posture, "--measured", "hammer.csv"),
+            ),
+            NextStep.by(
+                "Put what was measured into the robot file:",
+                *("identify", "hammer.csv", "--robot", robot, f"--posture-deg={posture}"),
+            ),
+        ),
+        scene=None if result.swinging is None else modes_scene(result.swinging),
+    )
 
 
 def modes_summary(result: ModesResult) -> list[Section]:
@@ -65,7 +132,7 @@ def modes_summary(result: ModesResult) -> list[Section]:
     )
     posture = ", ".join(f"{angle:.1f}" for angle in place.posture_deg)
     under = f"{result.robot} (torque curve {result.torque_curve}) under {result.loads}"
-    columns = ("[Hz]", "damping [%]", "direction x, y, z", "joints (share of the energy)")
+    columns = ("frequency [Hz]", "damping [%]", "direction x, y, z", "joints (share of the energy)")
     table = [
         (
             f"{mode.frequency_Hz:.2f}",
@@ -217,11 +284,11 @@ def _maps(part: PartModesResult) -> tuple[go.Figure, ...]:
 def part_map(
     x: tuple[float, ...], y: tuple[float, ...], values: Grid, title: str, unit: str
 ) -> go.Figure:
-    """Draw numbers over the part [m]; what is not there is white."""
+    """Draw numbers over places of the part [m]; what is not there is white."""
     heat = {
         "type": "heatmap",
-        "x": x,
-        "y": y,
+        "x": 1e3 * np.array(x),
+        "y": 1e3 * np.array(y),
         "z": [[np.nan if v is None else v for v in line] for line in values],
         "colorscale": "Viridis",
         "colorbar": {"title": unit, "thickness": 14},
@@ -231,7 +298,7 @@ def part_map(
         [heat],
         420,
         margin={"t": 46},
-        xaxis={"title": "x of the part [m]"},
-        yaxis={"title": "y of the part [m]"},
+        xaxis={"title": "x in the part [mm]"},
+        yaxis={"title": "y in the part [mm]"},
         title=heading,
     )

@@ -2,30 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.length_text import format_um
+from coupling.report.bars import bars
 from coupling.report.colours import JOINTS
-from coupling.report.document import document
 from coupling.report.learn_report import learned_figures, learned_summary
+from coupling.report.lengths import in_words, judged, words_if_known
+from coupling.report.result_report import ResultReport
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
-from coupling.results.section import UM, Answer, Note, Section, Table
+from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table, warned
 
 _TIME = "time of the run [s]"
 
 
-def next_page(title: str, result: NextResult, learned: LearnedResult | None, answer: Answer) -> str:
-    """Return the page of a next command as one self-contained HTML text.
+def next_report(
+    name: str, result: NextResult, learned: LearnedResult | None, answer: Answer
+) -> ResultReport:
+    """Return what is told of a next command.
 
     Args:
-        title: Title of the page.
+        name: Name of the command, and what it was learned from.
         result: Its figures, the content of next.json.
         learned: Parameters that were learned for it, the content of learned.json.
         answer: First screen.
     """
+    return ResultReport(
+        "next",
+        name,
+        answer,
+        summary=partial(next_summary, result, learned),
+        sections=partial(_sections, result, learned),
+        warnings=warned(result.warnings),
+    )
+
+
+def _sections(result: NextResult, learned: LearnedResult | None) -> list[Section]:
     sections = [
         *next_summary(result, learned),
         Section("What was measured", [_MEASURED], "measured-runs", [_distances(result)]),
@@ -35,7 +53,107 @@ def next_page(title: str, result: NextResult, learned: LearnedResult | None, ans
         sections.append(Section(heading, [], "correction", [_correction(result.correction)]))
     if learned is not None:
         sections += learned_figures(learned)
-    return document(title, sections, answer)
+    return sections
+
+
+def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> Answer:
+    """Return the first screen of a next command.
+
+    Args:
+        result: Its figures.
+        folder: Its run folder, or before it is computed its case file, as commands name it.
+        next_words: Words of the command that goes on from it.
+    """
+    forecast, runs, last = result.forecast, result.runs, result.runs[-1].size_m
+    steps = [
+        NextStep.by("Write the robot program:", "export", folder, "--to", "krl"),
+        NextStep.by("Run it, measure again, and go on:", *next_words),
+    ]
+    good = None
+    if forecast is None:
+        sentence = f"Measured: {in_words(last.maximum)}. A next command has not been computed."
+        steps = [NextStep.by("Compute it:", "compensate", folder)]
+    else:
+        if result.tolerance_m is not None:
+            good = forecast.maximum <= result.tolerance_m
+        words = (
+            f"expect the tool within at most about {in_words(forecast.maximum)} of its path in the next"
+            " run"
+        )
+        sentence = judged(words, good, result.tolerance_m)
+    if result.step.worse:
+        good = False
+        sentence = (
+            f"WORSE THAN BEFORE: the last command left {in_words(last.maximum)}, more than an earlier"
+            " one, from which this one goes on."
+        )
+    return Answer(
+        sentence=sentence,
+        reason=_against_forecast(result),
+        good=good,
+        figures=(
+            KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
+            KeyFigure(
+                "Expected next",
+                words_if_known(None if forecast is None else forecast.maximum),
+                "at most about, on your robot",
+            ),
+            KeyFigure(
+                "On average",
+                words_if_known(None if forecast is None else forecast.rms),
+                f"after {in_words(last.rms)} in the last run",
+            ),
+        ),
+        steps=steps,
+        picture=bars(
+            [
+                *(
+                    (f"measured, run {k}", run.size_m.maximum)
+                    for k, run in enumerate(runs, start=1)
+                ),
+                ("expected next", None if forecast is None else forecast.maximum),
+            ],
+            result.tolerance_m,
+        ),
+    )
+
+
+def refused_answer(result: NextResult, path_words: Sequence[str]) -> Answer:
+    """Return the first screen where no parameter could be learned.
+
+    Args:
+        result: The figures.
+        path_words: Words of the command that learns along the path alone.
+    """
+    last = result.runs[-1].size_m
+    return Answer(
+        sentence=f"NO NEXT COMMAND: {result.parameters_refused}.",
+        good=False,
+        figures=(
+            KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
+            KeyFigure("On average", in_words(last.rms), "in the last run"),
+            KeyFigure("Noise", in_words(result.runs[-1].noise_m), "of the measurement"),
+        ),
+        steps=[NextStep.by("Correct the path alone:", *path_words)],
+    )
+
+
+def _against_forecast(result: NextResult) -> str:
+    """Return how the last run compares with what was expected of it, and what is not corrected."""
+    last, forecast, sentences = result.runs[-1], result.runs[-1].forecast, []
+    if forecast is not None:
+        average = last.size_m.rms if forecast.absolute else last.size_m.rms_less_constant
+        state = "as much as" if forecast.low <= average <= forecast.high else "more than"
+        sentences.append(
+            f"The last run left {'less than' if average < forecast.low else state} was expected:"
+            f" {in_words(average)} on average, expected {in_words(forecast.low)} to"
+            f" {in_words(forecast.high)}."
+        )
+    if not result.absolute:
+        sentences.append(
+            "A shift of the whole path is not counted: the frame of the measuring device is not known."
+        )
+    return " ".join(sentences)
 
 
 def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:

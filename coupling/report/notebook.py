@@ -5,31 +5,18 @@ from __future__ import annotations
 import html
 from dataclasses import replace
 
-from coupling.place.folder import StoredPlacement
-from coupling.report.background import case_content, case_of, real_part
-from coupling.report.compare_answer import comparison_answer
-from coupling.report.compare_report import comparison_scene
+from coupling.report.compare_report import comparison_report
 from coupling.report.comparison import Comparison
 from coupling.report.document import document
 from coupling.report.lengths import in_words
-from coupling.report.result_answers import (
-    modes_answer,
-    place_answer,
-    stability_answer,
-    study_answer,
-)
-from coupling.report.run_report import answer_of
-from coupling.report.run_scene import part_frame, run_scene, track, tracks_of
-from coupling.report.stored_result import read_result
-from coupling.results.modes_result import ModesResult
+from coupling.report.run_scene import track, tracks_of
+from coupling.report.stored_result import KINDS, StoredResult, read_result, report_of
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure
 from coupling.results.shown import html_of
-from coupling.results.stability_result import StabilityResult
 from coupling.run.execute import Run
-from coupling.run.stored_run import StoredRobot, StoredRun
-from coupling.study.stored_study import StoredStudy
+from coupling.run.stored_run import StoredRobot
 
 # A notebook imports both from here: reading a result and showing it.
 __all__ = ["framed", "read_result"]
@@ -54,12 +41,6 @@ html_of.register(Answer, framed)
 @html_of.register
 def _of_scene(scene: Scene) -> str:
     return framed(Answer("", scene=scene))
-
-
-@html_of.register
-def _of_stored_run(run: StoredRun) -> str:
-    frame = part_frame(real_part(run.figures, case_of(run)))
-    return framed(answer_of(run, run_scene(run, frame, case_content(run))))
 
 
 @html_of.register
@@ -100,24 +81,12 @@ def _of_run(run: Run) -> str:
 
 @html_of.register
 def _of_comparison(comparison: Comparison) -> str:
-    return framed(replace(comparison_answer(comparison), scene=comparison_scene(comparison)))
+    return framed(comparison_report(comparison).first_screen)
 
 
-@html_of.register
-def _of_study(study: StoredStudy) -> str:
-    return framed(study_answer(study))
+def _of_result(result: StoredResult) -> str:
+    return framed(report_of(result).first_screen)
 
 
-@html_of.register
-def _of_placement(placement: StoredPlacement) -> str:
-    return framed(place_answer(placement.figures, "placed"))
-
-
-@html_of.register
-def _of_stability(result: StabilityResult) -> str:
-    return framed(stability_answer(result))
-
-
-@html_of.register
-def _of_modes(result: ModesResult) -> str:
-    return framed(modes_answer(result))
+for _kind in KINDS.values():
+    html_of.register(_kind.type, _of_result)

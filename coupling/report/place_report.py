@@ -2,25 +2,52 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.length_text import format_um
 from coupling.place.folder import StoredPlacement
 from coupling.place.part_map import PartMap
+from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.document import document
-from coupling.report.result_answers import place_answer
+from coupling.report.expected import expected_words
+from coupling.report.lengths import in_words, state_tolerance
+from coupling.report.report_file import name_path
+from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn
-from coupling.results.cut_result import CutStability
+from coupling.results.cut_result import WILL_CHATTER, CutStability
 from coupling.results.placement_result import PlacementResult, SettingResult
-from coupling.results.section import UM, Note, Part, Section, Table, warned
+from coupling.results.section import (
+    UM,
+    Answer,
+    KeyFigure,
+    NextStep,
+    Note,
+    Part,
+    Section,
+    Table,
+    warned,
+)
 
 _SETTINGS = {"present": "held as now", "best": "held as the best"}
 
 
-def place_page(stored: StoredPlacement, folder: str) -> str:
-    """Return the page of a placement in a folder as one self-contained HTML text."""
+def place_report(stored: StoredPlacement) -> ResultReport:
+    """Return what is told of a placement."""
+    figures = stored.figures
+    return ResultReport(
+        "place",
+        figures.case,
+        place_answer(stored),
+        summary=partial(place_summary, figures),
+        sections=partial(_sections, stored),
+        warnings=warned(place_warnings(figures)),
+    )
+
+
+def _sections(stored: StoredPlacement) -> list[Section]:
     figures, sections = stored.figures, []
     for across, up in dict.fromkeys((part_map.across, part_map.up) for part_map in stored.maps):
         maps = [
@@ -29,11 +56,101 @@ def place_page(stored: StoredPlacement, folder: str) -> str:
         title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
-    return document(
-        f"{figures.case}: place",
-        [*place_summary(figures), _gears(figures), *sections],
-        place_answer(figures, folder),
+    return [*place_summary(figures), _gears(figures), *sections]
+
+
+def place_answer(stored: StoredPlacement) -> Answer:
+    """Return the first screen of a placement."""
+    figures, folder = stored.figures, name_path(stored.folder)
+    best, present = figures.best[0], figures.present
+    where = best.in_words(figures.free)
+    chatters = best.stability is not None and not best.stability.stable
+    tolerance, placed_case = figures.tolerance_m, f"{folder}/{best.file}"
+    fits = _fits(best, tolerance)
+    good = fits if best.admitted and not chatters else False
+    allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
+    settings = {"as it is": present, "there": best}
+    causes = {
+        "process": {name: s.moved_m for name, s in settings.items() if s is not None},
+        "gears": {name: s.exposure_m for name, s in settings.items() if s is not None},
+    }
+    if not best.admitted:
+        sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
+    elif chatters:
+        sentence = f"{WILL_CHATTER} No place was found where it does not."
+    elif fits is False:
+        sentence = f"NOT GOOD ENOUGH: even at the best place {_remaining(best)}{allowed}."
+    elif present is None:
+        sentence = (
+            "PLACE FOUND: as it is, the robot cannot follow the path; there it can:"
+            f" {_remaining(best)}{allowed}."
+        )
+    elif best.cost_m < present.cost_m:
+        as_it_is = _remaining(present)
+        sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {as_it_is}{allowed}."
+    else:
+        sentence = (
+            f"LEAVE IT WHERE IT IS: no better place was found, and {_remaining(best)}{allowed}."
+        )
+    return Answer(
+        sentence=sentence,
+        reason=f"There: {where}.{f' {best.stability.sentence}.' if best.stability is not None else ''}",
+        good=good,
+        figures=(
+            KeyFigure(
+                "Moved by the process" if figures.forced else "Moved by 100 N",
+                in_words(best.moved_m),
+                _as_it_is(present),
+            ),
+            KeyFigure(
+                "By unknown gears",
+                in_words(best.exposure_m),
+                "at rest, in motion several times as much",
+            ),
+            KeyFigure(
+                "To the nearest joint limit",
+                f"{np.rad2deg(best.limit_margin_rad):.3g} deg"
+                if np.isfinite(best.limit_margin_rad)
+                else "no limit",
+                "there",
+            ),
+        ),
+        steps=[
+            NextStep("Check robot, tool and part for collisions there."),
+            *([] if tolerance is not None else [state_tolerance(placed_case)]),
+            NextStep.by("Find a depth and speed that do not chatter:", "stability", placed_case)
+            if chatters
+            else NextStep.by("Correct the command:", "compensate", placed_case),
+        ],
+        picture=bars(
+            [
+                (f"{place}, {cause}", length)
+                for cause, lengths in causes.items()
+                for place, length in lengths.items()
+            ],
+            tolerance,
+        ),
     )
+
+
+def _fits(setting: SettingResult, tolerance: float | None) -> bool | None:
+    """Return whether a tolerance [m] will be kept; None where that is open."""
+    if tolerance is None:
+        return None
+    if setting.exposure_m > tolerance:
+        return False
+    return None if setting.expected is None else setting.expected.fits(tolerance)
+
+
+def _remaining(setting: SettingResult) -> str:
+    """Return what a corrected command leaves in a setting, in words."""
+    if setting.expected is None:
+        return f"gears that are not known well leave {in_words(setting.exposure_m)}"
+    return f"expect {expected_words(setting.expected)} on the real robot, corrected"
+
+
+def _as_it_is(present: SettingResult | None) -> str:
+    return "there" if present is None else f"there; as it is {in_words(present.moved_m)}"
 
 
 def place_summary(figures: PlacementResult) -> list[Section]:

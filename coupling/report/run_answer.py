@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from coupling.path.path_ends import MOVING_END
 from coupling.report.expected import expected_sentence, expected_words
-from coupling.report.lengths import NOT_KNOWN, in_words, state_tolerance
+from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.run_result import RunResult
-from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Gears that are named on the first screen.
@@ -47,37 +47,34 @@ class RunContext:
     tolerance: float | None = None
 
 
-def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = None) -> Answer:
+def run_answer(figures: RunResult, context: RunContext) -> Answer:
     """Return the first screen of a run.
 
     Args:
         figures: Content of result.json.
         context: Names and tolerance of the run.
-        scene: Its picture in space.
     """
     if figures.kind == "couple":
-        return _coupling_answer(figures, context, scene)
-    expected = figures.expected_deviation()
-    fits = (
-        None if context.tolerance is None or expected is None else expected.fits(context.tolerance)
-    )
-    good = fits if figures.converged and figures.gains and figures.is_stable else False
+        return _coupling_answer(figures, context)
+    expected = figures.expected_deviation() if figures.converged else None
+    tolerance = context.tolerance
+    fits = None if tolerance is None or expected is None else expected.fits(tolerance)
+    worse = _worse(figures, expected)
+    good = fits if figures.converged and worse is None and figures.is_stable else False
+    before, after = "uncorrected, with this robot file", "on the real robot"
+    if worse is not None and worse.is_shifted:
+        before += f"; {in_words(worse.nothing)} after a shift of the part"
+        after += f"; {in_words(worse.deviation)} after such a shift"
+    elif figures.converged and (expected is None or not expected.is_whole):
+        after += "; its file does not say how exact it is"
     return Answer(
-        sentence=_sentence(figures, context, expected),
+        sentence=_sentence(figures, context, expected, worse),
         reason=_reason(figures, expected),
         good=good,
         figures=(
+            KeyFigure("Before", in_words(figures.deviation_before_m.maximum), before),
             KeyFigure(
-                "Before",
-                in_words(figures.deviation_before_m.maximum),
-                "uncorrected, with this robot file",
-            ),
-            KeyFigure(
-                "Expected after",
-                NOT_KNOWN if expected is None else expected_words(expected),
-                "on the real robot"
-                if expected is not None and expected.is_whole
-                else "on the real robot; its file does not say how exact it is",
+                "Expected after", NOT_KNOWN if expected is None else expected_words(expected), after
             ),
             KeyFigure(
                 "If the file is right",
@@ -85,8 +82,7 @@ def run_answer(figures: RunResult, context: RunContext, scene: Scene | None = No
                 "on a robot exactly as its file says",
             ),
         ),
-        steps=list(_steps(figures, context, good)),
-        scene=scene,
+        steps=list(_steps(figures, context, good, worse)),
     )
 
 
@@ -94,6 +90,7 @@ def _sentence(
     figures: RunResult,
     context: RunContext,
     expected: ExpectedDeviation | None,
+    worse: _Worse | None,
 ) -> str:
     before = in_words(figures.deviation_before_m.maximum)
     after = in_words(figures.deviation_after_m.maximum)
@@ -109,11 +106,17 @@ def _sentence(
             f"NOT CERTAIN: up to {after} if the robot is exactly as its file says; nothing tells how"
             " exact that is."
         )
-    if not figures.gains:
-        remaining, uncorrected = _worse(figures, expected)
+    if worse is not None and worse.is_shifted:
         return (
-            "WORSE THAN NOTHING is possible: small errors of the robot file or of the force already"
-            f" leave {remaining}, uncorrected {uncorrected}: do not send this command to a robot."
+            "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
+            f" {in_words(worse.nothing)} uncorrected and by {in_words(worse.deviation)} under this"
+            " command, by what is not known well of robot and force."
+        )
+    if worse is not None:
+        return (
+            "WORSE THAN NOTHING is possible: what is not known well of robot and force may leave"
+            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}: do not send this"
+            " command to a robot."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
@@ -124,16 +127,33 @@ def _sentence(
     return expected_sentence(expected, context.tolerance)
 
 
-def _worse(figures: RunResult, expected: ExpectedDeviation) -> tuple[str, str]:
-    """Return the deviation that makes a command worse than none, and that of none, in words."""
+@dataclass(frozen=True)
+class _Worse:
+    """How a command may be worse than none.
+
+    Attributes:
+        deviation, nothing: Deviations under it and without it [m].
+        is_shifted: Whether both are those that remain after a shift of the part.
+    """
+
+    deviation: float
+    nothing: float
+    is_shifted: bool
+
+
+def _worse(figures: RunResult, expected: ExpectedDeviation | None) -> _Worse | None:
+    """Return how a command may be worse than none; None where it is not."""
     outlook = figures.outlook
-    assert outlook is not None
+    if outlook is None or expected is None:
+        return None
     if expected.maximum > outlook.nothing:
-        return in_words(expected.maximum), in_words(outlook.nothing)
+        return _Worse(expected.maximum, outlook.nothing, False)
+    if outlook.gains:
+        return None
     # A constant goes with a shift of the part; what then remains is worse.
     drawn = outlook.expected
     shifted = max(outlook.less_constant, drawn.less_constant_high if drawn is not None else 0.0)
-    return f"{in_words(shifted)} after a shift of the part", in_words(outlook.nothing_less_constant)
+    return _Worse(shifted, outlook.nothing_less_constant, True)
 
 
 def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
@@ -151,7 +171,8 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     """Return what makes up the figure that is expected."""
     outlook = figures.outlook
     if not figures.converged:
-        return _UNFINISHED.get(figures.outcome, f"{_capital(figures.reason)}.")
+        advice = f" {_capital(MOVING_END)}." if MOVING_END in figures.reason else ""
+        return f"{_UNFINISHED.get(figures.outcome, f'{_capital(figures.reason)}.')}{advice}"
     if figures.forecast is not None:
         forecast = figures.forecast
         return (
@@ -160,18 +181,15 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
         )
     if outlook is None or expected is None:
         return ""
-    left_out = outlook.expected.left_out_m if outlook.expected is not None else {}
-    if left_out:
-        name, deviation = max(left_out.items(), key=lambda item: item[1])
-        text = (
-            f"Most of this comes from usual values of what the robot file does not state: {name} alone"
-            f" {in_words(deviation)}."
-        )
-    else:
-        text = (
-            f"Most of this comes from one number of the file: {outlook.worst} leaves"
-            f" {in_words(outlook.deviation)}."
-        )
+    causes = {f"one number of the file: {outlook.worst} leaves": outlook.deviation}
+    drawn = outlook.expected
+    if drawn is not None:
+        causes[f"what is known only roughly: {' and '.join(drawn.drawn)} alone up to"] = drawn.high
+        for name, deviation in drawn.left_out_m.items():
+            usual = f"usual values of what the robot file does not state: {name} alone"
+            causes[usual] = deviation
+    cause = max(causes, key=lambda words: causes[words])
+    text = f"Most of this comes from {cause} {in_words(causes[cause])}."
     names = critical_joints(figures)
     if names:
         text += f" The gears of {names} reverse along this path, where their backlash is felt most."
@@ -193,15 +211,18 @@ def _capital(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
-def _steps(figures: RunResult, context: RunContext, good: bool | None) -> Iterator[NextStep]:
-    """Yield what to do next."""
-    folder = context.folder
+def _steps(
+    figures: RunResult, context: RunContext, good: bool | None, worse: _Worse | None
+) -> Iterator[NextStep]:
+    """Yield what to do next; `place` and `next` are for one robot."""
+    folder, is_alone = context.folder, len(figures.robots) == 1
     if not figures.is_stable:
         yield NextStep.by(_STABLE, "stability", context.case)
         return
     if not figures.converged:
         yield NextStep.by("See whether robot and path fit each other:", "check", context.case)
-        yield NextStep.by(_STIFFER, "place", context.case)
+        if is_alone:
+            yield NextStep.by(_STIFFER, "place", context.case)
         return
     if context.tolerance is None:
         yield state_tolerance(context.case)
@@ -211,17 +232,19 @@ def _steps(figures: RunResult, context: RunContext, good: bool | None) -> Iterat
             f"Measure the robot{f', the gears of {joints} first' if joints else ''}; this plans it:",
             *("identify", "--plan", "--robot", context.robot, "-o", "plan.csv"),
         )
-        if any(gear.at_risk for gear in figures.gears):
+        if is_alone and any(gear.at_risk for gear in figures.gears):
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
-    if figures.gains:
-        yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
+    if worse is not None:
+        return
+    yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
+    if is_alone:
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",
             *("next", folder, "measured.csv", "-o", f"{folder}_next"),
         )
 
 
-def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | None) -> Answer:
+def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
     """Return the first screen of a run without a correction."""
     before = figures.deviation_before_m
     size = in_words(before.maximum)
@@ -231,16 +254,17 @@ def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | Non
     elif not figures.converged:
         sentence = f"NOT FINISHED: robot and process did not come to rest; so far {size}."
     else:
-        sentence = f"Uncorrected, the tool leaves its path by up to {size} with this robot file"
-        if context.tolerance is not None:
-            verdict = "within" if fits else "more than"
-            sentence += f", {verdict} your tolerance of {in_words(context.tolerance)}"
-        sentence += "."
+        sentence = judged(
+            f"uncorrected, the tool is off its path by up to {size} with this robot file",
+            fits,
+            context.tolerance,
+        )
     reason = _reason(figures, None)
-    steps = [
-        NextStep.by("Correct the command:", "compensate", context.case),
-        NextStep.by(_STIFFER, "place", context.case),
-    ]
+    steps = [NextStep.by("Correct the command:", "compensate", context.case)]
+    if context.tolerance is None:
+        steps.insert(0, state_tolerance(context.case))
+    if len(figures.robots) == 1:
+        steps.append(NextStep.by(_STIFFER, "place", context.case))
     if not figures.is_stable:
         steps = [NextStep.by(_STABLE, "stability", context.case)]
     return Answer(
@@ -257,5 +281,4 @@ def _coupling_answer(figures: RunResult, context: RunContext, scene: Scene | Non
             KeyFigure("Largest force", f"{figures.peak_force_N:.3g} N", "on the tool"),
         ),
         steps=steps,
-        scene=scene,
     )

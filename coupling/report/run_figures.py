@@ -33,8 +33,9 @@ _STAGES = (BEFORE, AFTER)
 _LABEL, _CURVES, _GEAR = 20, 300, 26
 # Directions of a deviation on the part, and teeth that pass in a figure of them.
 _DIRECTIONS, _PASSINGS = ("normal", "along", "across"), 4
-# Labels of one gear at most, and how far they are apart, as a part of the path's time.
-_LABELS, _APART = 4, 0.2
+# Labels of one gear at most, how far they are apart, as a part of the path's time, and the height of a
+# spike that is seen, as a part of the axis.
+_LABELS, _APART, _VISIBLE = 4, 0.2, 0.03
 
 
 def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
@@ -134,6 +135,7 @@ def _labels(
         }
         for number, joint in enumerate(reversed(gears))
         for time, distance in labelled(run, joint)
+        if factor * distance > _VISIBLE * top
     ]
 
 
@@ -235,13 +237,15 @@ def wrench(run: StoredRobot) -> go.Figure:
 
 
 def tooth_passings(run: StoredRobot) -> list[go.Figure]:
-    """Force and moment in the middle of the path, as long as a few teeth pass; none without teeth."""
+    """Force and moment where the force is largest, as long as a few teeth pass; none without teeth."""
     teeth = run.figures.tooth_passing
     if teeth is None:
         return []
     time = run.wrench.time
-    middle = 0.5 * (time[0] + time[-1])
-    return [_wrenches(run, np.abs(time - middle) <= 0.5 * _PASSINGS * teeth.period_s)]
+    largest = time[np.linalg.norm(run.wrench.wrench[0][:, :3], axis=1).argmax()]
+    half = 0.5 * _PASSINGS * teeth.period_s
+    middle = np.clip(largest, time[0] + half, max(time[-1] - half, time[0] + half))
+    return [_wrenches(run, np.abs(time - middle) <= half)]
 
 
 def _wrenches(run: StoredRobot, chosen: np.ndarray) -> go.Figure:
@@ -250,8 +254,8 @@ def _wrenches(run: StoredRobot, chosen: np.ndarray) -> go.Figure:
     moments = bool(np.any(values[:, 3:]))
     kinds = (("f", "force [N]"), ("m", "moment [N m]"))[: 1 + moments]
     traces: list[Keys] = []
-    for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True)):
-        for number, (letter, _) in enumerate(kinds):
+    for number, (letter, _) in enumerate(kinds):
+        for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True)):
             line = values[:, k + 3 * number]
             mean = float(shares_of_time(time) @ line) if len(time) > 1 else float(line.mean())
             group = {"legendgroup": f"{letter}{axis}", **row(number + 1), "mode": "lines"}
@@ -296,4 +300,4 @@ def convergence(run: StoredRobot) -> go.Figure:
         "marker": {"size": 10},
     }
     across = {"title": "evaluation of the process", "dtick": max(count // 12, 1)}
-    return drawn([*traces, corrections], 300, xaxis=across, yaxis=log_axis(title="[um]"))
+    return drawn([*traces, corrections], 300, xaxis=across, yaxis=log_axis(title="distance [um]"))

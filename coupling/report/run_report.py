@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.errors import ResultError
-from coupling.files.written_files import REPORT
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -21,15 +20,16 @@ from coupling.report.background import (
     evaluations_table,
     inputs,
     real_part,
+    tolerance_of,
     touched_off,
 )
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.cut_report import cut_section
-from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
-from coupling.report.report_file import name_path, write_page
+from coupling.report.report_file import name_path
+from coupling.report.result_report import ResultReport
 from coupling.report.run_answer import RunContext, run_answer
-from coupling.report.run_scene import part_frame, run_scene, tool_of
+from coupling.report.run_scene import part_frame, run_scene, tool_of, tracks_of
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
@@ -40,40 +40,54 @@ from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import CASE, FORMING, StoredRobot, StoredRun
+from coupling.run.stored_run import CASE, StoredRobot, StoredRun
 
 
-def write_pages(run: StoredRun, target: Path) -> None:
-    """Write the report of a run that has been read; of a cell, also those of its robots, in its folder.
-
-    Args:
-        target: File to write.
-
-    Raises:
-        ResultError: If a page cannot be written.
-    """
+def run_report(run: StoredRun) -> ResultReport:
+    """Return what is told of a run, of one robot or of a whole cell."""
     if run.gap is None:
-        pages = {target: robot_page(run, run.first)}
-    else:
-        pages = {
-            run.folder / name / REPORT: robot_page(run, robot) for name, robot in run.robots.items()
-        }
-        pages[target] = cell_page(run)
-    for place, text in pages.items():
-        write_page(place, text, ResultError)
+        return _report(run, partial(_robot_sections, run, run.first))
+    parts = {}
+    for name, robot in run.robots.items():
+        alone = replace(run, figures=robot.figures, robots={name: robot})
+        parts[name] = _report(alone, partial(_robot_sections, run, robot))
+    return replace(_report(run, partial(_cell_sections, run)), parts=parts)
 
 
-def answer_of(run: StoredRun, scene: Scene | None = None) -> Answer:
-    """Return the first screen of a run, with what is seen in space if it is drawn."""
+def _report(run: StoredRun, sections: Callable[[], list[Section]]) -> ResultReport:
+    figures = run.figures
+    return ResultReport(
+        figures.kind,
+        figures.case,
+        _answer(run),
+        summary=partial(run_summary, run),
+        sections=lambda: [*sections(), Section("", [_THINNED]), *inputs(figures, run.case)],
+        warnings=run_warnings(figures),
+        scene=partial(_scene, run),
+        outline=partial(_outline, run),
+    )
+
+
+def _scene(run: StoredRun) -> Scene:
+    return run_scene(run, part_frame(real_part(run.figures, case_of(run))), case_content(run))
+
+
+def _outline(run: StoredRun) -> Scene:
+    """Return the paths of a run's tools before compensation."""
+    tracks = [tracks_of(robot)[0] for robot in run.robots.values()]
+    frame = part_frame(real_part(run.figures, case_of(run)))
+    return Scene(tracks=tracks, world_from_part=frame)
+
+
+def _answer(run: StoredRun) -> Answer:
     case = case_content(run)
-    tolerance = case_of(run).part.tolerance_mm
     context = RunContext(
         folder=name_path(run.folder),
         case=name_path(Path(run.case_file or run.folder / CASE)),
         robot=case.get("robot", {}).get("description", ""),
-        tolerance=None if tolerance is None else 1e-3 * tolerance,
+        tolerance=tolerance_of(run),
     )
-    return run_answer(run.figures, context, scene)
+    return run_answer(run.figures, context)
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -135,43 +149,27 @@ def run_warnings(figures: RunResult) -> list[Section]:
     return warned(warnings, figures.remarks)
 
 
-def robot_page(run: StoredRun, robot: StoredRobot) -> str:
-    """Return the page of one robot of a run and its tool as one self-contained HTML text."""
-    name = next((name for name, stored in run.robots.items() if stored is robot), FORMING)
-    robot_figures, part = robot.figures, real_part(robot.figures, case_of(run))
+def _robot_sections(run: StoredRun, robot: StoredRobot) -> list[Section]:
+    """Return the sections on one robot of a run and its tool."""
+    figures, part, case = robot.figures, real_part(robot.figures, case_of(run)), case_content(run)
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    along_text = [_deviation_note(robot)] + ([_FLANKS] if robot_figures.reversals else [])
-    demands = (DRIVES_NOTE, drives_table(robot_figures))
-    case = case_content(run)
-    alone = replace(run, figures=robot_figures, robots={name: robot})
-    scene = run_scene(alone, part_frame(part), case)
-    sections = [
+    along_text = [_deviation_note(robot)] + ([_FLANKS] if figures.reversals else [])
+    demands = (DRIVES_NOTE, drives_table(figures))
+    tolerance = tolerance_of(run)
+    along, on_part = (
+        draw(robot, tolerance) for draw in (run_figures.deviation, run_figures.components)
+    )
+    return [
         *_of_process(run, robot, part, case),
         *robot_head(run, robot),
         Section("Top view of the part", [_ABOVE], "above", from_above(views)),
-        Section(
-            "Deviation along the path",
-            along_text,
-            "deviation",
-            [run_figures.deviation(robot, scene.tolerance)],
-        ),
-        Section(
-            "Deviation on the part",
-            [_PART_AXES],
-            "axes",
-            [run_figures.components(robot, scene.tolerance)],
-        ),
-        *check_sections(robot_figures),
+        Section("Deviation along the path", along_text, "deviation", [along]),
+        Section("Deviation on the part", [_PART_AXES], "axes", [on_part]),
+        *check_sections(figures),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
-        Section(
-            "Wrench along the path",
-            [_wrench_note(robot)],
-            "wrench",
-            [run_figures.wrench(robot)],
-        ),
+        _wrench(robot),
     ]
-    return _page(robot_figures, sections, run.case, answer_of(alone, scene))
 
 
 def _of_process(
@@ -208,17 +206,14 @@ def _of_workpieces(
     return [Section("Section of the workpiece", [_CUT, _WORKPIECE], "cut", [figure])]
 
 
-def cell_page(cell: StoredRun) -> str:
-    """Return the page of a cell, which leads to those of its robots."""
-    sections = [
+def _cell_sections(cell: StoredRun) -> list[Section]:
+    return [
         *cell_head(cell),
         Section("Gap between the tools", [_GAP], "gap", [gap_figure(cell)]),
         *check_sections(cell.figures),
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]
-    scene = run_scene(cell, part_frame(real_part(cell.figures, case_of(cell))), case_content(cell))
-    return _page(cell.figures, sections, cell.case, answer_of(cell, scene))
 
 
 def gap_figure(cell: StoredRun) -> go.Figure:
@@ -233,19 +228,13 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     return over_time(lines, "gap [mm]", 320, shapes=[level])
 
 
-def _page(figures_: RunResult, sections: list[Section], case: str, answer: Answer) -> str:
-    """Return first screen, sections and inputs as one self-contained HTML text."""
-    end = [Section("", [_THINNED]), *inputs(figures_, case)]
-    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end], answer)
-
-
 _ABOVE = Note(
     "The path along the part's z axis, coloured by the deviation normal to the part, positive away from"
     " it, all on one scale."
 )
 _FLANKS = Note(
     "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
-    " each gear are labelled."
+    " each gear are labelled where they can be seen."
 )
 _PART_AXES = Note(
     "Actual minus desired TCP: normal to the part, positive away from it, along the feed, and across"
@@ -262,7 +251,9 @@ _THINNED = Note(
 _GAP = Note(
     "Gap between the surfaces of both tools, across the sheet; it varies with the deviations of both."
 )
-_TEETH = Note("Force on the tool as long as a few teeth pass, where it is largest.")
+_TEETH = Note(
+    "Force on the tool as long as a few teeth pass, where it is largest; dashed: means over this time."
+)
 _CUT = Note(
     "Section of the workpiece along the part's x axis; dotted: the lowest surface that a tool on the"
     " desired path sweeps."
@@ -286,8 +277,10 @@ def _deviation_note(run: StoredRobot) -> Note:
     return Note(text)
 
 
-def _wrench_note(run: StoredRobot) -> Note:
+def _wrench(run: StoredRobot) -> Section:
+    title = "Force on the tool along the path"
+    if not run.wrench.wrench.any():
+        return Section(title, [Note("None: no process acts on the tool.")])
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return Note(
-        f"Wrench on the tool at the TCP along the {which}, base axes; dashed: means over time."
-    )
+    note = f"Force and moment at the TCP along the {which}, base axes; dashed: means over time."
+    return Section(title, [Note(note)], "wrench", [run_figures.wrench(run)])

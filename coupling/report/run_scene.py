@@ -40,8 +40,9 @@ from elastic_robot.errors import ElasticRobotError
 _POSITION, _DEVIATION, _ANGLE, _MOST = 5e-4, 1e-2, 1e-3, 5000
 # Error of torques, as a part of the largest one, and that of rounding [N m].
 _TORQUE, _ROUND = 0.02, 0.1
-# Field of a workpiece that a tool has shaped.
-_ABOVE = "height above the tool's surface [mm]"
+# Field of a workpiece that a tool has shaped, and how far below the tool's surface it has not, as a part
+# of its diameter.
+_ABOVE, _UNTOUCHED = "height above the tool's surface [mm]", 0.1
 # Extent that a path has at least, and largest deviation below which no detail is of interest [m].
 _LEAST, _SEEN = 1e-9, 1e-5
 
@@ -78,9 +79,10 @@ def _surfaces(
         shaped = shaped_part(robot.desired, robot.wrench, world_from_part, tool)
     for name, piece in run.workpieces.items():
         surface, time, fields = workpiece_surface(name, piece), None, {}
-        if shaped is not None:
+        if shaped is not None and tool is not None:
             height, time = shaped.nearest_to(piece.points)
-            fields = {_ABOVE: 1e3 * (piece.points[:, 2] - height)}
+            above = piece.points[:, 2] - height
+            fields = {_ABOVE: 1e3 * np.where(above > -_UNTOUCHED * tool.diameter, above, np.nan)}
         points = world_from_part.points(surface.points)
         yield replace(surface, points=points, time=time, fields={**fields, **surface.fields})
     if shaped is not None and not run.workpieces:
@@ -108,6 +110,7 @@ def track(name: str, desired: ToolPath, actual: ToolPath) -> SceneTrack:
     errors = np.repeat([_POSITION * extent, _DEVIATION * largest], [3, 4])
     values = np.hstack([position, deviation, signed[:, :1]])
     rows = rows_within(desired.time, values, errors, _MOST)
+    rows = np.union1d(rows, np.linalg.norm(deviation, axis=1).argmax())
     return SceneTrack(name, desired.time[rows], position[rows], deviation[rows], signed[rows])
 
 

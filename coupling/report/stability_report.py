@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
-from coupling.report.document import document
+from coupling.report.lengths import in_words, state_tolerance
 from coupling.report.modes_report import in_joints, part_map
-from coupling.report.result_answers import stability_answer
-from coupling.report.style import drawn, row, rows, rule
+from coupling.report.modes_scene import modes_scene
+from coupling.report.result_report import ResultReport
+from coupling.report.style import drawn, row, rows
+from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.modes_result import Grid
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 from coupling.results.stability_result import (
     ChartResult,
     StabilityPoint,
@@ -24,20 +27,23 @@ _MM = 1e3
 _CHART = Note(
     "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
     " vibration at that limit. Below the line the cut is stable; beyond it, deeper islands may be stable"
-    " again. The dotted line is the quick look by zero order, the cross the programmed cut."
+    " again. No line: no limit. Dotted: a quick estimate (zero order); the cross: the programmed cut."
 )
 _ALONE = Note(
     "The robot alone, its tool taken as rigid: at high speeds a mode of tool, holder and spindle decides"
     " instead. Give [[stability.tool_mode]] or tool_response in the case."
 )
 _WITH_TOOL = Note(
-    "The grey line is the robot alone, by zero order: where it is higher, the tool decides."
+    "The grey line is the robot alone, by the quick estimate: where it is higher, the tool decides."
 )
-_PATH = Note("Programmed depth and limit along the path; red points chatter.")
+_PATH = Note(
+    "Programmed depth and limit along the path; orange crosses chatter. No line: no limit."
+)
 _FEED = Note("Limit with the feed turned about the part's z axis, at the worst place.")
 _PART = Note(
-    "Limit at the programmed speed, and the depth that no speed falls below by zero order, with the tool"
-    " moved about the part. White: no limit, or the robot cannot be there."
+    "Limit at the programmed speed, where there is one, and the depth that no speed falls below (by the"
+    " quick estimate), with the tool moved about the part. White: no limit, or the robot cannot be"
+    " there."
 )
 _SENSITIVE = Note(
     "Limit at the worst place with other gears: damping is the least known of all numbers, and the limit"
@@ -45,15 +51,26 @@ _SENSITIVE = Note(
 )
 
 
-def stability_page(result: StabilityResult) -> str:
-    """Return the page of a case's stability as one self-contained HTML text."""
+def stability_report(result: StabilityResult) -> ResultReport:
+    """Return what is told of a case's stability."""
+    return ResultReport(
+        "stability",
+        result.case,
+        stability_answer(result),
+        summary=partial(stability_summary, result),
+        sections=partial(_sections, result),
+        warnings=warned((), result.remarks),
+    )
+
+
+def _sections(result: StabilityResult) -> list[Section]:
     sections = stability_summary(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
         chart = chart_figure(result.chart, result.points[result.worst])
         sections.append(Section("Over the speed", [_CHART, alone], "chart", [chart]))
         sections.append(Section("Along the path", [_PATH], "path", [path_figure(result.points)]))
-    if result.over_feed is not None:
+    if result.over_feed is not None and any(v is not None for v in result.over_feed.limit_m):
         angles, limits = result.over_feed.feed_deg, result.over_feed.limit_m
         polar = feed_figure(angles, limits)
         sections.append(Section("Over the direction of the feed", [_FEED], "feed", [polar]))
@@ -65,9 +82,75 @@ def stability_page(result: StabilityResult) -> str:
                 (part.limit_m, "limit at the programmed speed [mm]"),
                 (part.least_m, "no speed falls below [mm]"),
             )
+            if any(v is not None for line in values for v in line)
         ]
-        sections.append(Section("Over the part", [_PART], "part", maps))
-    return document(f"{result.case}: stability", sections, stability_answer(result))
+        if maps:
+            sections.append(Section("Over the part", [_PART], "part", maps))
+    return sections
+
+
+def stability_answer(result: StabilityResult) -> Answer:
+    """Return the first screen of a case's stability."""
+    case = result.case_file
+    worst, tolerance = result.points[result.worst], result.tolerance_m
+    is_stable = all(point.stable for point in result.points)
+    limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"
+    moved = max(point.moved_m for point in result.points)
+    steps = [] if tolerance is not None else [state_tolerance(case)]
+    steps.append(NextStep.by("Correct the command:", "compensate", case))
+    good: bool | None = tolerance is None or moved <= tolerance or None
+    if not is_stable:
+        good, sentence = False, WILL_CHATTER
+        if result.instead_of is not None:
+            sentence += " No command was computed."
+        rpm = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in result.stable_rpm[:3])
+        speeds = f", or at a speed of {rpm} 1/min" if rpm else ""
+        place = ("place", case, "--optimise", "stability")
+        steps = [
+            NextStep(f"Cut less than {limit} deep{speeds}."),
+            NextStep.by("Or find a place where it is stable:", *place),
+        ]
+        if result.instead_of is not None:
+            words = (*result.instead_of, "--despite-chatter")
+            steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
+    elif tolerance is None:
+        sentence = (
+            f"This cut will not chatter. Its force alone moves the tool by up to {in_words(moved)}."
+        )
+    else:
+        sentence = (
+            f"This cut will not chatter. Its force alone moves the tool by up to {in_words(moved)}, your"
+            f" tolerance is {in_words(tolerance)}{'' if good else ': correct the command'}."
+        )
+    time = "" if worst.time is None else f" at t = {worst.time:.2f} s"
+    where = f"{'Nearest to chatter' if is_stable else 'Worst'}{time}"
+    rigid = (
+        "" if result.tool_modes else " The tool is taken as rigid: its own vibration is not seen."
+    )
+    return Answer(
+        sentence=sentence,
+        reason=f"{where}: {1e3 * worst.depth_m:.3g} mm deep at {worst.rpm:.0f} 1/min.{rigid}",
+        good=good,
+        figures=(
+            KeyFigure(
+                "Stable up to", limit, f"programmed {1e3 * worst.depth_m:.3g} mm, where it is worst"
+            ),
+            KeyFigure(
+                "Vibration",
+                f"{worst.frequency_Hz:.3g} Hz",
+                "the slowest to decay"
+                if is_stable
+                else "that grows; seen is the nearest one of the robot",
+            ),
+            KeyFigure(
+                "Moved by the force",
+                in_words(moved),
+                "on average over a turn, without weight and backlash",
+            ),
+        ),
+        steps=steps,
+        scene=None if result.swinging is None else modes_scene(result.swinging, worst.frequency_Hz),
+    )
 
 
 def stability_summary(result: StabilityResult) -> list[Section]:
@@ -93,8 +176,8 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
     way = {"Hopf": "", "flip": ", flipping from tooth to tooth", "none": ""}
     kind = "grows" if not worst.stable else "decays"
     yield (
-        f"At the worst place the slowest vibration {kind} with {worst.growth_1_s:+.3g} 1/s at"
-        f" {worst.frequency_Hz:.1f} Hz{way[worst.border]}."
+        f"At the worst place the {'slowest ' if worst.stable else ''}vibration {kind} with"
+        f" {worst.growth_1_s:+.3g} 1/s at {worst.frequency_Hz:.1f} Hz{way[worst.border]}."
     )
     by_tool = f"; the tool's modes have {100.0 * result.tool_share:.0f} % of the motion"
     gives_way = in_joints(result.joints) or "no joint"
@@ -135,7 +218,7 @@ def chart_figure(chart: ChartResult, programmed: StabilityPoint) -> go.Figure:
     rpm = np.array(chart.rpm)
     lines = [
         ("limit", chart.limit_m, AFTER, "solid", 2.0),
-        ("zero order", chart.zero_order_m, BEFORE, "dot", 1.2),
+        ("quick estimate", chart.zero_order_m, BEFORE, "dot", 1.2),
         ("robot alone", chart.robot_alone_m, QUIET, "dash", 1.2),
     ]
     if chart.robot_alone_m == chart.zero_order_m:
@@ -189,6 +272,7 @@ def path_figure(points: Sequence[StabilityPoint]) -> go.Figure:
     depth = np.array([_MM * point.depth_m for point in points])
     limit = _MM * np.array([p.limit_m if np.isfinite(p.limit_m) else np.nan for p in points])
     colours = [AFTER if point.stable else BEFORE for point in points]
+    symbols = ["circle" if point.stable else "x" for point in points]
     traces = [
         {
             "x": time,
@@ -203,7 +287,7 @@ def path_figure(points: Sequence[StabilityPoint]) -> go.Figure:
             "mode": "lines+markers",
             "name": "programmed",
             "line": {"color": DESIRED, "width": 1},
-            "marker": {"color": colours, "size": 6},
+            "marker": {"color": colours, "size": 7, "symbol": symbols},
         },
     ]
     finite = [p.limit_m for p in points if np.isfinite(p.limit_m)]
@@ -225,9 +309,8 @@ def feed_figure(angles: Sequence[float], limits: Sequence[float | None]) -> go.F
     return drawn(
         [trace],
         320,
-        xaxis={"title": "feed from the part's x axis [deg]"},
+        xaxis={"title": "feed from the part's x axis [deg]", "range": [0, 360], "dtick": 45},
         yaxis={"title": "limit [mm]", "rangemode": "tozero"},
-        shapes=[rule("x", 180.0, color=QUIET, width=1)],
     )
 
 

@@ -50,9 +50,11 @@ def stills(scene: Scene, pieces: int = _PIECES) -> list[str]:
 
 
 def _thinned(track: SceneTrack, pieces: int) -> SceneTrack:
+    """Return a track with so many rows, the largest deviation among them."""
     if len(track.time) <= pieces:
         return track
-    rows = np.unique(np.linspace(0, len(track.time) - 1, pieces).astype(int))
+    rows = np.linspace(0, len(track.time) - 1, pieces).astype(int)
+    rows = np.union1d(rows, np.linalg.norm(track.deviation, axis=1).argmax())
     arrays = {key: getattr(track, key)[rows] for key in ("time", "desired", "deviation", "signed")}
     return replace(track, **arrays)
 
@@ -86,7 +88,8 @@ def _paths(
         shapes += _draw_coloured(place(points), track.signed[:, 0] / scale)
     shapes += _bar(scale)
     largest = max(float(np.linalg.norm(track.deviation, axis=1).max()) for track in tracks)
-    words = f"{name}: up to {in_words(largest)}, drawn {factor:,.0f} times larger"
+    size = f"{factor:,.0f} times larger" if factor > 1.0 else "to scale"
+    words = f"{name}: up to {in_words(largest)}, drawn {size}"
     return _picture(words, shapes)
 
 
@@ -148,11 +151,10 @@ def _shapes(scene: Scene) -> str:
         points = place(chain)
         shapes.append(_line(points, "#56606b", 6.0))
         shapes += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#d98324"/>' for x, y in points]
-    names = [
-        *(robot.name for robot in scene.robots),
-        *(line.name for line in scene.lines),
-        *(surface.name for surface in scene.surfaces),
-    ]
+    for number, (name, color) in enumerate({line.name: line.color for line in scene.lines}.items()):
+        x, y = _MARGIN, _MARGIN + 4 + 16 * number
+        shapes += [_line(np.array([[x, y], [x + 18, y]]), color, 3.0), _text(x + 24, y + 4, name)]
+    names = [robot.name for robot in scene.robots] + [surface.name for surface in scene.surfaces]
     return _picture(" and ".join(dict.fromkeys(names)), shapes)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import isnan
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -11,11 +11,14 @@ from plotly.subplots import make_subplots
 
 from coupling.files.written_files import REPORT
 from coupling.path.length_text import format_um
+from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.document import document
-from coupling.report.result_answers import study_answer
+from coupling.report.expected import expected_sentence, expected_words
+from coupling.report.lengths import in_words, judged, state_tolerance
+from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn, rule, style
-from coupling.results.section import UM, Note, Section, Table
+from coupling.results.outlook import EXPECTED_SHARE
+from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
 from coupling.results.study_result import StudyResult
 from coupling.study.folder import RUN
 from coupling.study.robot_pool import PARTS
@@ -27,10 +30,21 @@ _AS_USUAL = " and usual values of what their files leave out"
 _DRAWN = 6
 
 
-def study_page(study: StoredStudy, folder: Path) -> str:
-    """Return the page of a study in a folder as one self-contained HTML text."""
+def study_report(study: StoredStudy) -> ResultReport:
+    """Return what is told of a study."""
+    figures = study.figures
+    return ResultReport(
+        "study",
+        figures.case,
+        study_answer(study),
+        summary=partial(study_summary, figures),
+        sections=partial(_sections, study),
+    )
+
+
+def _sections(study: StoredStudy) -> list[Section]:
     figures, run_page = study.figures, f"{RUN}/{REPORT}"
-    link = [Note("The run of the command", run_page)] if (folder / run_page).exists() else []
+    link = [Note("The run of the command", run_page)] if (study.folder / run_page).exists() else []
     sections = [
         *study_summary(figures),
         Section("", link),
@@ -42,7 +56,100 @@ def study_page(study: StoredStudy, folder: Path) -> str:
             Section("Sensitivity", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
-    return document(f"{figures.case}: study", sections, study_answer(study))
+    return sections
+
+
+def study_answer(study: StoredStudy) -> Answer:
+    """Return the first screen of a study."""
+    figures, source, tolerance = study.figures, study.figures.source, study.figures.tolerance_m
+    most, expected = figures.quantile("maximum", EXPECTED_SHARE), figures.expected
+    share = f"{100 * EXPECTED_SHARE:g} %"
+    good = None if tolerance is None or expected is None else expected.fits(tolerance)
+    reasons = []
+    if figures.chosen:
+        if tolerance is not None and most > tolerance:
+            good = False
+        names = " and ".join(
+            dict.fromkeys(entry.name.split("[")[0] for entry in figures.parameters)
+        )
+        sentence = judged(
+            f"of the robots that differ in {names} alone, as [study] chooses it, {share} stay within"
+            f" {in_words(most)} of the path",
+            good,
+            tolerance,
+        )
+        if expected is not None:
+            reasons.append(f"On the real robot expect {expected_words(expected)}.")
+    elif expected is not None:
+        sentence = expected_sentence(expected, tolerance)
+        reasons.append(
+            f"{share} of {figures.samples} robots to expect stay within {in_words(most)}."
+        )
+    else:
+        sentence = judged(f"{share} of the robots stay within {in_words(most)}", good, tolerance)
+    if not figures.command.converged:
+        good = False
+        sentence = (
+            "NOT FINISHED: the command of this study keeps its path on no robot: do not send it."
+        )
+    elif figures.failed:
+        good = False
+        sentence = (
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots cannot"
+            f" follow the command at all; {share} of the others stay within"
+            f" {in_words(most)}."
+        )
+    if figures.ordered:
+        worst, shares = figures.ordered[0]
+        reasons.append(
+            f"Most of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
+            f" {worst.name.replace('_', ' ')} alone."
+        )
+    if figures.chosen:
+        reasons.append("What the robot file leaves out is not in it.")
+    third = KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated")
+    if tolerance is not None:
+        within = 100.0 * np.sum(study.measures["maximum"] <= tolerance) / figures.samples
+        third = KeyFigure(
+            "Keep your tolerance",
+            f"{within:.0f} %",
+            f"of {figures.samples} robots",
+        )
+    steps = [] if tolerance is not None else [state_tolerance(source.case)]
+    if not figures.command.converged:
+        purpose = "See whether robot and path fit each other:"
+        steps = [NextStep.by(purpose, "check", source.case)]
+    elif good:
+        steps.append(NextStep.by("Write the robot program:", "export", source.run, "--to", "krl"))
+    else:
+        plan = ("identify", "--plan", "--robot", source.robot, "-o", "plan.csv")
+        steps.append(NextStep.by("Measure what decides most; this plans it:", *plan))
+        steps.append(NextStep.by("Or place the part where it matters less:", "place", source.case))
+    return Answer(
+        sentence=sentence,
+        reason=" ".join(reasons),
+        good=good,
+        figures=(
+            KeyFigure(f"{share} of robots", in_words(most), "largest deviation, at most"),
+            KeyFigure(
+                "If the file is right",
+                in_words(figures.command.deviation_m.maximum),
+                "on a robot exactly as its file says",
+            ),
+            third,
+        ),
+        steps=steps,
+        picture=bars(
+            [
+                ("if the file is right", figures.command.deviation_m.maximum),
+                *(
+                    (f"{100 * float(part):g} % of robots", length)
+                    for part, length in figures.quantiles_m["maximum"].items()
+                ),
+            ],
+            tolerance,
+        ),
+    )
 
 
 def study_summary(figures: StudyResult) -> list[Section]:

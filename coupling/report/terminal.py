@@ -8,6 +8,7 @@ from rich import table
 from rich.console import Console
 from rich.text import Text
 
+from coupling.report.result_report import ResultReport
 from coupling.results.section import Answer, Card, Note, Part, Section, Table
 
 # Warnings and remarks that are printed beside a first screen.
@@ -26,27 +27,19 @@ def _print_answer(console: Console, answer: Answer) -> None:
         console.print(Text(f"  {step.words} {step.command}".rstrip()))
 
 
-def print_result(
-    console: Console,
-    answer: Answer,
-    sections: Iterable[Section],
-    warnings: Iterable[Section],
-    verbose: bool,
-) -> None:
-    """Print what a result comes to, in the order of its page: at most fifteen lines unless verbose.
+def print_report(console: Console, report: ResultReport, is_verbose: bool) -> None:
+    """Print what is told of a result, in the order of its page: at most fifteen lines unless verbose.
 
     Args:
         console: Console to print on.
-        answer: First screen.
-        sections: All that the page says, which is printed where `verbose`.
-        warnings: Those of the sections that warn.
-        verbose: Whether all is printed.
+        report: First screen, sections and warnings.
+        is_verbose: Whether all is printed that the page says.
     """
-    _print_answer(console, answer)
-    if verbose:
-        print_sections(console, sections)
+    _print_answer(console, report.answer)
+    if is_verbose:
+        print_sections(console, report.summary())
     else:
-        _print_warnings(console, [part for section in warnings for part in section.parts])
+        _print_warnings(console, [part for section in report.warnings for part in section.parts])
 
 
 def _print_warnings(console: Console, texts: Sequence[Part]) -> None:
@@ -54,7 +47,9 @@ def _print_warnings(console: Console, texts: Sequence[Part]) -> None:
     for text in texts[:_WARNINGS]:
         console.print(Text(str(text)), style="yellow")
     if len(texts) > _WARNINGS:
-        console.print(f"{len(texts) - _WARNINGS} more warnings and remarks: see the page, or -v")
+        console.print(
+            f"Warnings and remarks beside these: {len(texts) - _WARNINGS}; see the page, or -v"
+        )
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:

@@ -78,7 +78,10 @@ def _of_class(figures: RunResult) -> Iterator[str]:
     if not ranges:
         return
     low, high = min(ranges)[0], max(high for _, high in ranges)
-    yield (f"The stiffness of the gears is known as a range ({low:.2g} to {high:.2g} N m/rad).")
+    yield (
+        f"The stiffness of the gears is known as a range ({three_digits(low)} to {three_digits(high)}"
+        " N m/rad)."
+    )
 
 
 def _describe_turn(deviation: Deviation) -> str:

@@ -29,10 +29,10 @@ def cut(workpieces: Mapping[str, Workpiece], envelope: np.ndarray | None = None)
         envelope: Lowest surface that the tool sweeps, x and z in the part [m], (n, 2); None: not drawn.
     """
     traces = []
-    for (name, piece), color in zip(workpieces.items(), (BEFORE, AFTER), strict=False):
+    for name, piece in workpieces.items():
         x = np.linspace(*_range(piece.points[:, 0]), _SAMPLES)
         height = LinearNDInterpolator(piece.points[:, :2], piece.points[:, 2])(x, 0.0)
-        line = {"color": color}
+        line = {"color": BEFORE if name.startswith("before") else AFTER}
         trace = {"x": _MM * x, "y": _MM * height, "name": name, "showlegend": True, "line": line}
         traces.append(trace)
     if envelope is not None:

@@ -23,7 +23,8 @@ class ExpectedDeviation(ResultPart):
     ) -> ExpectedDeviation:
         """Return that of robots drawn from what robot files state and leave out.
 
-        It is no less than that by one parameter that differs a little.
+        It is no less than that by one thing that a file leaves out, or one parameter that differs a
+        little.
 
         Args:
             single: Largest deviation on robots of which one parameter differs [m].
@@ -35,7 +36,11 @@ class ExpectedDeviation(ResultPart):
         completed = drawn.with_left_out
         highest = max(drawn.high, completed.high if completed else 0.0)
         return cls(
-            maximum=max(single, highest if further is None else further),
+            maximum=max(
+                single,
+                *drawn.left_out_m.values(),
+                highest if further is None else further,
+            ),
             is_whole=drawn.is_whole or completed is not None,
         )
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from coupling.case.case import Case
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.run.check import Check, CheckedCommand, of_corrections
+from coupling.solve.correction import Correction
 from elastic_robot.fmi.interface import Mode
 
 
@@ -45,8 +47,9 @@ def _other_mode(command: CheckedCommand) -> OtherModePaths:
     return OtherModePaths(before, after)
 
 
-def _gap(command: CheckedCommand) -> ToolGap | None:
-    support, correction = command.case.task.support, command.correction
+def tool_gap(case: Case, correction: Correction) -> ToolGap | None:
+    """Return the gap between the tools of a cell."""
+    support = case.task.support
     if support is None:
         return None
     before, after = support.opening(correction.before.path), support.opening(correction.achieved)
@@ -55,4 +58,6 @@ def _gap(command: CheckedCommand) -> ToolGap | None:
 
 UNLOADED_PATHS = Check[ToolPath | None]("unloaded", _unloaded_paths, None, of_corrections)
 OTHER_MODE = Check[OtherModePaths]("other_mode", _other_mode, OtherModePaths())
-TOOL_GAP = Check[ToolGap | None]("gap", _gap, None)
+TOOL_GAP = Check[ToolGap | None](
+    "gap", lambda command: tool_gap(command.case, command.correction), None
+)

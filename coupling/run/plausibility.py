@@ -113,7 +113,7 @@ def unsure_stiffness(placed: PlacedRobot) -> list[str]:
         return []
     return [
         f"robot {placed.description.name}: the stiffness of {len(placed.provenance.stiffness_ranges)}"
-        f" gears is known as a range ({whole[0]:.2g} to {whole[1]:.2g} N m/rad): more measurements of"
+        f" gears is known as a range ({whole[0]:.0f} to {whole[1]:.0f} N m/rad): more measurements of"
         " this robot narrow it (elastic-robot identify)"
     ]
 

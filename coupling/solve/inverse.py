@@ -17,7 +17,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
-from coupling.path.path_ends import is_near_moving_end
+from coupling.path.path_ends import MOVING_END, is_near_moving_end
 from coupling.process.base import ProcessResponse, marched
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.robot.robot import InverseCommand as RobotInverse
@@ -268,9 +268,7 @@ class InverseCorrection(Schema):
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
         elif is_near_moving_end(desired, worst):
-            advice = (
-                "the path is in motion there and the robot at rest: let it accelerate from rest"
-            )
+            advice = MOVING_END
         else:
             advice = "see which limit or cycle is the cause (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):

@@ -26,6 +26,7 @@ class StoredStudy(Shown):
         band: Columns of bands.csv by name [m], (m,).
     """
 
+    folder: Path
     figures: StudyResult
     names: tuple[str, ...]
     points: np.ndarray
@@ -45,6 +46,7 @@ def read_study(folder: Path) -> StoredStudy:
     table = read_table(folder / SAMPLES, (*names, *MEASURES), StudyError)
     time, *band = read_table(folder / BANDS, BAND_COLUMNS, StudyError).T
     return StoredStudy(
+        folder,
         figures,
         names,
         table[:, : len(names)],

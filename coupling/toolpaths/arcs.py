@@ -82,7 +82,8 @@ class Arc:
         if abs(radii[0] - radii[1]) > allowed or min(radii) == 0.0:
             raise ValueError(
                 "expected a centre equally far from both ends, got"
-                f" {1e3 * radii[0]:.6g} and {1e3 * radii[1]:.6g} mm: write more digits"
+                f" {1e3 * radii[0]:.6g} and {1e3 * radii[1]:.6g} mm: write more digits, or"
+                " G90.1 before where I, J, K are places"
             )
         angle = float(np.arctan2(a[1], a[0]))
         turn = float(np.arctan2(b[1], b[0])) - angle

@@ -55,6 +55,8 @@ IDLE_G: dict[float, str] = {
     603.0: "",
     641.0: "",
     642.0: "",
+    643.0: "",
+    644.0: "",
     645.0: "",
     **dict.fromkeys(sorted(WORK_OFFSETS), "P"),
 }

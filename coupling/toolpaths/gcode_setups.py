@@ -16,10 +16,11 @@ class Setups:
     """The tool in the spindle while a program is read, and words E: a printer's, or FADAL's offsets."""
 
     def __init__(self) -> None:
-        self._selected, self._mounted = "", ""
+        self._selected, self._mounted, self._change_line = "", "tool", 0
+        # The tool of the cuts so far.
+        self._cutting: str | None = None
         self._is_printer = False
         self._offsets: dict[float, int] = {}
-        self._change = ""
 
     def take(self, block: Block, has_moved: bool) -> str:
         """Take the words of a line; return what ended the program before its last line, or nothing.
@@ -33,9 +34,11 @@ class Setups:
         """
         self._selected = block.tool or self._selected
         if _TOOL_CHANGE in block.m:
-            if has_moved and self._selected != self._mounted:
-                self._change = f"the change to tool {self._selected} in line {block.line}"
-            self._mounted = self._selected
+            self._change_line = block.line
+            # Without a name it is another one each time.
+            self._mounted = (
+                f"tool {self._selected}" if self._selected else f"another tool in line {block.line}"
+            )
         self._is_printer = self._is_printer or not _OF_PRINTERS.isdisjoint(block.m)
         if (number := block.values.get("E")) is not None and 187.0 not in block.g:
             if number.is_integer() and 0 <= number <= _MOST_OFFSETS:
@@ -52,15 +55,17 @@ class Setups:
         return "M17, the end of a sub-program," if is_end and has_moved else ""
 
     def require_single_tool(self) -> None:
-        """Refuse a cut by another tool than those before.
+        """Take a cut, and refuse one by another tool than those before.
 
         Raises:
             ValueError: If the tool was changed behind some.
         """
-        if self._change:
+        self._cutting = self._cutting or self._mounted
+        if self._cutting != self._mounted:
+            change = self._mounted.partition(" in line")[0]
             raise ValueError(
-                f"expected one tool for all moves, got a cut behind {self._change}: give each tool its"
-                " own file"
+                f"expected one tool for all moves, got a cut behind the change to {change} in line"
+                f" {self._change_line}: give each tool its own file"
             )
 
     def require_single_offset(self) -> None:

@@ -17,8 +17,8 @@ _IDLE_STATEMENT = re.compile(
 # The tool by its name, and words of further spindles; those of the first are S and M.
 _TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM][2-9]=\d+')
 _SELECTED_TOOL = re.compile(r'T\d*="?([^"]*)')
-# Lengths and loads of corners, which are driven to their points.
-_SMOOTHING = re.compile(r"(?:ADIS|ADISPOS)=(?:\d+(?:\.\d*)?|\.\d+)")
+# How far corners may be rounded, which are driven to their points.
+_SMOOTHING = re.compile(r"(?:ADIS|ADISPOS|CTOL|OTOL)=(?:\d+(?:\.\d*)?|\.\d+)")
 _FIRST_SPINDLE = re.compile(r"([SM])1=(?=\d)")
 # Statements of Siemens' on the tool's direction, and components of it as a vector.
 _STATEMENT = re.compile(r"TRAORI(?:\(\d?\))?|TRAFOOF(?:\(\))?|ORIWKS|ORIMKS|ORIVECT|ORIAXES")
@@ -152,7 +152,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         return CommonWords("G28" if code == "$H" else "")
     plain, smoothings = _SMOOTHING.subn("", code)
     if smoothings:
-        notes.leave_out("ADIS=")
+        notes.leave_out("ADIS=, CTOL=")
     without, count = _TOOL_NAME.subn("", _FIRST_SPINDLE.sub(r"\1", plain))
     if count:
         notes.leave_out("T=" if "T" in code else "S=")

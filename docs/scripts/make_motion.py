@@ -7,6 +7,7 @@ python docs/scripts/make_motion.py left picture.  The coverage takes some minute
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -42,8 +43,8 @@ def recording(name: str) -> Recording:
 def found(fit: str, predict: str) -> MotionResult:
     """Return what recordings, a letter each, say of the KR 300, and how they predict others."""
     robot = load_robot(find_robot("kuka_kr300"))
-    fits, others = ([recording(name) for name in names] for names in (fit, predict))
-    return identify_motion(robot, fits, others, BANDWIDTH, leave_out=False).result
+    recordings = [replace(recording(name), is_held_out=name in predict) for name in fit + predict]
+    return identify_motion(robot, recordings, BANDWIDTH, leave_out=False).result
 
 
 @PAGE.part

@@ -17,7 +17,7 @@ from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
 from coupling.path.deviation import Deviation
 from coupling.place.evaluated_setting import EvaluatedSetting
-from coupling.place.folder import StoredPlacement, figures_of
+from coupling.place.folder import figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.report.place_report import changes, map_figures
@@ -139,8 +139,7 @@ def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
     result = figures_of(found)
-    stored = StoredPlacement(result, found.maps)
-    drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
+    drawn = [own for own in found.maps if (own.across, own.up) == ("x", "z")]
     save("place_cone", _beside_each_other(map_figures(result, drawn)))
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)

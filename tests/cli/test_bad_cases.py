@@ -7,6 +7,9 @@ from command_line import command
 from line_case import changed_text
 from places import LINE_CASE as LINE
 
+from coupling.case.file import load_case
+from coupling.errors import CaseError
+
 
 def changed(old: str, new: str) -> str:
     return changed_text(LINE, (old, new))
@@ -131,3 +134,26 @@ def test_joint_limits_are_errors_and_rates_are_warnings(tmp_path):
     short = command("couple", tmp_path / "short_case.toml", "-o", tmp_path / "out2")
     assert short.returncode == 2
     assert "its limits are -57.30 to 0.00 deg" in " ".join(short.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "position_m =",
+            "position_mm =",
+            "did you mean 'position_m'? Convert the value to its unit",
+        ),
+        ("feed_m_s = 0.1", "feed_mm_min = 6000.0", "'feed_m_s'? Convert the value to its unit"),
+        ("feed_m_s = 0.1", "feed = 0.1", "got unknown key 'feed'"),
+        ("feed_m_s = 0.1", 'feed_m_s = "0.1 m/s"', "write it without quotation marks and unit"),
+        ('"line"', '"C:\\parts"', "Unescaped '\\' in a string (at line"),
+    ],
+)
+def test_units_and_paths_of_newcomers_are_told_what_to_write(tmp_path, old, new, said):
+    case = tmp_path / "bad.toml"
+    case.write_text(changed(old, new))
+    with pytest.raises(CaseError) as caught:
+        load_case(case)
+    assert said in str(caught.value)
+    assert ("Convert" in str(caught.value)) == ("Convert" in said)

@@ -20,7 +20,7 @@ from coupling.files.atomic_folder import whole_folder
 from coupling.files.written_files import claim_file
 from coupling.fmu_export.build import KINDS
 from coupling.native.compiler import host_platform
-from coupling.report.result_page import write_report
+from coupling.report.stored_result import write_report
 from coupling.run.new_folder import RUN_FOLDER
 from coupling.run.stored_run import read_run
 from elastic_robot.chain import build_chain

@@ -1,15 +1,14 @@
-"""What tests store of what is costly: made once, and anew where anything differs that it depends on."""
+"""What tests store of what is costly, and which tests a change asks for."""
 
 from __future__ import annotations
 
-import json
-import os
+import subprocess
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
+import changed
 import fixture_store
 import pytest
-from fixture_store import key_of, prune, stored, stored_folder
+from fixture_store import key_of, stored
 from module_sources import sources_of
 from places import HELPERS, ROOT
 
@@ -29,24 +28,12 @@ def square(number: int) -> int:
     return number**2
 
 
-def fill(folder: Path, text: str) -> None:
-    (folder / "text.txt").write_text(text)
-    assert text, "nothing to write"
-
-
 def test_several_at_once_make_it_once_and_other_inputs_another():
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda _: stored(square, 3), range(8))) == [9] * 8
     assert stored(square, number=3) == 9
     assert stored(square, 4) == 16
     assert MADE == [3, 3, 4]
-
-
-def test_a_folder_is_there_whole_or_not_at_all(store):
-    with pytest.raises(AssertionError, match="nothing to write"):
-        stored_folder(fill, "")
-    assert [entry for entry in store.iterdir() if entry.is_dir()] == []
-    assert (stored_folder(fill, "a") / "text.txt").read_text() == "a"
 
 
 @pytest.mark.parametrize(
@@ -81,38 +68,43 @@ def test_what_it_does_not_depend_on_may_change(name):
     assert ROOT / name not in sources_of(CIRCLING)
 
 
-def test_all_that_is_loaded_while_it_is_made_is_among_its_sources(forked, tmp_path):
-    """A robot's FMU is built, inverted and simulated in a process that has loaded nothing before."""
-    script = tmp_path / "made.py"
-    script.write_text(
-        f"""
-import json, sys
-sys.path[:0] = {[str(ROOT / place) for place in ("tests/helpers", "fmu_src", "")]!r}
-from circling_robots import Robots
-from coupling.files.robot_file import find_robot, load_robot
-from coupling.run.fmu_pool import FmuPool
-with FmuPool("native") as models:
-    robots = Robots(load_robot(find_robot("icme2008")), models, seconds=1.0)
-    robots.moved(robots.none)
-print(json.dumps([module.__file__ for name, module in list(sys.modules.items())
-                  if name != "__main__" and getattr(module, "__file__", None)]))
-"""
-    )
-    done = forked(script)
-    assert done.returncode == 0, done.stderr
-    ours = {
-        file
-        for file in map(Path, json.loads(done.stdout))
-        if file.is_relative_to(ROOT) and ".venv" not in file.parts
-    }
-    assert len(ours) > 100
-    assert ours - sources_of(CIRCLING) == set()
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("coupling/run/robustness", "tests/run/test_robustness.py"),  # imported
+        ("coupling/run_to_folder", "tests/results/test_outlook.py"),  # by what is imported
+        ("coupling/errors", "coupling/errors.py"),  # has examples
+        ("tests/helpers/killing", "tests/run/test_run_log.py"),
+        ("tests/docs/test_fixture_store", "tests/docs/test_fixture_store.py"),
+        ("fmu_src/native/core/elements/gear.c", "tests/native/test_core.py"),
+        ("docs/place.md", "tests/docs/test_pages.py"),
+        ("recipe/recipe.yaml", "tests/docs/test_release.py"),  # named
+        (".ci/changed", "tests/docs/test_fixture_store.py"),
+    ],
+)
+def test_a_change_is_tested_where_it_is_used(name, expected):
+    """Modules stand without their ending here, so that this file does not name them."""
+    found = changed.tests_of(name if (changed.ROOT / name).is_file() else f"{name}.py")
+    assert expected in found
+    assert all((changed.ROOT / file).exists() for file in found)
 
 
-def test_what_was_not_used_for_longest_goes_first(store):
-    for age, text in enumerate(("new", "old", "older")):
-        entry = stored_folder(fill, 1000 * text[-1])
-        (entry / "name").write_text(text)
-        os.utime(entry, (10**9 - age, 10**9 - age))
-    prune(store, largest=2100)
-    assert sorted(file.read_text() for file in store.glob("*/name")) == ["new", "old"]
+def test_what_a_branch_changes_counts_committed_or_not(tmp_path, monkeypatch):
+    def git(*arguments: str) -> None:
+        who = ("-c", "user.name=a", "-c", "user.email=a@b")
+        subprocess.run(["git", *who, *arguments], cwd=tmp_path, check=True, capture_output=True)
+
+    monkeypatch.setattr(changed, "ROOT", tmp_path)
+    git("init", "-b", "main")
+    for name in ("old", "committed", "edited", "gone"):
+        (tmp_path / name).write_text("1")
+    git("add", ".")
+    git("commit", "-m", "a")
+    assert changed.changed_files() == []
+    git("checkout", "-b", "own")
+    (tmp_path / "committed").write_text("2")
+    git("commit", "-am", "b")
+    (tmp_path / "edited").write_text("2")
+    (tmp_path / "gone").unlink()
+    (tmp_path / "new").write_text("1")
+    assert changed.changed_files() == ["committed", "edited", "new"]

@@ -1,4 +1,4 @@
-"""The commands of the README, run in the order in which they stand, with the files that they name."""
+"""The commands and the snippet of the README, run as they stand, with the files that they name."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import shutil
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
-from places import EXAMPLES, ROOT
+from places import DOCS, EXAMPLES, ROOT
 from wall_case import WALL_CASE
 
 from coupling.cli import main
@@ -51,3 +52,17 @@ def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     assert seen >= ELSEWHERE
     assert Path("results/corrected/krl/corrected.src").exists()
     assert Path("cell/case.toml").exists()
+
+
+def test_the_snippet_of_the_derivatives_runs():
+    """And what it says of shapes holds; the compliance is symmetric."""
+    page = (DOCS / "derivatives.md").read_text()
+    (snippet,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(snippet, names)
+    robot, linear = names["robot"], names["linear"]
+    compliance = robot.compliance()
+    np.testing.assert_allclose(
+        compliance, compliance.T, rtol=0, atol=1e-6 * np.abs(compliance).max()
+    )
+    assert linear.dynamic_compliance(np.array([10.0, 100.0])).shape == (2, 6, 6)

@@ -5,13 +5,11 @@ from __future__ import annotations
 import importlib
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
 from places import DOCS
 
 from docs.scripts import page, runs
-from docs.scripts.experiment import Curve, Page, add_curves, results, um
-from docs.scripts.pictures import NoBrowserError
+from docs.scripts.experiment import Page, results
 
 SCRIPTS = sorted(file.stem for file in (DOCS / "scripts").glob("make_*.py"))
 
@@ -85,36 +83,6 @@ def test_a_page_writes_the_part_that_is_named(folder, monkeypatch):
     assert (folder / "page.md").read_text() == (
         f"before\n<!-- a -->\n{written}<!-- end of a -->\nafter\n"
     )
-
-
-def test_two_columns_of_one_head_differ_by_blanks_at_its_end():
-    columns = {"N": lambda pair: pair[0], "N ": lambda pair: pair[1]}
-    assert results(("a", "b"), {("x", "y"): "12"}, tuple, columns) == (
-        "| a | b | N | N |\n|---|---|---|---|\n| x | y | 1 | 2 |"
-    )
-
-
-@pytest.mark.parametrize(
-    ("length", "digits", "words"),
-    [(1.44e-7, 2, "0.14"), (0.0375, 3, "37500"), (0.0, 2, "0"), (2e-12, 2, "2e-06")],
-)
-def test_micrometres_have_so_many_digits(length, digits, words):
-    assert um(length, digits) == words
-
-
-def test_a_curve_without_a_name_is_not_in_the_legend():
-    x = np.arange(3.0)
-    figure = add_curves(go.Figure(), [Curve("", x, x, "red"), Curve("b", x, -x, "blue", 3.0)])
-    assert [own.showlegend for own in figure.data] == [False, True]
-    assert figure.data[1].line.width == 3.0
-
-
-def test_without_a_browser_the_status_is_that_of_bad_input(capsys):
-    def write() -> None:
-        raise NoBrowserError("no browser")
-
-    assert page.finish(write) == 2
-    assert capsys.readouterr().err == "error: no browser\n"
 
 
 def test_a_changed_example_differs_in_the_changed_key_only():

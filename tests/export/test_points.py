@@ -74,6 +74,21 @@ def test_a_spline_needs_hardly_more_points_than_the_fewest(seed):
     assert fits(chosen) or len(chosen) == len(candidates)
 
 
+def test_what_is_looked_at_near_changed_points_alone_holds_everywhere():
+    """A long motion, a tolerance that varies; its spline evaluated whole once the points are there."""
+    time = np.linspace(0.0, 60.0, 24001)
+    angle = np.sin(0.9 * time) + 0.3 * np.sin(7.3 * time + 1.0) * np.sin(0.2 * time)
+    jacobian = np.zeros((len(time), 6, 1))
+    jacobian[:, 1] = 1.0
+    curve = JointCurve((angle * np.sin(np.pi * time / 60.0) ** 2)[:, None], jacobian, lever=0.0)
+    tolerance = 1e-6 * (1.0 + 5.0 * (np.sin(time) > 0.7))
+    chosen = spline_points(curve, time, np.arange(0, len(time), 2), tolerance)
+    values = spline_values(time[chosen], curve.values[chosen], time)
+    shares = curve.errors(values, slice(None)) / tolerance
+    assert 0.9 < shares.max() <= 1.0 + 1e-9
+    assert len(chosen) < 3000
+
+
 def test_points_are_closer_where_the_tolerance_is_smaller():
     """A circle: points are 2 sqrt(2 tolerance radius) apart, so a quarter takes twice as many."""
     time = np.linspace(0.0, 1.0, 4001)

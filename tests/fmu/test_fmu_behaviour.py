@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
-from places import HOSTS
+import fmpy
+from places import HOSTS, REFERENCE
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -57,3 +59,107 @@ except Exception as error:
         assert f"{sys.executable} -m pip install numpy scipy pin" in told
         assert "ImportError(" not in told
     assert "externalDependencies.txt" in done.stderr
+
+
+ISO_PATH = REFERENCE / "iso_path_joints.npz"
+# Curve, mode, trajectory, stiffness of a spring and of a plane [N/m].
+CASES = (
+    "linear,dynamic,,0,0",
+    "backlash,dynamic,,0,0",
+    f"backlash,dynamic,{ISO_PATH},0,0",
+    f"spline,dynamic,{ISO_PATH},0,0",
+    f"backlash,quasistatic,{ISO_PATH},0,0",
+    "backlash,dynamic,,1e6,0",
+    "spline,dynamic,,1e4,0",
+    "backlash,quasistatic,,1e7,0",
+    "backlash,dynamic,,0,1e7",
+    "spline,quasistatic,,0,1e6",
+)
+
+
+def test_a_state_goes_on_bit_for_bit(example_fmu, run_host, tmp_path):
+    for what in ("save", "load"):
+        run_host("state", example_fmu, tmp_path, what, *CASES)
+
+
+def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
+    """The same file name with other contents."""
+    file = tmp_path / "motion.csv"
+    line = "{0},0,-0.3,0.5,0,{1},0\n"
+    file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.7))
+    case = f"linear,quasistatic,{file},0,0"
+    run_host("state", example_fmu, tmp_path, "save", case)
+    file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.71))
+    said = run_host("state", example_fmu, tmp_path, "load", case, succeeds=False)
+    assert "expected the motion that the state was saved with, got another" in said
+
+
+def test_damaged_and_foreign_states_are_refused(example_fmu, run_host, tmp_path):
+    other = build_fmu(make_robot(4, 6), tmp_path / "Other.fmu")
+    said = run_host("foreign_states", example_fmu, other)
+    for text in ("damaged bytes", "state: expected one that", "with fingerprint"):
+        assert text in said
+
+
+SAID = {
+    "force": r"needs more than \d+ tries of a step at \S+ m/s, under 1e\+12 N, 0 N m, drives of 0 rad/s"
+    r"|bends deflection\[\d+\] beyond 3.14 rad, under 1e\+12 N, 0 N m, drives of 0 rad/s",
+    "enormous force": r"0 s into a step of .*, needs steps below \S+ s, under 1e\+300 N",
+    "moment": r"under 0 N, 1e\+14 N m",
+    "acceleration": r"drives of \S+e\+1\d rad/s and \S*e\+12 rad/s2: one of these is too large",
+    "enormous acceleration": r"and \S*e\+300 rad/s2: one of these is too large",
+    "rate": r"drives of 1e\+09 rad/s and 0 rad/s2",
+    "spring": r"a spring of 1e\+12 N/m",
+    "enormous spring": r"a spring of 1e\+300 N/m",
+    "long step": r"step size: expected at most 3600 s at a time, got 1e\+09 s|got 1000000000 s",
+}
+
+
+def _sections(said: str) -> list[tuple[str, str]]:
+    return re.findall(r"^## (.*)\n((?:(?!## ).*\n)*)", said, re.MULTILINE)
+
+
+def test_absurd_values_are_refused_in_time_and_leave_no_trace(example_fmu, run_host):
+    """The same twice: with backlash, and linear."""
+    sections = _sections(run_host("hard_cases", example_fmu, "absurd"))
+    dynamic, quasistatic = sections[:-3], sections[-3:]
+    assert {name for name, _ in dynamic} == set(SAID)
+    for name, text in dynamic:
+        assert re.search(SAID[name], text), text
+    for _, text in quasistatic:
+        assert "no static equilibrium found at q = " in text
+    assert not any("Warning" in text for _, text in sections)
+
+
+def test_a_run_that_starts_late_is_that_from_zero(example_fmu, run_host):
+    said = run_host("hard_cases", example_fmu, "late")
+    assert "step start: expected the last step's end, 1000000000.0 s, got" in said
+
+
+def test_drives_follow_commands(example_fmu, run_host):
+    """Errors and their order against the trajectory, steps of any length, noise, jumps, states."""
+    run_host("commanded", example_fmu)
+
+
+def test_the_wrench_is_a_ramp_where_its_rate_is_told(example_fmu, run_host):
+    """And derivatives that are none are refused, each with its sentence."""
+    said = run_host("ramps", example_fmu)
+    texts = {part.partition("\n")[0]: part for part in said.split("## ")}
+    for name, expected in {
+        "unknown": "value reference of a real variable: expected",
+        "beyond": "value reference of a real variable: expected",
+        "output": "derivative: expected that of an input, got tcp.x",
+        "parameter": "derivative: expected that of an input, got gravity.z",
+        "not a number": "derivative of force.y: expected a finite number, got nan",
+        "order 2": "expected order 1, got 2",
+        "order 0": "expected order 1, got 0",
+    }.items():
+        assert expected in texts[name], (name, texts)
+
+
+def test_the_description_says_that_inputs_are_interpolated(example_fmu):
+    assert fmpy.read_model_description(str(example_fmu)).coSimulation.canInterpolateInputs
+
+
+def test_angles_that_jump_without_rates_are_said_in_the_log_once(example_fmu, run_host):
+    run_host("rates", example_fmu)

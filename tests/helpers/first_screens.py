@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 from coupling.cli.console import console
-from coupling.report.terminal import print_result
+from coupling.report.result_report import ResultReport
+from coupling.report.terminal import print_report
 from coupling.results.section import Answer
 
 # What a visitor would have to look up.
@@ -25,5 +26,5 @@ def words_of(answer: Answer) -> str:
 def printed(answer: Answer) -> list[str]:
     """Return the lines that the terminal shows of it."""
     with console.capture() as capture:
-        print_result(console, answer, (), (), False)
+        print_report(console, ResultReport("", "", answer, summary=list, sections=list), False)
     return capture.get().splitlines()

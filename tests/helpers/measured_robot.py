@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from replay import straight_wrench
 from replay_robot import Robot, Settings
 from replay_tables import columns, read_table
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 POSITION = ("x", "y", "z")
-WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 STEP = 0.004  # [s]
 
 
@@ -133,7 +133,7 @@ class MeasuredRobot:
         """Return where the tool goes under the command of a run folder, in run `number`."""
         desired, loads = read_table(folder / "desired.csv"), read_table(folder / "wrench.csv")
         time = np.arange(desired["time"][0], desired["time"][-1] + 1e-9, STEP)
-        wrench = _straight(loads["time"], columns(loads, WRENCH), time)
+        wrench = straight_wrench(loads, time)
         poses = self.fmu.poses(folder / "command.csv", time, wrench, self.settings)
         command = read_table(folder / "command.csv")
         q = np.column_stack([command[f"q{k + 1}"] for k in range(len(self.chain.axes))])
@@ -184,13 +184,3 @@ class MeasuredRobot:
         skew = rng.standard_normal((3, 3))
         skew /= np.linalg.norm(skew, 2)
         return beyond + own.geometry / 0.1 * (place - place.mean(axis=0)) @ skew.T
-
-
-def _straight(times: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return wrench and rate at the start of every step, straight between times; row 0: before."""
-    once, first = np.unique(times, return_index=True)
-    last = np.append(first[1:], len(times)) - 1
-    step = np.clip(np.searchsorted(once, at[:-1] + 1e-9, "right"), 1, len(once) - 1)
-    rate = (values[first[step]] - values[last[step - 1]]) / np.diff(once)[step - 1, None]
-    start = values[last[step - 1]] + (at[:-1] - once[step - 1])[:, None] * rate
-    return np.vstack([np.append(values[0], np.zeros(6)), np.hstack([start, rate])])

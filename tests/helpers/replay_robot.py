@@ -29,14 +29,12 @@ class Settings:
     Attributes:
         curve: "linear", "backlash" or "spline"; the case's if empty.
         tolerance: Error allowed at the TCP [m], the tolerance of the experiment.
-        every: Longest step, and distance of the times of comparison [s].
         values: FMU's parameters by name, instead of the robot's own.
         scale: Factors of all "stiffness", "damping", "backlash", and of the "wrench".
     """
 
     curve: str = ""
     tolerance: float = 1e-8
-    every: float = 0.004
     values: Mapping[str, float] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from coupling.case.case import Case
 from coupling.cli.console import console
-from coupling.report.result_page import write_report
 from coupling.report.run_report import run_summary
+from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run

@@ -119,7 +119,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(known):
         noise = noise_of(own, 2e-5, None, 5.0, None) if known else noise_of(own)
         fit = fit_static(start, own, IdentifyOptions(noise))
         assert fit.converged
-        found = intervals(fit.at.problem, fit.at.weight, fit.at.x, known)
+        found = intervals(fit.at.linear, fit.at.weight, fit.at.x, known)
         inside += (found.low <= elasticity.start) & (elasticity.start <= found.high)
         assert 0.4 < found.scale / (1.0 if known else 2e-5) < 2.5
     assert np.all(inside >= 0.8 * 25)

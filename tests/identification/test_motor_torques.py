@@ -122,8 +122,8 @@ def test_a_recording_with_a_turned_sign_is_not_fitted():
     with DrivenFmu(robot) as fmu:
         good = recorded(fmu, robot, np.random.default_rng(9))
     bad = replace(good, name="bad.csv", torque=good.torque * [1.0, -1.0])
-    for fits, held_out in (([bad], []), ([good], [bad])):
+    for measured in ([bad], [good, replace(bad, is_held_out=True)]):
         with pytest.raises(
             IdentifyError, match=r"bad.csv: joint 2: .* got -[01.]+[0-9]* times .* sign"
         ):
-            identify_motion(robot, fits, held_out, BANDWIDTH, leave_out=False)
+            identify_motion(robot, measured, BANDWIDTH, leave_out=False)

@@ -7,7 +7,14 @@ import pinocchio as pin
 from scipy.interpolate import BSpline
 
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.link_task import WEIGHTS, LinkTask
+from coupling.inverse.link_task import (
+    OF_ACCELERATION,
+    OF_ANGLE,
+    OF_BALANCE,
+    OF_POSITION,
+    OF_ROTATION,
+    LinkTask,
+)
 from coupling.inverse.links import equilibrium_angles
 from elastic_robot.kinematics import base_from_tool, tcp_force_gradient, tcp_jacobian
 
@@ -52,8 +59,8 @@ def equations(model: LinkModel, task: LinkTask, rigid: np.ndarray, coefficients:
     desired = task.position(times), task.rotation(times).as_matrix()
     inertia = pin.crba(chain.model, data, chain.theta(task.guess[0])).diagonal()[model.tilts]
     stiffness = model.tilt_stiffness + inertia / task.spacing**2
-    balance = WEIGHTS.balance * WEIGHTS.position * model.reach / stiffness
-    tether = WEIGHTS.tether if len(joints) > 6 else 0.0
+    balance = OF_BALANCE * OF_POSITION * model.reach / stiffness
+    tether = OF_ANGLE if len(joints) > 6 else 0.0
     residuals, rows = [], []
 
     def add(weight, errors, by_motion, k):
@@ -68,7 +75,7 @@ def equations(model: LinkModel, task: LinkTask, rigid: np.ndarray, coefficients:
         load, by, jacobian, place, axes = loads(model, theta, rate, acceleration, wrench)
         turn = pin.log3(axes @ desired[1][k].T)
         none = np.zeros((6, model.size))
-        weights = np.repeat([WEIGHTS.position, WEIGHTS.rotation], 3)
+        weights = np.repeat([OF_POSITION, OF_ROTATION], 3)
         error = np.concatenate([place - desired[0][k], turn])
         add(weights, error, np.array([jacobian, none, none]), k)
         tilts = by[:, model.tilts]
@@ -79,9 +86,9 @@ def equations(model: LinkModel, task: LinkTask, rigid: np.ndarray, coefficients:
         add(balance, missing, tilts, k)
         wanted, still = splines[:, k] @ rigid, np.zeros((len(joints), model.size))
         bent = np.array([still, still, unit[joints]])
-        add(WEIGHTS.acceleration, acceleration[joints] - wanted[2], bent, k)
+        add(OF_ACCELERATION, acceleration[joints] - wanted[2], bent, k)
         add(tether, theta[joints] - wanted[0], bent[::-1], k)
-    heavy = WEIGHTS.balance * WEIGHTS.position * model.reach
+    heavy = OF_BALANCE * OF_POSITION * model.reach
     for time, order, angles, values in ends(model, task):
         at_end = basis(task, np.array([time]))[order, 0] * task.spacing**order
         residuals.append(heavy * (at_end @ coefficients[:, angles] - values))

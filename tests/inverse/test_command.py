@@ -15,13 +15,13 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from coupling.errors import PlanningError
+from coupling.inverse import fit as fit_module
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.fit import SplineFit, end_conditions
-from coupling.inverse.gear_drive import GearDrive, GearTask
+from coupling.inverse.gear_drive import GearDrive, GearTask, torque_impulses
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
-from coupling.native import desk_drive
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
@@ -228,9 +228,9 @@ def test_the_command_of_a_long_path_is_that_of_one_store(monkeypatch: pytest.Mon
     drive = GearDrive.of(task, rows)
     fit = SplineFit.whole(drive, end_conditions(rows, float(LINK.at(np.zeros(1))[0, 0])))
     begin = np.full(rows.coefficients, LINK.at(np.zeros(1))[0, 0]), np.zeros(drive.layout.nodes)
-    monkeypatch.setattr(desk_drive, "_LAG", rows.count)
+    monkeypatch.setattr(fit_module, "_LAG", rows.count)
     whole = fit.descend(*begin, SplineFit.band_step, lambda *_: fit.whole_stretch)
-    monkeypatch.setattr(desk_drive, "_LAG", 16)
+    monkeypatch.setattr(fit_module, "_LAG", 16)
     for found, expected in zip(fit.solve(*begin), whole, strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-11, rtol=0.0)
 
@@ -243,10 +243,10 @@ def test_impulses_are_the_integrals_of_scipys_spline():
         spline = CubicSpline(0.1 * np.arange(samples), torque).antiderivative()
         edges, end = 0.1 * length * np.arange(steps + 1), 0.1 * (samples - 1)
         area = spline(np.minimum(edges, end)) + torque[-1] * np.maximum(edges - end, 0.0)
-        found = desk_drive.torque_impulses(0.1, torque, steps, 0.1 * length)
+        found = torque_impulses(0.1, torque, steps, 0.1 * length)
         np.testing.assert_allclose(found, np.diff(area), atol=1e-14)
     with pytest.raises(ValueError, match="expected 4 samples or more, got 3"):
-        desk_drive.torque_impulses(0.1, np.zeros(3), 2, 0.1)
+        torque_impulses(0.1, np.zeros(3), 2, 0.1)
 
 
 @pytest.mark.parametrize("degree", [3, 5])

@@ -1,13 +1,19 @@
-"""robot.toml: complete validation, with messages that name file, joint, key, value and need."""
+"""robot.toml: complete validation, messages that say place, value and need; and what is read of it."""
 
 from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from random_robots import robots
+from scipy.spatial.transform import Rotation
 
 from build_fmu import main as build_main
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
+from elastic_robot.body import Body
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
@@ -201,3 +207,28 @@ def test_limits_rates_and_payload_are_read(tmp_path):
 
 def test_the_shipped_file_says_which_numbers_are_the_papers():
     assert "From the paper" in TEXT
+
+
+@given(robots())
+def test_json_round_trip_is_exact(robot: Robot):
+    assert Robot.from_json(robot.to_json()) == robot
+
+
+@given(st.integers(0, 10**6))
+def test_a_body_placed_in_another_frame_has_the_energy_it_had(seed):
+    """Kinetic energy of a rotation about the frame's origin, written in either frame."""
+    rng = np.random.default_rng(seed)
+    turn, shift = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    square = rng.normal(size=(3, 3))
+    second_moments = square @ square.T
+    inertia = np.trace(second_moments) * np.eye(3) - second_moments
+    body = Body.from_matrix(3.0, rng.normal(size=3), inertia)
+    placed, spin = body.placed(turn, shift), rng.normal(size=3)
+
+    def energy(of: Body, spin: np.ndarray, origin: np.ndarray) -> float:
+        velocity = np.cross(spin, np.array(of.com) - origin)
+        return 0.5 * of.mass * velocity @ velocity + 0.5 * spin @ of.inertia_matrix @ spin
+
+    found, expected = energy(placed, turn @ spin, shift), energy(body, spin, np.zeros(3))
+    assert found == pytest.approx(expected, rel=1e-12)
+    assert energy(body.scaled(2.0), spin, np.zeros(3)) == pytest.approx(2.0 * expected, rel=1e-12)

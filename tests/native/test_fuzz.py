@@ -25,7 +25,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 
 CALLS = os.environ.get("ELASTIC_ROBOT_FUZZ", "5000")
-FILES = str(max(20000, int(CALLS) // 10))
+FILES = str(max(4000, int(CALLS) // 10))
 # Every so many bytes of a state are forged.
 FORGED = 4 if int(CALLS) > 100000 else 28
 SEED = os.environ.get("ELASTIC_ROBOT_FUZZ_SEED", "1")
@@ -141,18 +141,17 @@ def test_sanitizers_find_nothing_in_damaged_trajectory_files(sanitized, tmp_path
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
-def test_valgrind_finds_no_error_and_no_leak_at_the_end(native, pair, host, tmp_path):
+def test_valgrind_finds_no_error_and_no_leak_at_the_end(native, pair, tmp_path):
     """Of whatever kind of leak, after steps, states, refused calls and random ones."""
-    for name, calls in (("instances", "3"), ("fuzz2", "100")):
+    for name, calls in (("instances", "2"), ("fuzz2", "30")):
         master = build_master(name, tmp_path / name)
         run_master(native, [*VALGRIND, str(master)], calls)
-    run_master(native, [*VALGRIND, str(host)], "run")
-    for name, calls in (("instances", "3"), ("fuzz3", "100")):
+    for name, calls in (("instances", "2"), ("fuzz3", "30")):
         master = build_linked(name, tmp_path / f"{name}3", pair.library3, "-DFMI3")
         run(*VALGRIND, master, *of3(pair), calls)
     for fmi, of, library in (("2", of2, native.library), ("3", of3, pair.library3)):
         master = build_linked("fuzz_exchange", tmp_path / f"exchange{fmi}", library, f"-DFMI={fmi}")
-        run(*VALGRIND, master, *of(pair), "100")
+        run(*VALGRIND, master, *of(pair), "30")
 
 
 def test_instances_and_refused_calls_of_fmi_3_leave_no_memory_behind(pair, tmp_path):

@@ -1,13 +1,16 @@
-"""What is no hard case; those that are: tests/fmu/test_hard_cases.py."""
+"""Tries of a step on hard and easy motion, growth of errors, and the contact spring."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from native_core import CoreError, with_settings
+from native_core import CURVES, Core, CoreError, with_settings
 from random_robots import make_robot
 
 from coupling.files.robot_file import find_robot, load_robot
+from elastic_robot.description import Robot
 from elastic_robot.settings import SETTINGS
 
 
@@ -45,3 +48,107 @@ def test_what_robots_do_needs_half_the_tries_or_less(kind, tmp_path):
     core.reset(kind, 0.0, np.zeros(6), np.zeros(6))
     with pytest.raises(CoreError, match=r"needs more than|beyond"):
         core.step(1.0, np.zeros(6), np.array([0.0, 0.0, -1e9, 0.0, 0.0, 0.0]))
+
+
+STEP = 0.004  # [s]
+FORCE = np.array([120.0, 60.0, 200.0, 0.0, 0.0, 0.0])  # pushes and pulls at 5 Hz [N, N m]
+
+
+def damped(robot: Robot, damping: float) -> Robot:
+    """The robot with one damping of all gears and tilts [N m s/rad]."""
+
+    def joint(own):
+        tilts = tuple(replace(tilt, damping=damping) for tilt in own.tilt)
+        return replace(own, damping=damping if own.stiffness else 0.0, tilt=tilts)
+
+    return replace(robot, joints=tuple(map(joint, robot.joints)))
+
+
+def shake(robot: Robot, watches: bool, first: float = 1.0) -> tuple[np.ndarray, bool]:
+    """TCP of 1.2 s under the force, times `first` in one of the steps, and whether a shift has grown."""
+    core, positions = Core(robot), []
+    core.reset("backlash", 0.0, POSTURE, np.zeros(6))
+    if watches:
+        core.watch_growth()
+    for k in range(300):
+        load = FORCE * (first if k == 3 else 1.0) * (1.0 if (5.0 * STEP * k) % 1.0 < 0.5 else -1.0)
+        core.step(STEP * (k + 1), np.array(POSTURE), load)
+        positions.append(core.outputs(11)["tcp"][:3])
+    return np.array(positions), watches and core.watch_growth()
+
+
+@pytest.mark.parametrize(("damping", "chaotic"), [(30.0, True), (300.0, True), (3000.0, False)])
+def test_a_shift_grows_where_two_runs_part(example, damping, chaotic):
+    """Runs that differ by 1e-9 of one step's force; to be watched changes no bit of a run."""
+    robot = damped(example, damping)
+    watched, has_grown = shake(robot, watches=True)
+    run, _ = shake(robot, watches=False)
+    other, _ = shake(robot, watches=False, first=1.0 + 1e-9)
+    np.testing.assert_array_equal(watched, run)
+    assert has_grown is chaotic
+    apart = np.abs(run - other).max(axis=1)
+    assert bool(apart[-1] > 1e6 * apart[50]) is chaotic
+
+
+def test_the_log_tells_of_chaos_once(native, capfd):
+    slave = native.slave(logging=True)
+    native.start(slave)
+    damping = {v for v in native.references if v.endswith(".damping")}
+    native.set(slave, dict.fromkeys(damping, 30.0))
+    for k in range(300):
+        sign = 1.0 if (5.0 * STEP * k) % 1.0 < 0.5 else -1.0
+        native.set(slave, {f"force.{c}": sign * f for c, f in zip("xyz", FORCE, strict=False)})
+        slave.doStep(STEP * k, STEP)
+    said = capfd.readouterr().out
+    assert said.count("expected small errors to stay small") == 1
+    assert "tcp_tolerance does not bound the error" in said
+
+
+POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+NONE = np.zeros(6)
+
+
+def _spring(core: Core, stiffness: float) -> np.ndarray:
+    """A load: a spring in all directions, its anchor above the tool by 10 um."""
+    x, y, z = core.outputs(11)["tcp"][:3]
+    spring = [
+        x,
+        y,
+        z + 1e-5,
+        0.0,
+        0.0,
+        0.0,
+        *(stiffness * np.array([1.0, 0.0, 0.0, 1.0, 0.0, 1.0])),
+    ]
+    return np.append(NONE, spring)
+
+
+@pytest.mark.parametrize("held_before", [True, False])
+def test_a_stiff_spring_takes_steps_as_long_as_a_soft_one(example, held_before):
+    """60 ms on 1e8 N/m, at 1e-4 m, in 9 tries; with matrices that leave it out it takes 23."""
+    core = with_settings(example, most_tries=9.0, most_tries_per_longest=1e-9)
+    core.reset("linear", 0.0, POSTURE, NONE, tolerance=1e-4)
+    stiff = _spring(core, 1e8)
+    for number, holds in enumerate((held_before, True, True, held_before, True)):
+        core.step(0.06 * (number + 1), POSTURE, stiff if holds else NONE)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize("quasistatic", [True, False])
+@pytest.mark.parametrize("kind", CURVES)
+def test_without_stiffness_an_anchor_changes_no_bit(example, kind, quasistatic, plain):
+    rng = np.random.default_rng(2)
+    cores, loads = (Core(example, plain), Core(example, plain)), []
+    for core in cores:
+        core.reset(kind, 0.0, POSTURE, NONE, quasistatic=quasistatic)
+    for number in range(40):
+        wrench = 300.0 * rng.normal(size=6) * (number % 5 < 3)
+        anchor = np.concatenate([rng.normal(size=6), np.copysign(NONE, rng.normal(size=6))])
+        q, end = POSTURE + 1e-3 * rng.normal(size=6), 0.004 * (number + 1)
+        found = []
+        for core, load in zip(cores, (wrench, np.append(wrench, anchor)), strict=True):
+            core.step(end, q, load)
+            found.append(b"".join(values.tobytes() for values in core.outputs(11).values()))
+        assert found[0] == found[1]
+        loads.append(found[0])
+    assert len(set(loads)) == 40

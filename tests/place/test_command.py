@@ -25,7 +25,7 @@ from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.process.base import ProcessResponse
-from coupling.report.result_page import write_report
+from coupling.report.stored_result import write_report
 from coupling.run.execute import run_coupling
 
 FREE = {

@@ -241,10 +241,3 @@ def test_only_what_can_fail_takes_the_key(model):
     takes_it = model in ("external", "fmu")
     assert ("retries" in PROCESSES[model].model_fields) == takes_it
     assert issubclass(PROCESSES[model], ProcessTable) == takes_it
-
-
-def test_a_shipped_model_refuses_it(tmp_path):
-    text = LINE_CASE.read_text().replace("= 2.0e5", "= 2.0e5\nretries = 1", 1)
-    (tmp_path / "case.toml").write_text(text)
-    with pytest.raises(CaseError, match="unknown key 'retries'"):
-        load_case(tmp_path / "case.toml")

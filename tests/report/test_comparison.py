@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from first_screens import GLOSSARY, words_of
 from line_case import line_case
+from outlooks import outlook
 
 from coupling.errors import ResultError
 from coupling.path.length_text import format_um
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
-    comparison_page,
+    comparison_report,
     comparison_scene,
     comparison_summary,
 )
@@ -84,7 +86,7 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
     assert name.endswith(".toml")
     assert found.inputs() == [("forming robot, file arm.urdf", "-", "sha256 0")]
     said = " ".join(map(str, verdict(found.runs[1].figures, "a wall").parts))
-    assert "known as a range (1e+05 to 3e+06 N m/rad)." in said
+    assert "known as a range (100000 to 3000000 N m/rad)." in said
 
 
 def test_lines_and_page_tell_both(runs):
@@ -96,7 +98,7 @@ def test_lines_and_page_tell_both(runs):
     assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
-    page = comparison_page(found)
+    page = comparison_report(found).page
     assert len(page) < 3_000_000
     for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):
         assert text in page
@@ -164,7 +166,7 @@ def test_any_number_of_runs_and_what_was_measured_are_in_one_scene(runs, measure
     *_, last = [track for track in comparison_scene(found).tracks if "measured" in track.name]
     assert np.linalg.norm(last.deviation, axis=1).max() == pytest.approx(5e-5, rel=0.05)
     assert found.measured[0].run.clock == pytest.approx(-0.03, abs=2e-3)
-    assert "third: after compensation" in comparison_page(found)
+    assert "third: after compensation" in comparison_report(found).page
     assert len(comparison_summary(found)[1].parts[0].columns) == 4
 
 
@@ -182,6 +184,21 @@ def test_what_was_measured_decides_which_run_is_best(runs, measured):
         "second.csv",
     ]
     assert not GLOSSARY.search(words_of(answer))
+
+
+def test_a_run_that_is_expected_to_leave_less_than_what_was_measured_is_to_be_measured(
+    runs, measured
+):
+    """The first run was measured to leave 98 um; the second is expected to leave 10 um."""
+    found = Comparison.of([runs[0], measured[0], runs[1]])
+    better = {"outlook": outlook(("backlash -20 %", 1e-5, 1e-5))}
+    second = replace(found.runs[1], figures=found.runs[1].figures.model_copy(update=better))
+    answer = comparison_answer(replace(found, runs=(found.runs[0], second)))
+    assert answer.sentence.startswith("Of what was measured first leaves least, up to")
+    assert "second is to leave" in answer.sentence
+    step = answer.steps[-1]
+    assert step.words == "Run second and measure it as well:"
+    assert step.command.split()[1] == "export"
 
 
 def test_a_measured_path_without_its_run_is_refused(runs, measured):

@@ -10,7 +10,7 @@ from browser import NEEDS_CHROMIUM, chromium, opened
 from coupling.cli.console import console
 from coupling.report.document import document
 from coupling.report.terminal import print_sections
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 
 # One figure of each kind of trace in our pages, and the marks that it leaves.
 DRAWN = {
@@ -42,6 +42,20 @@ def test_terminal_and_page_tell_the_same_and_the_page_says_how_to_read_it():
         assert (words in said, words in text) == (True, True), words
     assert ("How to read" in said, "How to read" in text) == (False, True)
     assert '<p class="verdict no"><b>NOT CONVERGED' in text
+
+
+@NEEDS_CHROMIUM
+def test_names_without_a_blank_fit_a_phone(tmp_path):
+    """In heading, verdict, steps and sections; what copies a command stays on one line."""
+    name = "Blechumformung_Kotfl\u00fcgel_\u65e5\u672c\u8a9e_" * 6
+    steps = [NextStep.by(name, "report", name)]
+    answer = Answer(name, reason=name, figures=[KeyFigure(name, "1 mm", name)], steps=steps)
+    (tmp_path / "page.html").write_text(document(name, [Section(name, [name])], answer))
+    with chromium(tmp_path / "profile") as driver:
+        opened(driver, tmp_path / "page.html", 390)
+        assert driver.execute_script("return document.documentElement.scrollWidth") <= 390
+        button = driver.find_element("css selector", ".command button")
+        assert button.rect["width"] > 40
 
 
 @NEEDS_CHROMIUM

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from first_screens import GLOSSARY, printed, words_of
 
 from coupling.path.deviation import Deviation
-from coupling.report.result_answers import (
-    modes_answer,
-    next_answer,
-    place_answer,
-    refused_answer,
-    stability_answer,
-    study_answer,
-)
+from coupling.place.folder import StoredPlacement
+from coupling.report.modes_report import modes_answer
+from coupling.report.next_report import next_answer, refused_answer
+from coupling.report.place_report import place_answer
+from coupling.report.stability_report import stability_answer, stability_report
+from coupling.report.study_report import study_answer
 from coupling.results.cut_result import CutStability
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.forecast import RunForecast
@@ -24,7 +23,12 @@ from coupling.results.modes_result import ModeResult, ModesResult, PlaceModesRes
 from coupling.results.next_result import DeviationSize, LearningStep, NextResult, NextRunResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer
-from coupling.results.stability_result import StabilityPoint, StabilityResult
+from coupling.results.stability_result import (
+    FeedChartResult,
+    PartChartResult,
+    StabilityPoint,
+    StabilityResult,
+)
 from coupling.results.study_result import (
     InfluenceResult,
     ShareResult,
@@ -74,7 +78,7 @@ def next_screen(expected: float | None, worse: bool = False, tolerance: float | 
         tolerance_m=tolerance,
         sentences=("",),
         runs=(last,),
-        step=LearningStep(0, 0, worse, 1.0, 2.0),
+        step=LearningStep(0, worse, 1.0),
         parameters_refused="the run excites nothing",
         forecast=None if expected is None else forecast(expected),
     )
@@ -109,7 +113,7 @@ def place_screen(
         free=("x", "yaw"),
         forced=True,
     )
-    return place_answer(figures, "results/cone_placed")
+    return place_answer(StoredPlacement(Path("results/cone_placed"), figures, ()))
 
 
 def study_screen(
@@ -149,10 +153,12 @@ def study_screen(
         ),
     )
     empty = np.empty(0)
-    return study_answer(StoredStudy(figures, (), empty, {"maximum": deviations}, empty, {}))
+    return study_answer(
+        StoredStudy(Path("study"), figures, (), empty, {"maximum": deviations}, empty, {})
+    )
 
 
-def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+def stability_result(stable: bool, moved: float, tolerance: float | None) -> StabilityResult:
     point = StabilityPoint(
         time=1.0,
         posture_deg=(0.0,),
@@ -168,7 +174,7 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         unloaded_joints=(),
         moved_m=moved,
     )
-    result = StabilityResult(
+    return StabilityResult(
         case="slot",
         case_file="my cases/slot.toml",
         robot="",
@@ -183,7 +189,10 @@ def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Ans
         stable_rpm=((3300.0, 3500.0),),
         version="0",
     )
-    return stability_answer(result)
+
+
+def stability_screen(stable: bool, moved: float, tolerance: float | None) -> Answer:
+    return stability_answer(stability_result(stable, moved, tolerance))
 
 
 def modes_screen(softest: float | None, in_case: bool = True):
@@ -280,7 +289,7 @@ CASES = {
     ),
     "cut: good": (stability_screen(True, 1e-4, 2e-4), True, "This cut will not", "compensate"),
     "cut: soft": (stability_screen(True, 3e-4, 2e-4), None, "This cut will not", "compensate"),
-    "cut: not stated": (stability_screen(True, 3e-4, None), None, "This cut will not", ""),
+    "cut: not stated": (stability_screen(True, 3e-4, None), True, "This cut will not", ""),
     "cut: chatters": (stability_screen(False, 1e-4, 2e-4), False, "This cut will chatter", ""),
 }
 
@@ -335,6 +344,21 @@ def test_a_place_where_the_cut_chatters_is_none():
     answer = place_screen(setting(1e-4, 1.0, stability=cut.model_dump()), None, 2e-4)
     assert answer.good is False
     assert "x 1.25 m, yaw 30 deg. The cut chatters" in answer.reason
+
+
+def test_a_cut_without_a_limit_has_no_empty_pictures():
+    """Over the feed and the part, as far as there is one."""
+    result = stability_result(True, 1e-4, None)
+    for limit, names in ((None, {"part"}), (1e-3, {"feed", "part"})):
+        part = PartChartResult(x_m=(0.0,), y_m=(0.0,), limit_m=((limit,),), least_m=((1e-3,),))
+        charts = {
+            "over_feed": FeedChartResult(feed_deg=(0.0,), limit_m=(limit,)),
+            "over_part": part,
+        }
+        sections = stability_report(result.model_copy(update=charts)).sections()
+        drawn = {section.name: len(section.figures) for section in sections if section.figures}
+        assert set(drawn) == names
+        assert drawn["part"] == (1 if limit is None else 2)
 
 
 def test_the_share_of_robots_that_keep_the_tolerance_counts_those_that_fail():

@@ -91,15 +91,56 @@ def test_usual_values_of_what_a_file_leaves_out_count(finished):
 
 
 def test_what_is_worse_than_nothing_is_never_to_be_sent(finished):
-    for replays, told in (
-        (("force +5 %", 5e-3, 4e-3), "leave 5.00 mm, uncorrected"),
-        (("damping -20 %", 1e-3, 9e-4), "leave 0.900 mm after a shift of the part"),
+    for replays, begins, told, before in (
+        (
+            ("force +5 %", 5e-3, 4e-3),
+            "WORSE THAN NOTHING is possible",
+            "leave 5.00 mm, uncorrected 1.70 mm",
+            "uncorrected, with this robot file",
+        ),
+        (
+            ("damping -20 %", 1e-3, 9e-4),
+            "NO BETTER THAN A SHIFT OF THE PART",
+            "off by 0.400 mm uncorrected and by 0.900 mm",
+            "uncorrected, with this robot file; 0.400 mm after a shift of the part",
+        ),
     ):
         answer = answered(finished.model_copy(update={"outlook": outlook(replays)}), 1e-2)
         assert answer.good is False
-        assert answer.sentence.startswith("WORSE THAN NOTHING is possible")
+        assert answer.sentence.startswith(begins)
         assert told in answer.sentence
+        assert answer.figures[0].note == before
         assert not any("export" in step.command for step in answer.steps)
+
+
+def test_the_figure_expected_is_never_below_its_cause(finished):
+    """The largest cause alone is named, be it a number, the stated ranges, or what a file leaves out."""
+    for high, servos, named in (
+        (9e-4, 4e-4, "81 to 119 % of the force alone up to 0.900 mm"),
+        (3e-4, 9.7e-4, "servos alone 0.970 mm"),
+    ):
+        expected = drawn(high).model_copy(update={"left_out_m": {"servos": servos}})
+        found = outlook(("backlash -20 %", 1e-5, 1e-5)).model_copy(update={"expected": expected})
+        answer = answered(finished.model_copy(update={"outlook": found}), 2e-3)
+        assert named in answer.reason
+        assert answer.figures[1].value == named.split(" ")[-2] + " mm"
+
+
+def test_a_command_expected_to_leave_more_than_none_is_not_offered(finished):
+    """Though none of the small errors alone makes it worse."""
+    expected = drawn(1e-4).model_copy(update={"left_out_m": {"servos": 3e-3}})
+    found = outlook(("backlash -20 %", 1e-5, 1e-5)).model_copy(update={"expected": expected})
+    answer = answered(finished.model_copy(update={"outlook": found}), 1.0)
+    assert (answer.good, answer.sentence[:18]) == (False, "WORSE THAN NOTHING")
+    assert not any("export" in step.command for step in answer.steps)
+
+
+@pytest.mark.parametrize("kind", ["compensate", "couple"])
+def test_a_cell_is_told_of_no_command_that_is_for_one_robot(finished, kind):
+    run = expecting(finished, 3e-4).model_copy(update={"robots": finished.robots * 2, "kind": kind})
+    commands = [step.command.split()[1] for step in answered(run, 1e-4).steps]
+    assert not {"place", "next"} & set(commands)
+    assert commands
 
 
 def test_a_run_that_has_not_converged_is_never_good(finished):
@@ -107,6 +148,7 @@ def test_a_run_that_has_not_converged_is_never_good(finished):
     answer = answered(run, 1.0)
     assert answer.good is False
     assert answer.sentence.startswith("NOT FINISHED")
+    assert answer.figures[1].value == "not known"
     assert not any("export" in step.command for step in answer.steps)
 
 

@@ -18,11 +18,11 @@ from reported import compensated
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
-from coupling.report.run_report import robot_page
+from coupling.report.run_report import run_report
 from coupling.report.run_tables import deviations
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
+from coupling.report.stored_result import write_report
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
@@ -86,11 +86,11 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
         wrench=WrenchHistory(time, rng.normal(size=(len(time), 6))),
         other={"before compensation": before.displaced(np.full(6, 2e-3))},
     )
-    return replace(stored, robots={"forming": robot}), robot
+    return replace(stored, figures=robot.figures, robots={"forming": robot}), robot
 
 
 def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
-    for page in ((finished[2] / "report.html").read_text(), robot_page(*long)):
+    for page in ((finished[2] / "report.html").read_text(), run_report(long[0]).page):
         assert len(page) < LARGEST_PAGE
         own = re.sub(r"<(script|style)[^>]*>.*?</\1>", "", page, flags=re.DOTALL)
         assert not re.search(r'(src|href)="(?!data:,")', own)
@@ -98,7 +98,7 @@ def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
 
 
 def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
-    after = drawn_in(robot_page(*long))["deviation"]["data"][2]
+    after = drawn_in(run_report(long[0]).page)["deviation"]["data"][2]
     assert after["name"] == "after compensation, moving robot"
     assert max(after["y"]) == pytest.approx(4.0, rel=1e-4)
     assert len(after["y"]) < 4000
@@ -141,7 +141,10 @@ def test_before_and_after_have_one_scale_of_colours(long):
     assert np.nanmin(near) < 1e-6
 
 
-def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finished, long):
+def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike_that_is_seen(
+    finished, long
+):
+    """Spikes of a command's micrometre are not, beside the millimetres of the uncorrected path."""
     labels = {note.text: (note.x, note.y) for note in deviation(long[1]).layout.annotations}
     time = long[1].desired.time
     assert set(labels) == {"joint 2", "joint 5"}
@@ -149,9 +152,8 @@ def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finishe
     heights = {(note.text, round(note.y, 1)) for note in deviation(long[1]).layout.annotations}
     assert heights == {("joint 2", 1.0), ("joint 2", 4.0), ("joint 5", 2.0)}
     stored = read_run(finished[2]).first
-    gears = {f"joint {change.joint}" for change in stored.figures.reversals}
-    assert gears
-    assert {note.text for note in deviation(stored).layout.annotations} == gears
+    assert stored.figures.reversals
+    assert not deviation(stored).layout.annotations
 
 
 def test_shares_are_those_of_the_paths(long):
@@ -277,23 +279,27 @@ def test_inputs_and_cost_are_told(finished):
     log = {"state": "finished", "answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
     log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
     (out / "run.json").write_text(json.dumps(log))
-    page = robot_page(read_run(out), read_run(out).first)
+    page = run_report(read_run(out)).page
     assert "2 evaluations: 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
     assert "the paper [Flexible2008]" in page
     assert (out / "case.toml").read_text().split("\n")[0] in page
 
 
 @NEEDS_CHROMIUM
-def test_the_report_in_a_browser(finished, tmp_path):
+def test_the_report_in_a_browser(finished, long, tmp_path):
     """No network, no error, nothing overlaps or is cut, wide and narrow; dark; printed; by keyboard."""
     page = finished[2] / "report.html"
     with chromium(tmp_path) as driver:
         colours = []
-        for width, scheme in ((390, "dark"), (1280, "light")):
-            opened(driver, page, width, scheme)
+        (tmp_path / "long.html").write_text(run_report(long[0]).page)
+        for shown, width, scheme in (
+            (tmp_path / "long.html", 390, "dark"),
+            (page, 1280, "light"),
+        ):
+            opened(driver, shown, width, scheme)
             boxes, labels, named, count = driver.execute_script(OVERLAPS)
             assert (boxes, labels) == (0, 0)
-            assert named >= 1
+            assert (named >= 1) is (shown != page)
             assert count > 10
             assert driver.execute_script("return document.documentElement.scrollWidth") <= width
             ground = "return getComputedStyle(document.body).backgroundColor"

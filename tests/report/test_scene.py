@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from reported import compensated
 from coupling.files.urdf_visuals import read_visuals
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.report.document import document
+from coupling.report.lengths import in_words
 from coupling.report.meshes import robot_meshes
 from coupling.report.run_scene import run_scene
 from coupling.report.static_scene import links, stills
@@ -121,6 +123,10 @@ def test_pictures_tell_the_largest_deviation_and_are_small(run):
     before, after = stills(run_scene(run, AT_THE_ORIGIN, CASE))
     assert "before compensation: up to" in before
     assert "after compensation: up to" in after
+    size = in_words(run.figures.deviation_before_m.maximum)
+    for pieces in (5, 50, 1500):
+        picture = stills(run_scene(run, AT_THE_ORIGIN, CASE), pieces)[0]
+        assert f"before compensation: up to {size}, drawn" in picture
     assert len(before) + len(after) < 200_000
 
 
@@ -137,6 +143,30 @@ def test_the_shapes_of_a_urdf_stand_where_its_links_are(tmp_path):
     np.testing.assert_allclose(arm.points.max(axis=0), [0.05, 0.6, 0.1], atol=1e-3)
     assert robot_meshes("icme2008") == ()
     assert robot_meshes(str(tmp_path / "gone.toml")) == ()
+
+
+def test_a_mesh_has_the_size_that_its_file_states_and_none_hides_all(tmp_path):
+    """COLLADA in inches is scaled; a box of 100 that is in millimetres by mistake is left out."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    (tmp_path / "pendulum.urdf").write_text(URDF.replace("gone.stl", "gone.dae"))
+    box = trimesh.creation.box(extents=(10.0, 10.0, 10.0))
+    text = trimesh.exchange.dae.export_collada(box).decode()
+    assert "<asset>" in text
+    unit = '<unit name="inch" meter="0.0254"/>'
+    text = (
+        re.sub(r"<unit[^>]*/>", unit, text)
+        if "<unit" in text
+        else text.replace("</asset>", f"{unit}</asset>")
+    )
+    (tmp_path / "gone.dae").write_text(text)
+    shapes = robot_meshes(str(tmp_path / "robot.toml"))
+    assert len(shapes) == 3
+    assert min(abs(float(np.ptp(shape.points[:, 0])) - 0.254) for shape in shapes) < 1e-3
+    (tmp_path / "pendulum.urdf").write_text(URDF)
+    trimesh.creation.box(extents=(100.0, 100.0, 100.0)).export(tmp_path / "gone.stl")
+    assert len(robot_meshes(str(tmp_path / "robot.toml"))) == 2
 
 
 def test_a_damaged_mesh_leaves_the_others(tmp_path):

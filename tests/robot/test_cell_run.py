@@ -21,8 +21,8 @@ from coupling.path.deviation import measure
 from coupling.path.interpolation import SampledPath
 from coupling.path.length_text import format_um
 from coupling.process import ProcessResponse
-from coupling.report.result_page import write_report
 from coupling.report.run_report import cell_head
+from coupling.report.stored_result import write_report
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import Table
 from coupling.run.folder import write_run

@@ -22,7 +22,7 @@ from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.report.result_page import write_report
+from coupling.report.stored_result import write_report
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.run.execute import run_compensation, run_coupling

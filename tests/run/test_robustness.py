@@ -24,9 +24,9 @@ from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
-from coupling.report.result_page import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_summary
+from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member

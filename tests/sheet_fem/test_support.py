@@ -19,7 +19,7 @@ from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolate_rows
 from coupling.process import PROCESSES, ProcessResponse
-from coupling.report.result_page import write_report
+from coupling.report.stored_result import write_report
 from coupling.run.execute import run_coupling
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run

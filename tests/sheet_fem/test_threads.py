@@ -1,10 +1,15 @@
 """Loops of the sheet on all cores: every row once, whatever the number of cores; forked processes."""
 
+from __future__ import annotations
+
 import multiprocessing
+import subprocess
 import sys
 
 import pytest
+from filelock import FileLock
 
+from coupling.native.cache import cache_folder
 from coupling.sheet_fem import threads
 from coupling.sheet_fem.threads import in_threads
 
@@ -45,3 +50,28 @@ def test_a_forked_process_has_threads_of_its_own():
     child.kill()
     assert not left
     assert child.exitcode == 0
+
+
+SCRIPT = """
+from coupling.sheet_fem.compiled import compile_function
+print("begun", flush=True)
+@compile_function
+def twice(x):
+    return x + x
+print(twice(1.5), flush=True)
+"""
+
+
+def test_a_process_compiles_when_no_other_does(tmp_path):
+    """numba itself would let both write their code under the same name."""
+    (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
+    with FileLock(cache_folder() / "sheet_fem.lock"):
+        process = subprocess.Popen(
+            [sys.executable, str(tmp_path / "script.py")], stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "begun\n"
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(2.0)
+    assert process.stdout.read() == "3.0\n"
+    assert process.wait() == 0

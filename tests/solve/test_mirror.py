@@ -14,7 +14,7 @@ from coupling.case.file import load_case
 from coupling.path.low_pass import low_pass
 from coupling.run.execute import run_compensation
 from coupling.run.figures import shares_of
-from coupling.solve.mirror import Mirror, limit_rate
+from coupling.solve.mirror import limit_rate
 from coupling.solve.outcome import Outcome
 
 
@@ -100,14 +100,3 @@ def test_rate_limit_holds_and_leaves_slow_corrections_alone(seed):
     assert np.array_equal(limit_rate(time, limited, 0.02 * (1 + 1e-6)), limited)
     assert limited.min() >= correction.min()
     assert limited.max() <= correction.max()
-
-
-def test_settings_have_the_documented_defaults():
-    assert Mirror().model_dump() == {
-        "method": "mirror",
-        "tolerance_m": 1e-5,
-        "gain": 1.0,
-        "cutoff_Hz": None,
-        "max_correction_rate_m_s": 0.05,
-        "max_passes": 12,
-    }

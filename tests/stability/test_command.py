@@ -197,7 +197,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
     def fails(*_: object) -> str:
         raise StabilityError("no page")
 
-    monkeypatch.setattr("coupling.report.result_page.stability_page", fails)
+    monkeypatch.setattr("coupling.report.result_report.document", fails)
     assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 2
     assert (out / "stability.json").read_bytes() == before
     assert (out / "report.html").is_file()

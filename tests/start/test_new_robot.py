@@ -74,7 +74,7 @@ def test_a_case_for_a_urdf_can_be_checked_as_it_stands(tmp_path, masses):
     assert placed.provenance.stiffness_ranges[1] == (low, high)
     assert placed.provenance.stiffness_ranges[4] == CLASSES["heavy"].wrist[::2]
     said = "\n".join(remarks(case))
-    assert "the stiffness of 6 gears is known as a range (2e+05 to 7.6e+06 N m/rad)" in said
+    assert "the stiffness of 6 gears is known as a range (200000 to 7600000 N m/rad)" in said
     text = (tmp_path / "cell" / "arm.toml").read_text()
     assert ("ESTIMATE" in text) == (not masses)
     head = (tmp_path / "cell" / CASE).read_text()[:400]

@@ -68,7 +68,8 @@ def ends_mm(read: GcodeProgram) -> list[list[float]]:
         ("CYCLE832(0.01,_FINISH,1)", ["CYCLE832"]),
         ("$X", ["$X"]),
         ("G52 X0 Y0 Z0", ["G52 of zeros"]),
-        ("G641 ADIS=0.5", ["ADIS=", "G641"]),
+        ("G641 ADIS=0.5", ["ADIS=, CTOL=", "G641"]),
+        ("G643 CTOL=.01 OTOL=2", ["ADIS=, CTOL=", "G643"]),
         ("CUT2DF", ["CUT2DF"]),
         ("T2 (at hand)", ["T2"]),
     ],
@@ -138,6 +139,7 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("M17\nG1 X20", "no moves behind M17, the end of a sub-program, in line 4"),
         ("G20 N5.1", "before its words, got N5.1, a call of blocks"),
         ("T2 M6\nG0 Y5\nG1 X20", "a cut behind the change to tool 2 in line 4"),
+        ("M6 (an end mill by hand)\nG1 X20", "a cut behind the change to another tool in line 4"),
         ('T="B" M6\nG1 X20', "a cut behind the change to tool B in line 4"),
         ("E1\nG1 X20\nE2\nG1 X30", "one offset, got E2 behind E1"),
         ("G1 X20 E0.5\nG61", "no G61 of a printer, got a place"),
@@ -326,7 +328,7 @@ def test_a_coordinate_without_a_point_among_pointed_ones_is_told(tmp_path):
 
 
 def test_a_tool_that_is_changed_for_itself_or_behind_the_cuts_is_one_tool(tmp_path):
-    lines = ["T1 M6", *START, "T2", "T1 M6", "G1 X20", "T2 M6", "G0 Z5", "M30"]
+    lines = ["T1 M6", *START, "T2 M6", "T1 M6", "G1 X20", "T2 M6", "G0 Z5", "M30"]
     assert ends_mm(program(tmp_path, *lines)) == [
         [10.0, 0.0, 0.0],
         [20.0, 0.0, 0.0],

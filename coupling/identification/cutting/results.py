@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted_slots
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
+from coupling.identification.evidence import poor_prediction
 from coupling.results.cutting_result import (
     CuttingIdentified,
     SlotPrediction,
@@ -18,8 +19,6 @@ from coupling.results.parameter_result import ParameterResult
 Quantity = Literal["mean", "once", "passing"]
 Axis = Literal["across", "along", "axial"]
 _UNITS = ("Pa",) * 3 + ("N/m",) * 3 + ("m",)
-# Mean forces that a fit of the other feeds predicts to no better than this part are none of slots.
-_PREDICTED = 0.35
 # Fewer feeds than these leave none to hold out.
 _HELD_OUT = 4
 
@@ -97,15 +96,14 @@ def keys_text(result: CuttingIdentified, source: str) -> str:
 
 def _refusal(predictions: Sequence[SlotPrediction]) -> str:
     """Return why no keys should be written, in words; "" where they may be."""
-    rows = [row for row in predictions if row.quantity == "mean" and row.held_out_N is not None]
-    if not rows:
+    means = [
+        (abs(row.held_out_N - row.measured_N), abs(row.measured_N))
+        for row in predictions
+        if row.quantity == "mean" and row.held_out_N is not None
+    ]
+    if not means:
         return ""
-    error = float(np.median([abs((row.held_out_N or 0.0) - row.measured_N) for row in rows]))
-    size = float(np.median([abs(row.measured_N) for row in rows]))
-    if error <= _PREDICTED * size:
-        return ""
-    return (
-        f"half of the mean forces are predicted by a fit of the other feeds to no better than"
-        f" {error:.3g} N of {size:.3g} N (expected {100.0 * _PREDICTED:.0f} % at most): check columns,"
-        " feeds, depth, teeth and speed, and that every row is a full slot"
-    )
+    errors, sizes = np.transpose(means)
+    words = poor_prediction("mean forces", "other feeds", errors, sizes, "N")
+    advice = "check columns, feeds, depth, teeth and speed, and that every row is a full slot"
+    return words and f"{words}: {advice}"

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import solve_triangular
 
 from coupling.errors import SimulationError
 from coupling.identification.estimate import CONVERGED, estimate
+from coupling.identification.least_squares import reduced_rows
 from coupling.identification.motion.derivatives import GearSlopes, derivatives, jacobian
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.problem import MotionPoint, MotionProblem
@@ -67,11 +68,7 @@ class MotionExperiment:
             numbers, columns = channel.numbers, channel.columns
             products[np.ix_(numbers, numbers)] += columns @ columns.T
             gradient[numbers] += columns @ residuals[channel.recording][:, channel.channel]
-        size = np.sqrt(np.diag(products))
-        size[size == 0.0] = 1.0
-        scaled = products / np.outer(size, size) + _UNOBSERVABLE * np.eye(len(x))
-        matrix = cholesky(scaled) * size
-        return matrix, solve_triangular(matrix, gradient, trans="T")
+        return reduced_rows(products, gradient, _UNOBSERVABLE)
 
     @property
     def unit(self) -> float:

@@ -50,7 +50,6 @@ _MORE_THAN_ALL = 1.03
 def identify_motion(
     robot: Robot,
     recordings: Sequence[Recording],
-    held_out: Sequence[Recording],
     bandwidth: float,
     leave_out: bool,
 ) -> Identification[MotionExperiment, MotionResult]:
@@ -58,8 +57,7 @@ def identify_motion(
 
     Args:
         robot: The start.
-        recordings: Recordings that are fitted.
-        held_out: Recordings that are predicted.
+        recordings: Recordings, one at least that is not held out.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
@@ -70,9 +68,11 @@ def identify_motion(
         IdentifyError: If a joint is rigid, encoders differ, or nothing is to be fitted.
         SimulationError: If the start cannot be simulated along them.
     """
-    with_link = _require_alike(robot, [*recordings, *held_out])
-    smoothed = [SmoothedRecording.of(each, bandwidth) for each in (*recordings, *held_out)]
-    count = len(recordings)
+    with_link = _require_alike(robot, recordings)
+    is_held_out = [each.is_held_out for each in recordings]
+    if all(is_held_out):
+        raise IdentifyError("recordings: expected one to fit, got none but those held out")
+    smoothed = [SmoothedRecording.of(each, bandwidth) for each in recordings]
     parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link),
@@ -84,13 +84,13 @@ def identify_motion(
             " recording, got none: nothing can be identified"
         )
     with DrivenFmu(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, tuple(smoothed[:count]))
+        problem = MotionProblem(fmu, robot, parameters, _fitted(smoothed))
         remarks = [words for each in smoothed for words in _torque_remarks(problem, each)]
         vanishing = np.array([p.vanishes for p in parameters])
         first = fit_roughly(problem.without(vanishing))
         lines = _lines(first)
         smoothed = [replace(each, lines=lines) for each in smoothed]
-        problem = replace(problem, recordings=tuple(smoothed[:count]))
+        problem = replace(problem, recordings=_fitted(smoothed))
         first = fit_with_restarts(problem.without(vanishing), first)
         fit = first = select_backlashes(problem, first)
         for _ in range(_MOST_ITERATIONS):
@@ -101,19 +101,13 @@ def identify_motion(
                 estimate_slow_errors(fit).only(is_chosen), fit.x[is_chosen], fit.slopes
             )
         verdicts = _judge(parameters, fit)
-        results = [
-            recording_result(fit.problem, each, fit.x, bandwidth, k >= count)
-            for k, each in enumerate(smoothed)
-        ]
-        is_judged = leave_out and len(held_out) > 0
+        results = [recording_result(fit.problem, each, fit.x, bandwidth) for each in smoothed]
+        is_judged = leave_out and is_held_out[-1]
         terms = terms_left_out(fit, smoothed[-1], results[-1]) if is_judged else ()
     inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in robot.joints]
-    lost = [misses_load(*pair) for pair in zip(smoothed, results[:count], strict=False)]
     identified = {verdict.name for verdict in verdicts if verdict.identified}
     result = MotionResult(
-        refusal=_refusal(results[:count], np.any(lost, axis=0))
-        if identified
-        else "nothing is identified",
+        refusal=_refusal(smoothed, results) if identified else "nothing is identified",
         converged=fit.converged,
         bandwidth_Hz=bandwidth,
         noise_torque_Nm=tuple((smoothed[0].motion.noise * inertia).tolist()),
@@ -197,15 +191,16 @@ def _judge(
     return tuple(verdicts)
 
 
-def _refusal(fitted: Sequence[RecordingResult], is_lost: np.ndarray) -> str:
-    """Return why no robot should be written, in words; "" where one may be.
+def _fitted(smoothed: Sequence[SmoothedRecording]) -> tuple[SmoothedRecording, ...]:
+    return tuple(each for each in smoothed if not each.recording.is_held_out)
 
-    Args:
-        fitted: Recordings that were fitted.
-        is_lost: Mask of motors whose load is missed, (j,).
-    """
-    parts = np.max([np.array(each.torque_relative, dtype=float) for each in fitted], axis=0)
-    is_lost = is_lost | (parts > _MORE_THAN_ALL)
+
+def _refusal(smoothed: Sequence[SmoothedRecording], results: Sequence[RecordingResult]) -> str:
+    """Return why no robot should be written, by the recordings that were fitted; "" where one may be."""
+    fitted = [pair for pair in zip(smoothed, results, strict=True) if not pair[1].held_out]
+    parts = np.max([np.array(each.torque_relative, dtype=float) for _, each in fitted], axis=0)
+    lost = [misses_load(*pair) for pair in fitted]
+    is_lost = np.any(lost, axis=0) | (parts > _MORE_THAN_ALL)
     if not (np.median(parts) > 1.0 or is_lost.any()):
         return ""
     worst = int(np.where(is_lost.any() & ~is_lost, 0.0, parts).argmax())

@@ -41,6 +41,7 @@ class Recording:
         motor: Angles of the motors over their gears' ratios, as in the robot file [rad], (n, j).
         torque: Torques of the motors times the ratios [N m], (n, j).
         link: Angles of the links behind the gears [rad], (n, j); nan where no encoder is.
+        is_held_out: Whether it is predicted, not fitted.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Recording:
     motor: np.ndarray
     torque: np.ndarray
     link: np.ndarray
+    is_held_out: bool = False
 
     @property
     def step(self) -> float:
@@ -71,12 +73,13 @@ def is_recording(path: Path) -> bool:
     return TIME in header and any(name.startswith("motor") for name in header)
 
 
-def read_recording(path: Path, robot: Robot) -> Recording:
+def read_recording(path: Path, robot: Robot, is_held_out: bool = False) -> Recording:
     """Read a motion (columns: docs/motion.md).
 
     Args:
         path: CSV file; lines that begin with # are comments, other columns are ignored.
         robot: The robot, for its number of joints and the torque constants of its motors.
+        is_held_out: Whether it is predicted, not fitted.
 
     Raises:
         IdentifyError: With file, line, column, what was expected and what was got.
@@ -126,7 +129,8 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     if not np.ptp(angles, axis=0).any():
         raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
     _require_own_links(path, float(mean), angles, links)
-    return Recording(path.name, time, angles, table.of(torque) * factors, links)
+    torques = table.of(torque) * factors
+    return Recording(path.name, time, angles, torques, links, is_held_out)
 
 
 def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndarray) -> None:

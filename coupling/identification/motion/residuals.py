@@ -28,14 +28,12 @@ def recording_result(
     smoothed: SmoothedRecording,
     x: np.ndarray,
     bandwidth: float,
-    is_held_out: bool,
 ) -> RecordingResult:
     """Return how well a recording is predicted.
 
     Args:
         x: Values as the fit counts, parts of usual sizes [1], (P,).
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        is_held_out: Whether it was not fitted.
     """
     predicted, recording = problem.predicted(smoothed, x), smoothed.recording
     wind_up, torque = problem.residuals(smoothed, predicted)
@@ -46,7 +44,7 @@ def recording_result(
         shares["lines of the encoder"] = apart - wind_up
     return RecordingResult(
         name=recording.name,
-        held_out=is_held_out,
+        held_out=recording.is_held_out,
         time=tuple(recording.time.tolist()),
         rows=len(recording.time),
         wind_up_rad=numbers(rms(wind_up)),
@@ -82,7 +80,7 @@ def _lag_alone(problem: MotionProblem, smoothed: SmoothedRecording) -> np.ndarra
 
 
 def misses_load(smoothed: SmoothedRecording, result: RecordingResult) -> np.ndarray:
-    """Return the motors with a residual of more than half of the slow torque while they move, (j,).
+    """Return the mask of motors that move, and leave more than half of the slow torque, (j,).
 
     These are neither friction, which is fitted, nor noise, but loads.
     """

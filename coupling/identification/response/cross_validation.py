@@ -53,5 +53,5 @@ def posture_unlike_others(
     return (
         f"{name}: a robot fitted to the other postures is off by a factor of {np.exp(predicted):.2g} or"
         f" more in half of its values, in theirs of {np.exp(of_others):.2g}"
-        f"{likely_reading(posture, postures, fitted.experiment)}: {CHECKS}"
+        f"{likely_reading(posture, postures, fitted.problem)}: {CHECKS}"
     )

@@ -130,7 +130,7 @@ class PostureResponse:
 
 
 @dataclass(frozen=True)
-class ResponseExperiment:
+class ResponseProblem:
     """What was measured, and what is known before.
 
     Attributes:
@@ -146,7 +146,7 @@ class ResponseExperiment:
     prior: np.ndarray
     deviation: float
 
-    def at(self, x: np.ndarray) -> ResponseLinearisation:
+    def at(self, x: np.ndarray) -> ResponseExperiment:
         """Return the experiment around values of the parameters, their units."""
         stiffness, damping = self.parameters(x)
         residuals, columns = [], []
@@ -159,7 +159,7 @@ class ResponseExperiment:
             residuals.append(posture.trust * (residual + posture.by_instrument @ x[place]))
             columns.append(posture.trust[:, None] * by_all)
             at += INSTRUMENT
-        return ResponseLinearisation(self, x, np.concatenate(residuals), np.vstack(columns))
+        return ResponseExperiment(self, x, np.concatenate(residuals), np.vstack(columns))
 
     def parameters(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return k and d [N m/rad, N m s/rad], (m,) each."""
@@ -168,17 +168,17 @@ class ResponseExperiment:
 
 
 @dataclass(frozen=True)
-class ResponseLinearisation:
+class ResponseExperiment:
     """An experiment around values of its parameters.
 
     Attributes:
-        experiment: The experiment.
+        experiment: The problem.
         x: The values, their units, (P,).
         residual: Weighted log of model over measurement [1], complex, (n,).
         columns: Its derivatives by them [1 per unit of x], complex, (n, P).
     """
 
-    experiment: ResponseExperiment
+    problem: ResponseProblem
     x: np.ndarray
     residual: np.ndarray
     columns: np.ndarray
@@ -188,36 +188,36 @@ class ResponseLinearisation:
     @cached_property
     def weight(self) -> np.ndarray:
         """Square roots of Huber's weights over the standard deviation [1], (n,)."""
-        size = np.abs(self.residual) / self.experiment.deviation
-        return np.sqrt(HUBER / np.maximum(size, HUBER)) / self.experiment.deviation
+        size = np.abs(self.residual) / self.problem.deviation
+        return np.sqrt(HUBER / np.maximum(size, HUBER)) / self.problem.deviation
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Weighted derivatives and residual, real and imaginary, and what is known before."""
         columns = self.columns * self.weight[:, None]
-        prior = self.experiment.prior
+        prior = self.problem.prior
         matrix = np.vstack([columns.real, columns.imag, np.diag(1.0 / prior)])
         return matrix, self._weighted(self.weight)
 
     def _weighted(self, weight: np.ndarray) -> np.ndarray:
         residual = self.residual * weight
-        return np.concatenate([residual.real, residual.imag, self.x / self.experiment.prior])
+        return np.concatenate([residual.real, residual.imag, self.x / self.problem.prior])
 
-    def cost(self, weighted: ResponseLinearisation) -> float:
+    def cost(self, weighted: ResponseExperiment) -> float:
         """Return half the squares of the residual [1], with the weights around other values."""
         return 0.5 * float(np.sum(self._weighted(weighted.weight) ** 2))
 
     @property
     def robust_cost(self) -> float:
         """Half the squares, beyond Huber's constant the lengths, of the residual [1]."""
-        size = np.abs(self.residual) / self.experiment.deviation
+        size = np.abs(self.residual) / self.problem.deviation
         loss = np.where(size < HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
-        return float(np.sum(loss) + 0.5 * np.sum((self.x / self.experiment.prior) ** 2))
+        return float(np.sum(loss) + 0.5 * np.sum((self.x / self.problem.prior) ** 2))
 
-    def at(self, x: np.ndarray) -> ResponseLinearisation:
+    def at(self, x: np.ndarray) -> ResponseExperiment:
         """Return the experiment around other values, units of x, (P,)."""
-        return self.experiment.at(x)
+        return self.problem.at(x)
 
-    def recompute(self) -> ResponseLinearisation:
+    def recompute(self) -> ResponseExperiment:
         """Return this one; its derivatives are exact."""
         return self

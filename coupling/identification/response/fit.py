@@ -13,7 +13,7 @@ from coupling.identification.response.experiment import (
     DELAY,
     PostureResponse,
     ResponseExperiment,
-    ResponseLinearisation,
+    ResponseProblem,
 )
 from coupling.identification.response.posture import (
     DELAY_DEVIATION,
@@ -59,7 +59,7 @@ class ResponseFit:
         unloaded: Numbers of the joints in each of them whose gears are in their backlash.
     """
 
-    estimate: Estimate[ResponseLinearisation]
+    estimate: Estimate[ResponseExperiment]
     deviation: np.ndarray
     residual: float
     noise: float
@@ -72,9 +72,9 @@ class ResponseFit:
         return float(np.sqrt(max(self.residual**2 - self.noise**2, 0.0)))
 
     @property
-    def experiment(self) -> ResponseExperiment:
+    def problem(self) -> ResponseProblem:
         """The responses that were fitted."""
-        return self.estimate.experiment.experiment
+        return self.estimate.experiment.problem
 
     @property
     def x(self) -> np.ndarray:
@@ -84,7 +84,7 @@ class ResponseFit:
     @property
     def values(self) -> np.ndarray:
         """Fitted stiffnesses and dampings [N m/rad, N m s/rad], (2 m,)."""
-        return np.concatenate(self.experiment.parameters(self.x))
+        return np.concatenate(self.problem.parameters(self.x))
 
 
 def fit_robot(robot: Robot, torque_curve: str, measured: Sequence[MeasuredPosture]) -> ResponseFit:
@@ -112,8 +112,8 @@ def fit_robot(robot: Robot, torque_curve: str, measured: Sequence[MeasuredPostur
             for there, each in zip(linear, measured, strict=True)
         )
         chosen = tuple(p for p, is_fitted in zip(postures, fitted, strict=True) if is_fitted)
-        experiment = ResponseExperiment(chosen, stiffness, damping, prior, 1.0)
-        fit = fit_responses(experiment, np.full(len(prior), np.nan), fit)
+        problem = ResponseProblem(chosen, stiffness, damping, prior, 1.0)
+        fit = fit_responses(problem, np.full(len(prior), np.nan), fit)
         springs = fit.values[: len(stiffness)]
         values = zip(names, springs.tolist(), strict=True)
         around = apply_values(robot, {f"{name}.stiffness": k for name, k in values})
@@ -122,53 +122,53 @@ def fit_robot(robot: Robot, torque_curve: str, measured: Sequence[MeasuredPostur
 
 
 def fit_responses(
-    experiment: ResponseExperiment, fixed: np.ndarray, start: ResponseFit | None = None
+    problem: ResponseProblem, fixed: np.ndarray, start: ResponseFit | None = None
 ) -> ResponseFit:
     """Fit a robot to its frequency responses.
 
     Args:
-        experiment: The experiment.
+        experiment: The problem.
         fixed: Values that are known, NaN for those that are fitted, units of the parameters, (P,).
         start: A fit to begin with; None: restarts over a common factor of all stiffnesses.
     """
     is_free = np.isnan(fixed)
-    count = len(experiment.stiffness)
+    count = len(problem.stiffness)
     if start is None:
         starts = []
         for factor in _FACTORS:
             x = np.where(is_free, 0.0, fixed)
             x[:count] = np.where(is_free[:count], np.log(factor), x[:count])
-            starts.append(replace(experiment, deviation=_FIRST).at(x))
+            starts.append(replace(problem, deviation=_FIRST).at(x))
         estimated = _estimate(min(starts, key=lambda point: point.robust_cost), is_free)
     else:
         estimated = start.estimate
     for _ in range(_ROUNDS):
         size = max(_size(estimated.experiment), _LEAST)
-        experiment = replace(experiment, deviation=size)
+        problem = replace(problem, deviation=size)
         x = np.where(is_free, estimated.x, fixed)
-        estimated = _estimate(experiment.at(x), is_free)
+        estimated = _estimate(problem.at(x), is_free)
     point = estimated.experiment
     size = _size(point)
     noise = min(_roughness(point), size)
     return ResponseFit(estimated, _deviations(point, is_free, size, noise), size, noise)
 
 
-def _size(point: ResponseLinearisation) -> float:
+def _size(point: ResponseExperiment) -> float:
     """Return the standard deviation of what is left [1], where it is not that of valleys."""
-    trust = np.concatenate([posture.trust for posture in point.experiment.postures])
+    trust = np.concatenate([posture.trust for posture in point.problem.postures])
     residual = point.residual[trust > _PEAKS]
     size = np.median(np.abs([residual.real, residual.imag])) / _MEDIAN
     return float(size)
 
 
-def _estimate(start: ResponseLinearisation, is_free: np.ndarray) -> Estimate[ResponseLinearisation]:
+def _estimate(start: ResponseExperiment, is_free: np.ndarray) -> Estimate[ResponseExperiment]:
     low = np.where(is_free, -_FARTHEST, start.x)
     high = np.where(is_free, _FARTHEST, start.x)
     return estimate(start, (low, high), _MOST_STEPS, _SETTLED)
 
 
 def _deviations(
-    point: ResponseLinearisation, is_free: np.ndarray, size: float, noise: float
+    point: ResponseExperiment, is_free: np.ndarray, size: float, noise: float
 ) -> np.ndarray:
     """Return the standard deviations of the parameters, their units, (P,); 0 for those that are fixed.
 
@@ -188,19 +188,19 @@ def _deviations(
     matrix = matrix[:, is_free]
     values_each = 2 * len(point.residual) / matrix.shape[1]
     variance = max(noise, _LEAST) ** 2 + (size**2 - noise**2) * max(values_each, 1.0)
-    widened = variance / point.experiment.deviation**2
+    widened = variance / point.problem.deviation**2
     deviation = np.zeros(len(is_free))
     deviation[is_free] = np.sqrt(widened * np.diag(np.linalg.pinv(matrix.T @ matrix)))
     return deviation
 
 
-def _roughness(point: ResponseLinearisation) -> float:
+def _roughness(point: ResponseExperiment) -> float:
     """Return the standard deviation of noise [1], by second differences of residuals over frequencies.
 
     What a model does not describe is smooth, noise is not: r_(k-1) - 2 r_k + r_(k+1) has six times its
     variance.
     """
-    postures, differences = point.experiment.postures, []
+    postures, differences = point.problem.postures, []
     counts = [len(r.frequency) for posture in postures for r in posture.in_order]
     ends = np.cumsum(counts)[:-1]
     trust = np.concatenate([posture.trust for posture in postures])

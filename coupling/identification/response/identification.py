@@ -56,14 +56,14 @@ def identify_from_responses(
     if all(posture.is_held_out for posture in measured):
         raise IdentifyError("measurements: expected responses to fit, got none but those held out")
     fit = fit_robot(robot, torque_curve, measured)
-    experiment, postures = fit.experiment, fit.postures
-    damping, prior = experiment.damping, experiment.prior
+    problem, postures = fit.problem, fit.postures
+    damping, prior = problem.damping, problem.prior
     is_identified = fit.deviation[: len(starts)] <= _TOLD * prior[: len(starts)]
     with np.errstate(divide="ignore"):
         logs = np.log(starts / np.append(stiffness, damping))
     kept = np.full(len(prior), np.nan)
     kept[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
-    refit = fit if is_identified.all() else fit_responses(experiment, kept, fit)
+    refit = fit if is_identified.all() else fit_responses(problem, kept, fit)
     values, written = fit.values, np.where(is_identified, refit.values, starts)
     residuals = [[log_residual(p, each) for each in (starts, values, written)] for p in postures]
     of_fitted, of_others = (
@@ -91,7 +91,7 @@ def identify_from_responses(
         ),
     )
     unlike = posture_unlike_others(robot, torque_curve, measured)
-    refusal = unlike or refusal_of(result, postures, experiment, fit.x[: len(stiffness)])
+    refusal = unlike or refusal_of(result, postures, problem, fit.x[: len(stiffness)])
     changed = {p.name: p.written for p in result.parameters if p.identified and p.written}
     words = (
         f"Median of |log(model / measurement)| {result.error.written:.3f}, of the start file"

@@ -14,7 +14,7 @@ from itertools import permutations
 
 import numpy as np
 
-from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
+from coupling.identification.response.experiment import PostureResponse, ResponseProblem
 from coupling.modes.measured_response import MeasuredResponse
 
 # Median of |log(model / measurement)| that no robot leaves, of all responses and of those in a posture.
@@ -43,7 +43,7 @@ def describe_mismatch(
     error: float,
     posture: PostureResponse,
     others: Sequence[tuple[str, PostureResponse]],
-    experiment: ResponseExperiment,
+    problem: ResponseProblem,
 ) -> str:
     """Return why responses cannot be of the posture that is told, and what to check.
 
@@ -52,29 +52,29 @@ def describe_mismatch(
         error: Median of |log(model / measurement)| that the fit leaves [1].
         posture: The start robot in the posture, with what was measured.
         others: Names and postures of other files.
-        experiment: Stiffness and damping of the start.
+        problem: Stiffness and damping of the start.
     """
     most = LARGEST_ERROR if error <= LARGEST_IN_A_POSTURE else LARGEST_IN_A_POSTURE
     return (
         f"{name}: half of its values stay off by a factor of {np.exp(error):.2g} or more, and no robot"
         f" like the start file has them in the posture told (log(model / measurement) {error:.2g},"
-        f" expected {most:g} at most){likely_reading(posture, others, experiment)}: {CHECKS}"
+        f" expected {most:g} at most){likely_reading(posture, others, problem)}: {CHECKS}"
     )
 
 
 def likely_reading(
     posture: PostureResponse,
     others: Sequence[tuple[str, PostureResponse]],
-    experiment: ResponseExperiment,
+    problem: ResponseProblem,
 ) -> str:
     """Return behind a semicolon what else the start file has responses for; empty without.
 
     Args:
-        posture, others, experiment: As of `describe_mismatch`.
+        posture, others, problem: As of `describe_mismatch`.
     """
 
     def start_error(changed: PostureResponse) -> float:
-        residual, _ = changed.log_residual(experiment.stiffness, experiment.damping)
+        residual, _ = changed.log_residual(problem.stiffness, problem.damping)
         return float(np.median(np.abs(residual)))
 
     readings = [

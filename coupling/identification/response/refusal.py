@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
+from coupling.identification.response.experiment import PostureResponse, ResponseProblem
 from coupling.identification.response.mismatch import (
     CHECKS,
     LARGEST_ERROR,
@@ -27,7 +27,7 @@ _FAR_SPRINGS = 2.0 * 0.6745
 def refusal_of(
     result: ResponseFitResult,
     postures: Sequence[PostureResponse],
-    experiment: ResponseExperiment,
+    problem: ResponseProblem,
     log_factors: np.ndarray,
 ) -> str:
     """Return why no robot should be written, in words; "" where one may be.
@@ -35,7 +35,7 @@ def refusal_of(
     Args:
         result: Figures of the fit.
         postures: The linearised robot in all its postures.
-        experiment: Stiffness and damping of the start, and what is known of them.
+        problem: Stiffness and damping of the start, and what is known of them.
         log_factors: Logs of fitted over start stiffness [1], (m,).
     """
     error, predicted = result.error, result.held_out
@@ -48,8 +48,8 @@ def refusal_of(
             for k, (each, posture) in enumerate(zip(result.postures, postures, strict=True))
             if k != worst
         ]
-        return describe_mismatch(name, sizes[worst], postures[worst], others, experiment)
-    far = _FAR_SPRINGS * float(experiment.prior[0])
+        return describe_mismatch(name, sizes[worst], postures[worst], others, problem)
+    far = _FAR_SPRINGS * float(problem.prior[0])
     off = np.median(np.abs(log_factors - np.median(log_factors)))
     if off > far:
         return (

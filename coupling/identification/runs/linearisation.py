@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 from scipy.special import gammaincinv
 
 from coupling.errors import SimulationError
+from coupling.identification.least_squares import reduced_rows
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
 from coupling.identification.runs.residual import Residual, noise_of
@@ -313,9 +313,7 @@ class RunLinearisation:
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Jacobian, (U, U), and residual [1], (U,), of all rows and the prior, reduced to U rows."""
         matrix, right = self.objective.equations(self.point, self.slopes)
-        size = np.sqrt(np.diag(matrix))
-        factor = cholesky(matrix / np.outer(size, size)) * size
-        return factor, -solve_triangular(factor, right, trans="T")
+        return reduced_rows(matrix, -right)
 
     @property
     def unit(self) -> float:

@@ -49,8 +49,8 @@ class IdentifyOptions:
 
 
 @dataclass(frozen=True)
-class StaticExperiment:
-    """Deflections at rest, and what predicts them.
+class StaticProblem:
+    """Deflections at rest, and what predicts them, before a fit.
 
     Attributes:
         elasticity: The parameters, whose start is kept where nothing is observable.
@@ -81,7 +81,7 @@ class StaticExperiment:
             return np.zeros(0)
         return self.prior * (values - self.prior_mean)
 
-    def linearise(self, values: np.ndarray) -> StaticLinearisation:
+    def linearise(self, values: np.ndarray) -> StaticExperiment:
         """Return the experiment around values of p, in its units, (P,).
 
         Raises:
@@ -95,76 +95,76 @@ class StaticExperiment:
         columns = white @ prediction.by_parameter
         target = np.einsum("kij,kj->ki", white, residual + prediction.by_parameter @ values)
         if self.observable is None:
-            problem = LinearProblem.of(columns, target, self.elasticity.start)
+            linear = LinearProblem.of(columns, target, self.elasticity.start)
         else:
-            problem = self.observable.around(columns, target)
+            linear = self.observable.around(columns, target)
         weight = np.ones(self.measured.count)
         if self.white is None:
-            weight = robust_weights(problem, values, self.loss)
-        return StaticLinearisation(self, values, prediction, white, problem, weight)
+            weight = robust_weights(linear, values, self.loss)
+        return StaticExperiment(self, values, prediction, white, linear, weight)
 
 
 @dataclass(frozen=True)
-class StaticLinearisation:
-    """An experiment around values.
+class StaticExperiment:
+    """Deflections at rest around values of the parameters.
 
     Attributes:
-        experiment: The experiment.
+        problem: The problem.
         x: Values of p, in its units, (P,).
         prediction: Prediction there.
         white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
-        problem: The whitened linear problem, without weights of the loss.
+        linear: The whitened linear problem, without weights of the loss.
         weight: These weights, (k,).
     """
 
-    experiment: StaticExperiment
+    problem: StaticProblem
     x: np.ndarray
     prediction: Prediction
     white: np.ndarray
-    problem: LinearProblem
+    linear: LinearProblem
     weight: np.ndarray
     is_exact = True
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Weighted columns and residual, what is not observable held, and what is known before."""
-        weighted, problem = self.problem.weighted(self.weight), self.problem
-        away = self.x - problem.start
+        weighted, linear = self.linear.weighted(self.weight), self.linear
+        away = self.x - linear.start
         holding = np.divide(
-            problem.unseen,
-            problem.scale,
-            out=np.zeros_like(problem.unseen),
-            where=problem.scale > 0.0,
+            linear.unseen,
+            linear.scale,
+            out=np.zeros_like(linear.unseen),
+            where=linear.scale > 0.0,
         )
-        columns = np.where(problem.scale > 0.0, weighted.columns, 0.0)
+        columns = np.where(linear.scale > 0.0, weighted.columns, 0.0)
         matrix = [columns.reshape(-1, len(away)), holding]
         residual = [-weighted.residual(self.x).ravel(), holding @ away]
-        if self.experiment.prior is not None:
-            matrix.append(np.diag(self.experiment.prior))
-            residual.append(self.experiment.known_before(self.x))
+        if self.problem.prior is not None:
+            matrix.append(np.diag(self.problem.prior))
+            residual.append(self.problem.known_before(self.x))
         return np.vstack(matrix), np.concatenate(residual)
 
     @property
     def unit(self) -> float:
         """Variance of a number as it is left, and at least that of rounding [1]."""
-        count = self.problem.target.size
+        count = self.linear.target.size
         return max(2.0 * self.cost(self), _ROUNDING**2 * float(np.sum(self.white**2))) / count
 
-    def cost(self, weighted: StaticLinearisation) -> float:
+    def cost(self, weighted: StaticExperiment) -> float:
         """Return half the squares of the residual [1], with the weights around other values."""
-        residual = self.experiment.measured.deflection - self.prediction.deflection
+        residual = self.problem.measured.deflection - self.prediction.deflection
         whitened = np.einsum("kij,kj->ki", weighted.white, residual) * weighted.weight[:, None]
-        prior = self.experiment.known_before(self.x)
+        prior = self.problem.known_before(self.x)
         return 0.5 * float(np.sum(whitened**2) + prior @ prior)
 
-    def at(self, x: np.ndarray) -> StaticLinearisation | None:
+    def at(self, x: np.ndarray) -> StaticExperiment | None:
         """Return the experiment around other values, (P,); None where the robot finds no rest."""
         try:
-            return self.experiment.linearise(x)
+            return self.problem.linearise(x)
         except IdentifyError:
             return None
 
-    def recompute(self) -> StaticLinearisation:
+    def recompute(self) -> StaticExperiment:
         """Return the same: its Jacobian is exact."""
         return self
 
@@ -186,27 +186,10 @@ class StaticFit:
     """
 
     model: StaticModel
-    at: StaticLinearisation
+    at: StaticExperiment
     converged: bool
     reason: str
     rigid: LinearProblem
-
-    @classmethod
-    def of(
-        cls,
-        model: StaticModel,
-        estimated: Estimate[StaticLinearisation],
-        rigid: LinearProblem | None = None,
-    ) -> StaticFit:
-        """Return the fit that an estimate is.
-
-        Args:
-            model: The robot's equilibria.
-            rigid: The problem in the rigid posture; None: that around the fitted values.
-        """
-        point, converged = estimated.experiment, estimated.converged
-        reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
-        return cls(model, point, converged, reason, rigid or point.problem)
 
     @property
     def elasticity(self) -> ElasticParameters:
@@ -216,8 +199,8 @@ class StaticFit:
     @cached_property
     def intervals(self) -> ConfidenceIntervals:
         """95 % intervals of the parameters."""
-        is_noise_known = self.at.experiment.noise.is_known
-        return intervals(self.at.problem, self.at.weight, self.at.x, is_noise_known)
+        is_noise_known = self.at.problem.noise.is_known
+        return intervals(self.at.linear, self.at.weight, self.at.x, is_noise_known)
 
     @cached_property
     def separability(self) -> Separability:
@@ -230,7 +213,7 @@ class StaticFit:
         elasticity = self.elasticity
         tested = np.flatnonzero(~elasticity.is_torsion & ~elasticity.chosen("slip_angle")).tolist()
         return {
-            j: support(self.at.problem, elasticity.together(j), self.at.weight, len(tested))
+            j: support(self.at.linear, elasticity.together(j), self.at.weight, len(tested))
             for j in tested
         }
 
@@ -240,36 +223,39 @@ def fit_static(
 ) -> StaticFit:
     """Fit a robot's parameters, from their start on, to deflections from rest or along loops."""
     model = StaticModel(elasticity, measured, options.torque_curve)
-    experiment = StaticExperiment(elasticity, measured, model.predict, options.noise, options.loss)
-    if measured.loop is not None:
-        return StaticFit.of(model, fit_from(experiment, elasticity.start))
+    problem = StaticProblem(elasticity, measured, model.predict, options.noise, options.loss)
+    start, first = elasticity.start, None
+    if measured.loop is None:
 
-    def predict_rigid(values: np.ndarray) -> Prediction:
-        return rigid_prediction(elasticity, measured, values)
+        def predict_rigid(values: np.ndarray) -> Prediction:
+            return rigid_prediction(elasticity, measured, values)
 
-    first = fit_from(replace(experiment, predict=predict_rigid), elasticity.start)
-    observable = first.experiment.problem
+        first = fit_from(replace(problem, predict=predict_rigid), start).experiment
+        start, problem = first.x, replace(problem, observable=first.linear)
     try:
-        estimated = fit_from(replace(experiment, observable=observable), first.x)
+        estimated = fit_from(problem, start)
     except IdentifyError as cause:
+        if first is None:
+            raise
         reason = (
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
             " deflections in m, base axes?"
         )
-        return StaticFit(model, first.experiment, False, reason, observable)
-    return StaticFit.of(model, estimated, observable)
+        return StaticFit(model, first, False, reason, first.linear)
+    at, converged = estimated.experiment, estimated.converged
+    reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
+    return StaticFit(model, at, converged, reason, problem.observable or at.linear)
 
 
-def fit_from(experiment: StaticExperiment, start: np.ndarray) -> Estimate[StaticLinearisation]:
-    """Return the values that fit an experiment best, from a start on, in p's units, (P,).
+def fit_from(problem: StaticProblem, start: np.ndarray) -> Estimate[StaticExperiment]:
+    """Return the values that fit a problem best, from a start on, in p's units, (P,).
 
     Raises:
         IdentifyError: If the robot finds no rest at the start.
     """
-    elasticity, has_loops = experiment.elasticity, experiment.measured.loop is not None
+    elasticity, has_loops = problem.elasticity, problem.measured.loop is not None
     size, angles = elasticity.start, elasticity.chosen("slip_angle")
     low = np.where(angles, _ANGLES[0] * size, elasticity.least if has_loops else 0.0)
     high = np.where(angles, _ANGLES[1] * size, np.inf)
     settled = _LOOPS_SETTLED if has_loops else _SETTLED
-    start = np.clip(start, low, high)
-    return estimate(experiment.linearise(start), (low, high), _MOST_STEPS, settled)
+    return estimate(problem.linearise(np.clip(start, low, high)), (low, high), _MOST_STEPS, settled)

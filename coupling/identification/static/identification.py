@@ -76,18 +76,18 @@ def _identify_single(
 ) -> Identification[StaticFit, IdentifiedResult]:
     """Return what single loads identify, with parameters that are added one after the other."""
     added: list[str] = []
-    named = [name for name in options.add if name != SUPPORTED]
+    names_to_add = [name for name in options.add if name != SUPPORTED]
     while True:
         elasticity = ElasticParameters.of(robot, options.torque_curve)
         fit = fit_static(elasticity, measured, options)
         further = {each.name: each for each in _further(fit, options)}
-        supported = [each for each in further.values() if each.supported]
-        if named:
-            name = named.pop(0)
+        with_support = [each for each in further.values() if each.supported]
+        if names_to_add:
+            name = names_to_add.pop(0)
             if name not in further:
                 raise IdentifyError(f"--add: {one_of([SUPPORTED, *further], name)}")
-        elif SUPPORTED in options.add and supported:
-            name = min(supported, key=lambda each: each.left_out_change or 0.0).name
+        elif SUPPORTED in options.add and with_support:
+            name = min(with_support, key=lambda each: each.left_out_change or 0.0).name
         else:
             break
         value = further[name].value
@@ -103,7 +103,7 @@ def _identify_single(
         judge_parameters(fit, added),
         # What is added and not identified vanishes.
         np.where(np.isin(elasticity.names, added), elasticity.least, elasticity.start),
-        fit.at.in_units(left_out(fit.at.problem, fit.at.weight)),
+        fit.at.in_units(left_out(fit.at.linear, fit.at.weight)),
         rms_start,
         tuple(further.values()),
         common_loss(fit.at),
@@ -116,14 +116,12 @@ def _further(fit: StaticFit, options: IdentifyOptions) -> list[FurtherResult]:
     robot, at, results, whole = fit.elasticity.robot, fit.at, [], []
     for candidate in candidates(robot, options.torque_curve):
         try:
-            column = candidate_column(
-                robot, options.torque_curve, candidate, at.experiment.measured
-            )
+            column = candidate_column(robot, options.torque_curve, candidate, at.problem.measured)
         except ElasticRobotError:  # it would move no inertia
             continue
         whole.append((candidate, (at.white @ column[:, :, None])[:, :, 0]))
     for candidate, column in whole:
-        problem = at.problem.also(column, _SIZE[candidate.axis is not None])
+        problem = at.linear.also(column, _SIZE[candidate.axis is not None])
         last = np.arange(len(problem.start)) == len(at.x)
         evidence = support(problem, last, at.weight, len(whole))
         value = float(problem.weighted(at.weight).solve()[-1])

@@ -11,8 +11,8 @@ from coupling.identification.robot_file import Identification
 from coupling.identification.static.elastic import Candidate, ElasticParameters, joint_of
 from coupling.identification.static.fit import (
     IdentifyOptions,
-    StaticExperiment,
     StaticFit,
+    StaticProblem,
     fit_from,
     fit_static,
 )
@@ -88,7 +88,7 @@ def _conclude(
     rms_start: float,
     dropped: Sequence[FurtherResult],
 ) -> Identification[StaticFit, IdentifiedResult]:
-    elasticity, measured = fit.elasticity, fit.at.experiment.measured
+    elasticity, measured = fit.elasticity, fit.at.problem.measured
     left_out = _left_out(fit, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = ElasticParameters.of(bare_robot, options.torque_curve)
@@ -151,17 +151,17 @@ def _left_out(fit: StaticFit, options: IdentifyOptions) -> np.ndarray:
     A gear that no other loop turns back has the hysteresis of the start file, or none.  What the others
     hardly see besides stays as fitted, as with rows that are left out.
     """
-    elasticity, measured = fit.elasticity, fit.at.experiment.measured
+    elasticity, measured = fit.elasticity, fit.at.problem.measured
     errors = np.empty_like(measured.deflection)
     white = fit.at.white * fit.at.weight[:, None, None]
-    scale = fit.at.problem.scale
+    scale = fit.at.linear.scale
     prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in measured.sequences:
         kept_rows = np.setdiff1d(np.arange(measured.count), rows)
         others, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
         model = StaticModel(elasticity, others, options.torque_curve)
         start = np.where(model.effective, fit.at.x, _before(elasticity))
-        experiment = StaticExperiment(
+        problem = StaticProblem(
             elasticity,
             others,
             model.predict,
@@ -170,7 +170,7 @@ def _left_out(fit: StaticFit, options: IdentifyOptions) -> np.ndarray:
             prior=prior,
             prior_mean=start,
         )
-        values = fit_from(experiment, start).x
+        values = fit_from(problem, start).x
         prediction = StaticModel(elasticity, loop, options.torque_curve).predict(values)
         errors[rows] = loop.deflection - prediction.deflection
     return errors

@@ -7,7 +7,7 @@ from scipy.special import stdtr
 
 from coupling.identification.evidence import support
 from coupling.identification.intervals import quantile
-from coupling.identification.static.fit import StaticLinearisation
+from coupling.identification.static.fit import StaticExperiment
 from coupling.identification.static.prediction import point_columns
 from coupling.results.identified_result import CommonLossResult
 
@@ -34,9 +34,9 @@ def loss_suspicion(loss: CommonLossResult | None) -> str:
     )
 
 
-def common_loss(at: StaticLinearisation) -> CommonLossResult | None:
+def common_loss(at: StaticExperiment) -> CommonLossResult | None:
     """Return the loss that fits best, beside all parameters; None where it is not identifiable."""
-    problem, way = at.problem, at.prediction.deflection.copy()
+    problem, way = at.linear, at.prediction.deflection.copy()
     way[:, 3:] = 0.0
     length = np.linalg.norm(way, axis=1, keepdims=True)
     way = np.divide(-way, length, out=np.zeros_like(way), where=length > 0.0)
@@ -57,12 +57,12 @@ def common_loss(at: StaticLinearisation) -> CommonLossResult | None:
     )
 
 
-def point_suspicions(at: StaticLinearisation) -> list[str]:
+def point_suspicions(at: StaticExperiment) -> list[str]:
     """Return what is to be suspected of both points, in words: a shift common to all rows of one."""
-    experiment, suspicions = at.experiment, []
-    columns = point_columns(experiment.elasticity, experiment.measured, at.x)
+    suspicions = []
+    columns = point_columns(at.problem.elasticity, at.problem.measured, at.x)
     for name, by_shift in zip(_NAMES, columns, strict=True):
-        problem = at.problem
+        problem = at.linear
         for column in np.moveaxis(at.white @ by_shift, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
         tested = np.arange(len(problem.start)) >= len(at.x)

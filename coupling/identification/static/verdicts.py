@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from coupling.identification.evidence import poor_prediction
 from coupling.identification.robot_file import Identification
 from coupling.identification.separability import STRONG
 from coupling.identification.static.elastic import Candidate
@@ -29,10 +30,6 @@ from coupling.robot.parameters import unit_of
 
 # A robot that is off by more than so many times what the start file is is not written.
 _WORSE = 1.2
-# A row that a fit of the others predicts to no better than this part of it is not of the posture told:
-# right ones leave 0.03 to 0.19 on six robots whose links bend as well; exchanged postures, joints or
-# axes 0.46 to 1.2 (medians).
-_PREDICTED = 0.35
 # Noise that explains so large an error was given with the measurements [standard deviations].
 _BY_NOISE = 1.5
 # Rows that are named, those that the others predict worst.
@@ -132,7 +129,7 @@ def conclude(
         suspicions: Sentences on where load and measured point seem to be.
         loops: Errors of loading loops, where rows are such.
     """
-    at, measured, separable = fit.at, fit.at.experiment.measured, fit.separability
+    at, measured, separable = fit.at, fit.at.problem.measured, fit.separability
     is_identified = np.array([verdict.identified for verdict in verdicts])
     values = _written(fit, is_identified, kept)
     parameters = tuple(
@@ -207,7 +204,7 @@ def _written(fit: StaticFit, is_identified: np.ndarray, kept: np.ndarray) -> np.
     written = np.where(is_identified, at.x, kept)
     if is_identified.all() or not is_identified.any():
         return written
-    problem = at.problem.weighted(at.weight)
+    problem = at.linear.weighted(at.weight)
     residual = problem.residual(np.where(is_identified, 0.0, kept))
     of_identified = replace(problem.only(is_identified), target=residual)
     written[is_identified] = of_identified.solve(sure.low[is_identified], sure.high[is_identified])
@@ -222,17 +219,19 @@ def _refusal(
         return f"the fit has not converged: {fit.reason}"
     if not is_identified.any():
         return "nothing is identified"
-    experiment = fit.at.experiment
-    error, size = _typical(left_out), _typical(experiment.measured.deflection)
-    is_noise = experiment.noise.is_known and fit.intervals.scale < _BY_NOISE
-    if error > _PREDICTED * size and not is_noise:
+    problem = fit.at.problem
+    error, size = (
+        1e3 * np.linalg.norm(rows[:, :3], axis=1)
+        for rows in (left_out, problem.measured.deflection)
+    )
+    is_noise = problem.noise.is_known and fit.intervals.scale < _BY_NOISE
+    words = "" if is_noise else poor_prediction("rows", "others", error, size, "mm")
+    if words:
         return (
-            f"half of the rows are predicted by a fit of the others to no better than"
-            f" {1e3 * error:.3g} mm, of {1e3 * size:.3g} mm that were measured (expected"
-            f" {100.0 * _PREDICTED:.0f} % at most): no robot like the start file gives way so in the"
-            " postures told: check q (radians, order and signs of the joints, each row with its"
-            " posture), axes of loads and deflections (base), units and robot file; if the"
-            " instrument is as coarse as that, say so (--sd-m)"
+            f"{words}: no robot like the start file gives way so in the postures told: check q"
+            " (radians, order and signs of the joints, each row with its posture), axes of loads and"
+            " deflections (base), units and robot file; if the instrument is as coarse as that, say so"
+            " (--sd-m)"
         )
     if sizes.written is None:
         return "with the start values that would be kept there is no equilibrium under these loads"
@@ -244,11 +243,6 @@ def _refusal(
     return ""
 
 
-def _typical(displacements: np.ndarray) -> float:
-    """Return the median length of displacements [m], of (k, r)."""
-    return float(np.median(np.linalg.norm(displacements[:, :3], axis=1)))
-
-
 def _warnings(
     fit: StaticFit,
     parameters: Sequence[ParameterResult],
@@ -257,7 +251,7 @@ def _warnings(
     has_loops: bool,
 ) -> tuple[str, ...]:
     """Return what the user should look at."""
-    measured, separable, sure = fit.at.experiment.measured, fit.separability, fit.intervals
+    measured, separable, sure = fit.at.problem.measured, fit.separability, fit.intervals
     remarks = list(measured.remarks)
     if not fit.converged:
         remarks.append(f"the fit has not converged: {fit.reason}")
@@ -298,7 +292,7 @@ def _warnings(
     remarks += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if fit.at.experiment.noise.is_known and sure.freedom > 0 and not 0.6 <= sure.scale <= 1.5:
+    if fit.at.problem.noise.is_known and sure.freedom > 0 and not 0.6 <= sure.scale <= 1.5:
         meaning = ", which are too large"
         if sure.scale > 1.5:
             meaning = ": the model is incomplete, or the standard deviations are too small"

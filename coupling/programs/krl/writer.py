@@ -21,10 +21,13 @@ from coupling.programs.program import (
     ProgramMove,
     RobotProgram,
 )
+from coupling.programs.rounding import round_program, round_single
 from coupling.programs.text import format_fixed, numbers, require_lines, require_name
 
 # Characters of a name and of a line that the controller takes.
 LONGEST_NAME, LONGEST_LINE = 24, 255
+# Decimals of a block's time.
+_SECONDS = 6
 _RESERVED_WORDS = """
 AND ANIN ANOUT AXIS BOOL BRAKE CASE CAST_FROM CAST_TO CHAR CIRC CIRC_REL CONFIRM CONST CONTINUE
 DECL DEF DEFAULT DEFDAT DEFFCT DELAY DISTANCE DO E6AXIS E6POS ELSE END ENDDAT ENDFCT ENDFOR
@@ -52,6 +55,20 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     for file in files:
         require_lines(file.text, LONGEST_LINE, file.name)
     return files
+
+
+def rounded(program: RobotProgram) -> RobotProgram:
+    """Return a program with the digits that its files have."""
+    return round_program(program, round_times=_round_times)
+
+
+def _round_times(times: np.ndarray) -> np.ndarray:
+    percents = (100.0 * times / times.sum()).tolist()
+    shares = np.array([float(_share(percent)) for percent in percents], dtype=np.float32)
+    rounded_times: np.ndarray = (
+        round_single(times.sum(), _SECONDS) * shares.astype(float) / shares.sum(dtype=float)
+    )
+    return rounded_times
 
 
 def _source(program: RobotProgram) -> Iterator[str]:
@@ -85,7 +102,7 @@ def _source(program: RobotProgram) -> Iterator[str]:
     for k, share in enumerate(100.0 * times / total):
         yield f"{segment} P[{number + 1 + k}]"
         yield f"TIME_BLOCK PART={_share(share)}"
-    yield f"TIME_BLOCK END={format_fixed(total, 6)}"
+    yield f"TIME_BLOCK END={format_fixed(total, _SECONDS)}"
     yield "ENDSPLINE"
     yield "END"
 

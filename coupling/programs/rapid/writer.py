@@ -6,6 +6,7 @@ The words are those of [ABBRapid] in docs/references.md.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from coupling.programs.program import (
     ProgramMove,
     RobotProgram,
 )
+from coupling.programs.rounding import round_program, round_quaternions, round_single
 from coupling.programs.text import format_fixed, numbers, require_lines, require_name
 
 # Characters of a name, and of a line that the editor of the pendant shows whole.
@@ -49,6 +51,15 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     file = ProgramFile(f"{program.name}.mod", "\n".join([*_module(program), ""]))
     require_lines(file.text, LONGEST_LINE, file.name)
     return (file,)
+
+
+def rounded(program: RobotProgram) -> RobotProgram:
+    """Return a program with the digits that its module has."""
+    return round_program(
+        program,
+        partial(round_quaternions, decimals=_QUATERNION),
+        partial(round_single, decimals=_SECONDS),
+    )
 
 
 def _module(program: RobotProgram) -> Iterator[str]:

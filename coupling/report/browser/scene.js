@@ -53,6 +53,7 @@ function showScene(place, scene, colours) {
   // ---------------------------------------------------------------- robots
   const metal = new THREE.MeshLambertMaterial({ color: 0xd98324, side: THREE.DoubleSide });
   const iron = new THREE.MeshLambertMaterial({ color: 0x9aa4ae, side: THREE.DoubleSide });
+  const steel = iron.clone();
   const upward = new THREE.Vector3(0, 1, 0);
   function rod(from, to, wide, narrow, material) {
     const way = new THREE.Vector3().subVectors(to, from);
@@ -110,9 +111,9 @@ function showScene(place, scene, colours) {
     const tip = new THREE.Vector3(robot.tool && robot.tool.is_round ? -wide : 0, 0, 0);
     const grip = new THREE.Vector3(...robot.tool_pose.slice(0, 3)).length();
     const shaft = new THREE.Vector3(-Math.max(Math.min(grip, 0.2 * reach), 8 * wide), 0, 0);
-    tool.add(rod(shaft, tip, wide, wide, iron));
+    tool.add(rod(shaft, tip, wide, wide, steel));
     if (robot.tool && robot.tool.is_round) {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(wide, 24, 16), iron);
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(wide, 24, 16), steel);
       ball.position.copy(tip);
       tool.add(ball);
     }
@@ -178,7 +179,7 @@ function showScene(place, scene, colours) {
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
     const ideal = new THREE.LineSegments2(segments(track.desired), new THREE.LineMaterial({ color: 0x77818b, linewidth: 1.2, ...behind }));
     const line = new THREE.LineSegments2(new THREE.LineSegmentsGeometry(), new THREE.LineMaterial({ vertexColors: true, linewidth: 3.5 }));
-    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.012 * size, 16, 12), new THREE.MeshLambertMaterial({ color: 0xffffff }));
+    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.012 * size, 16, 12), new THREE.MeshLambertMaterial());
     const layer = 1 + names.indexOf(track.name);
     line.layers.set(layer);
     dot.layers.set(layer);
@@ -190,13 +191,16 @@ function showScene(place, scene, colours) {
   function drawTracks() {
     scale = largest((track) => state.whole || state.shown.has(track.name), pick());
     for (const track of tracks) {
+      track.line.material.linewidth = state.field ? 0.7 : 3.5;  // a field is seen between thin lines
       const points = track.desired.map((point, k) => point.map((v, i) => v + state.exaggeration * track.deviation[k][i]));
       const tints = track.signed.map((row) => (state.field ? ends[1].map((v) => 0.5 * v / 255) : diverging(valued(row) / scale))
         .map((v) => new THREE.Color().setRGB(v, v, v, "srgb").r));
       track.line.geometry.dispose();
       track.line.geometry = segments(points, tints);
     }
-    if (!state.field) labelled(state.component === 3 ? 0 : -scale, scale, length, state.component === 3 ? "onesided" : "");
+    if (state.field) return;
+    const toward = (value) => `${length(Math.abs(value))} ${value < 0 ? "into the part" : "away"}`;
+    labelled(state.component === 3 ? 0 : -scale, scale, state.component ? length : toward, state.component === 3 ? "onesided" : "");
   }
   // Writes the ends of the scale of colours, and marks the tolerance on that of deviations.
   function labelled(low, high, words, kind) {
@@ -252,7 +256,8 @@ function showScene(place, scene, colours) {
       piece.mesh.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(tints), 3));
     });
     const unit = state.field?.split("[")[1]?.replace("]", "") ?? "";
-    if (given.length) labelled(low, high, (value) => `${Number(value.toPrecision(3))} ${unit}`, "rising");
+    const words = (value) => unit === "mm" ? length(1e-3 * value) : `${Number(value.toPrecision(3))} ${unit}`;
+    if (given.length) labelled(low, high, words, "rising");
   }
   function recolour() {
     drawTracks();
@@ -287,14 +292,17 @@ function showScene(place, scene, colours) {
     },
     above: () => look(centre, partUp.clone().addScaledVector(partY, -1e-3).normalize(), 2.1 * size),
     robot: () => {
-      const reach = Math.max(...robots.map((robot) => robot.reach), size), middle = new THREE.Vector3();
-      for (const robot of robots) middle.addScaledVector(robot.node.position, 1 / robots.length);
-      const to = centre.clone().sub(middle);
-      middle.lerp(all.length ? centre : middle, 0.5);
-      middle.z += 0.12 * reach;
+      world.updateMatrixWorld(true);
+      const box = new THREE.Box3(), base = new THREE.Vector3();
+      for (const robot of robots) {
+        box.expandByObject(robot.node);
+        base.addScaledVector(robot.node.position, 1 / robots.length);
+      }
+      const to = centre.clone().sub(base), middle = box.expandByPoint(centre).getCenter(new THREE.Vector3());
+      const extent = box.getSize(new THREE.Vector3());
       const side = new THREE.Vector3(to.y, -to.x, 0);
       if (side.length() < 1e-3) side.set(0.3, -1, 0);
-      look(middle, side.normalize().addScaledVector(upward.set(0, 0, 1), 0.35).normalize(), 2.1 * reach);
+      look(middle, side.normalize().addScaledVector(upward.set(0, 0, 1), 0.35).normalize(), 1.15 * Math.max(extent.x, extent.y, extent.z));
       upward.set(0, 1, 0);
     },
   };
@@ -338,6 +346,7 @@ function showScene(place, scene, colours) {
     }
     for (const track of tracks) {
       const where = at(track.time, state.time);
+      track.dot.material.color.set(dark.matches ? 0xffffff : 0x1c2329);
       track.dot.position.set(...mixed(track.desired, where)).addScaledVector(new THREE.Vector3(...mixed(track.deviation, where)), state.exaggeration);
     }
     const wide = stage.clientWidth, high = stage.clientHeight;
@@ -422,8 +431,14 @@ function showScene(place, scene, colours) {
     recolour();
     moved();
   }
+  // Seen from near the robot would hide its part; its tool stays.
+  function showRobots(show) {
+    const gears = robots.flatMap((robot) => robot.gears.map((gear) => gear.material));
+    for (const material of [metal, iron, ...gears]) material.visible = show;
+  }
   function look_at(name) {
     view = name;
+    showRobots(name === "robot" || name === "all");
     for (const button of place.querySelectorAll("[data-view]")) {
       button.setAttribute("aria-pressed", String(button.dataset.view === name));
     }

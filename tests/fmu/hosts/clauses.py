@@ -206,6 +206,7 @@ def discarded_evaluations(fmu):
     assert i.set_states([math.nan, *states[1:]]) == DISCARD
     assert i.vector("GetContinuousStates", 2 * m) == (OK, states)
     assert i.set_states(states[1:]) == ERROR
+    assert i.set_time(math.nan) == ERROR
     assert i.set_states([1e200] * (2 * m)) == OK
     before = i.bytes()
     assert i.vector("GetDerivatives", 2 * m)[0] == DISCARD

@@ -9,7 +9,6 @@ import re
 import shutil
 import subprocess
 import sys
-import textwrap
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -251,50 +250,19 @@ def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, pos
     np.testing.assert_allclose(shown, poses[:-1, 1:4], rtol=0, atol=6e-7)
 
 
-def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_path):
+def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, run_host, tmp_path):
     """Random poses about the desired path, in a process where the project cannot be imported."""
     case, rng = system.case, np.random.default_rng(3)
     time = case.desired.time
     pose = case.desired.pose[0].copy()
     pose[:, :3] += rng.normal(scale=1e-3, size=(len(time), 3))
     np.savez(tmp_path / "path.npz", time=time, pose=pose)
-    code = """
-        import os, sys
-        sys.modules |= dict.fromkeys(["coupling", "elastic_robot", "process_slave.forces", "scipy"])
-        import numpy as np
-        from fmpy import extract, read_model_description
-        from fmpy.fmi2 import FMU2Slave
-        path = np.load("path.npz")
-        description = read_model_description(sys.argv[1])
-        process = FMU2Slave(guid=description.guid, unzipDirectory=extract(sys.argv[1]),
-                            modelIdentifier="Process", instanceName="process")
-        process.instantiate()
-        process.setupExperiment(startTime=0.0)
-        process.enterInitializationMode()
-        process.exitInitializationMode()
-        wrench = []
-        for start, end, pose in zip(path["time"], path["time"][1:], path["pose"]):
-            process.setReal(list(range(7)), pose)
-            process.doStep(start, end - start)
-            wrench.append(process.getReal(list(range(7, 25))))
-        np.save("wrench.npy", wrench)
-        try:
-            process.setReal([1], [float("nan")])
-        except Exception as error:
-            print(error)
-        os._exit(0)
-    """
-    fmu = system.folder / "resources" / "Process.fmu"
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), str(fmu)],
-        cwd=tmp_path,
-        text=True,
-        capture_output=True,
-    )
+    fmu, wrench = system.folder / "resources" / "Process.fmu", tmp_path / "wrench.npy"
+    said = run_host("process_path", fmu, tmp_path / "path.npz", wrench)
     answer = case.process.evaluate(ToolPath(time, pose))
     expected = answer.wrench.wrench[0][:-1]
-    assert np.abs(expected).max() > 100.0, done.stderr
-    given = np.load(tmp_path / "wrench.npy")
+    assert np.abs(expected).max() > 100.0, said
+    given = np.load(wrench)
     np.testing.assert_allclose(given[:, :6], expected, rtol=0, atol=1e-9)
     # The wall stands still; what follows the desired path goes along with it for a step, and on.
     place = case.process.law().place
@@ -305,7 +273,7 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
     np.testing.assert_allclose(given[:, 9:12], velocity, rtol=0, atol=1e-9)
     upper = (slice(None, -1), *np.triu_indices(3))
     np.testing.assert_allclose(given[:, 12:], answer.stiffness[upper], rtol=1e-12, atol=1e-9)
-    assert "process: tcp.y: expected a finite number, got nan" in done.stderr
+    assert "process: tcp.y: expected a finite number, got nan" in said
 
 
 def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fixture_store import stored
@@ -34,8 +36,9 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     From one start alone the gear of joint 1 in B has a minimum that predicts A worse than a lag does.
     """
     robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
-    one, held_out = ([recordings["AB".index(name)]] for name in (fits, other))
-    found = stored(identify_motion, robot, one, held_out, 20.0, leave_out=False)
+    predicted = replace(recordings["AB".index(other)], is_held_out=True)
+    measured = [recordings["AB".index(fits)], predicted]
+    found = stored(identify_motion, robot, measured, 20.0, leave_out=False)
     fitted, predicted = found.result.recordings
     assert predicted.held_out
     assert np.all(np.less(predicted.wind_up_rad[:3], predicted.wind_up_lag_alone_rad[:3]))

@@ -30,6 +30,11 @@ def recordings():
         return [recorded(fmu, arm(), rng) for _ in range(2)]
 
 
+def held_out(measured, *numbers):
+    """Return recordings of which those of some numbers are held out."""
+    return [replace(each, is_held_out=k in numbers) for k, each in enumerate(measured)]
+
+
 def test_intervals_are_neither_too_narrow_nor_too_wide():
     """10 recordings of 12 numbers: some 95 % inside the intervals, and two thirds inside their halves.
 
@@ -43,9 +48,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 
 def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(
-        identify_motion, start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True
-    )
+    found = stored(identify_motion, start, held_out(recordings, 1), BANDWIDTH, leave_out=True)
     fitted, predicted = found.result.recordings
     assert predicted.held_out
     assert np.all(np.array(predicted.wind_up_rad) < 1.3 * np.array(fitted.wind_up_rad))
@@ -72,9 +75,7 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     link = first.link.copy()
     link[:, 0] += 3e-4 * np.cos(first.link[:, 0] - 0.7)
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(
-        identify_motion, start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False
-    )
+    found = stored(identify_motion, start, [replace(first, link=link)], BANDWIDTH, leave_out=False)
     assert found.result.slow_error_rad[0] > 10.0 * found.result.slow_error_rad[1]
     assert found.result.recordings[0].wind_up_rad[0] < 3e-6
     for own, known in zip(found.robot.joints, arm().joints, strict=True):
@@ -86,11 +87,12 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
     first, other = recordings
     link = other.link.copy()
     link[:, 1] = delayed(other.motor[:, 1], other.step, 3e-3)
-    held_out = [
+    measured = [
+        first,
         replace(other, name="rigid.csv", link=link),
         replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
-    found = stored(identify_motion, arm(), [first], held_out, BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), held_out(measured, 1, 2), BANDWIDTH, leave_out=False)
     assert found.result.refusal == ""
     (words,) = (own for own in found.result.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
@@ -116,15 +118,15 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
 def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
     first = recordings[0]
     bad = replace(first, name="bad.csv", torque=torque(first.torque))
-    for fits, held_out in (([bad], []), ([first], [bad])):
+    for measured in ([bad], held_out([first, bad], 1)):
         with pytest.raises(IdentifyError, match=f"bad.csv: expected torques .*{says}"):
-            identify_motion(arm(), fits, held_out, BANDWIDTH, leave_out=False)
+            identify_motion(arm(), measured, BANDWIDTH, leave_out=False)
 
 
 def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
-    found = stored(identify_motion, arm(), [other], [], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [other], BANDWIDTH, leave_out=False)
     assert found.result.refusal.startswith("the residual of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.result.remarks) == 2
 
@@ -140,7 +142,7 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
         * np.sqrt(np.mean(first.torque[:, 0] ** 2))
     )
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
-    found = stored(identify_motion, arm(), [shaken], [], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [shaken], BANDWIDTH, leave_out=False)
     assert 0.5 < found.result.recordings[0].torque_relative[0] < 1.0
     assert found.result.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 
@@ -230,7 +232,9 @@ def test_blocks_left_out_know_correlated_residuals():
 def test_recordings_with_other_encoders_are_refused(recordings):
     other = replace(recordings[1], link=np.full_like(recordings[1].link, np.nan))
     with pytest.raises(IdentifyError, match="expected the links' angles"):
-        identify_motion(arm(), recordings[:1], [other], BANDWIDTH, leave_out=False)
+        identify_motion(arm(), held_out([recordings[0], other], 1), BANDWIDTH, leave_out=False)
+    with pytest.raises(IdentifyError, match="none but those held out"):
+        identify_motion(arm(), held_out(recordings, 0, 1), BANDWIDTH, leave_out=False)
 
 
 def test_a_rigid_joint_is_refused(recordings):
@@ -240,7 +244,7 @@ def test_a_rigid_joint_is_refused(recordings):
     with pytest.raises(
         IdentifyError, match="expected a stiffness of every joint, got none of joint 2"
     ):
-        identify_motion(robot, recordings[:1], [], BANDWIDTH, leave_out=False)
+        identify_motion(robot, recordings[:1], BANDWIDTH, leave_out=False)
 
 
 def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():

@@ -40,7 +40,7 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
         recording, link=recording.link + 1e-12 * rng.standard_normal(recording.link.shape)
     )
     one, other = (
-        stored(identify_motion, start, [own], [], BANDWIDTH, leave_out=False)
+        stored(identify_motion, start, [own], BANDWIDTH, leave_out=False)
         for own in (recording, changed)
     )
     assert one.fit.converged

@@ -11,7 +11,7 @@ from tapped_robot import bending_links, drawn_values, tap
 from coupling.errors import IdentifyError
 from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.identification.response.experiment import PostureResponse, ResponseExperiment
+from coupling.identification.response.experiment import PostureResponse, ResponseProblem
 from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.mismatch import LARGEST_ERROR
 from coupling.identification.response.posture import MeasuredPosture, read_posture
@@ -45,16 +45,16 @@ def test_derivatives_of_the_residual_are_its_differences():
         for angles in q
     )
     count = 2 * len(parameters.stiffness) + 2 * len(postures)
-    experiment = ResponseExperiment(
+    problem = ResponseProblem(
         postures, parameters.stiffness, parameters.damping, np.ones(count), 1.0
     )
     x, errors = 0.2 * rng.normal(size=count), []
-    exact = experiment.at(x).columns
+    exact = problem.at(x).columns
     for h in (1e-3, 5e-4):
         differences = np.empty_like(exact)
         for k in range(count):
             step = h * np.eye(count)[k]
-            low, high = experiment.at(x - step).residual, experiment.at(x + step).residual
+            low, high = problem.at(x - step).residual, problem.at(x + step).residual
             change = high - low
             change.imag = (change.imag + np.pi) % (2.0 * np.pi) - np.pi
             differences[:, k] = change / (2.0 * h)
