@@ -57,9 +57,8 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     if figures.kind == "couple":
         return _coupling_answer(figures, context)
     expected = figures.expected_deviation() if figures.converged else None
-    fits = (
-        None if context.tolerance is None or expected is None else expected.fits(context.tolerance)
-    )
+    tolerance = context.tolerance
+    fits = None if tolerance is None or expected is None else expected.fits(tolerance)
     worse = _worse(figures, expected)
     good = fits if figures.converged and worse is None and figures.is_stable else False
     before, after = "uncorrected, with this robot file", "on the real robot"

@@ -95,8 +95,9 @@ def study_answer(study: StoredStudy) -> Answer:
     elif figures.failed:
         good = False
         sentence = (
-            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots"
-            f" cannot follow the command at all; {share} of the others stay within {in_words(most)}."
+            f"NOT GOOD ENOUGH: {len(figures.failed)} of {figures.samples} robots cannot"
+            f" follow the command at all; {share} of the others stay within"
+            f" {in_words(most)}."
         )
     if figures.ordered:
         worst, shares = figures.ordered[0]
@@ -104,6 +105,8 @@ def study_answer(study: StoredStudy) -> Answer:
             f"Most of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
             f" {worst.name.replace('_', ' ')} alone."
         )
+    if figures.chosen:
+        reasons.append("What the robot file leaves out is not in it.")
     third = KeyFigure("Robots", f"{figures.samples}", f"{len(figures.failed)} cannot be simulated")
     if tolerance is not None:
         within = 100.0 * np.sum(study.measures["maximum"] <= tolerance) / figures.samples

@@ -23,7 +23,7 @@ class ExpectedDeviation(ResultPart):
     ) -> ExpectedDeviation:
         """Return that of robots drawn from what robot files state and leave out.
 
-        It is no less than that by one thing that a file leaves out, or by one parameter that differs a
+        It is no less than that by one thing that a file leaves out, or one parameter that differs a
         little.
 
         Args:
@@ -35,9 +35,12 @@ class ExpectedDeviation(ResultPart):
             return cls(maximum=single, is_whole=False)
         completed = drawn.with_left_out
         highest = max(drawn.high, completed.high if completed else 0.0)
-        highest = highest if further is None else further
         return cls(
-            maximum=max(single, highest, *drawn.left_out_m.values()),
+            maximum=max(
+                single,
+                *drawn.left_out_m.values(),
+                highest if further is None else further,
+            ),
             is_whole=drawn.is_whole or completed is not None,
         )
 

@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.case import PlacedRobot
 from coupling.files.provenance import Provenance
-from coupling.files.ratings import Ratings
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
@@ -24,7 +23,6 @@ def placed_robot(
         np.zeros(len(robot.joints)),
         AT_THE_ORIGIN,
         Mounting(Rotation.identity(), np.zeros(3)),
-        Ratings(),
         drive,
         provenance=Provenance(stiffness_ranges=ranges or {}),
     )
