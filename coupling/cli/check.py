@@ -106,7 +106,7 @@ def check(
     if stability is not None and stability.stable:
         as_deep = "" if any(touches) else _UNTOUCHED
         modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}.{as_deep}"])
-    warnings = warned(chatter, (*moving, *said))
+    warnings = warned((), (*moving, *said))
     sections = [
         *check_summary(robots, loads),
         *cut_section(cut_result(loaded)),

@@ -90,7 +90,7 @@ def check_answer(
         if demand.exceeded
     ]
     overloads = [str(warning) for robot in robots for warning in robot.warnings]
-    problems = [*limits, *chatter, *overloads]
+    problems = [*chatter, *limits, *overloads]
     margin = min(
         (d.margin for robot in robots for d in robot.demands if d.margin is not None),
         default=np.inf,
@@ -131,7 +131,7 @@ def check_answer(
             )
     return Answer(
         sentence=sentence,
-        reason=problems[0] if problems and not limits else _say_of_gears(gears),
+        reason=problems[0] if chatter or (problems and not limits) else _say_of_gears(gears),
         good=False if problems or felt else fits,
         figures=(
             KeyFigure(

@@ -318,18 +318,19 @@ def test_a_robot_that_sags_is_judged_as_deep_as_it_cuts(tmp_path):
     assert stability_in_brief(case, lifted) is None
 
 
-def test_check_warns_of_a_cut_that_chatters(tmp_path, capsys):
-    assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 0
+def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
+    assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 1
     said = capsys.readouterr().out
     assert re.search(
-        r"Warning: The cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .* 2 mm deep, as"
+        r"do not run it\.\nThe cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .* 2 mm deep, as"
         " programmed",
         said,
     )
+    assert said.count("The cut chatters") == 1
     assert "elastic-robot stability" in said
     assert run("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
-    assert "Warning: The cut" not in said
+    assert "chatters" not in said
     assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
     assert "was not touched off cuts deeper" in said
 
