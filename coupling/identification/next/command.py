@@ -37,6 +37,7 @@ class CommandPlan:
         model: The robot that the command is computed for.
         step: Run from which the command goes on, and how far.
         correction: Part that is corrected along the path; None: nothing.
+        tried_cutoff: Cutoff up to which a run has tried what learning does; at the first, its own [Hz].
         learned: Result of learning parameters from these runs; None where that was not done.
         options: Options of the search.
     """
@@ -45,6 +46,7 @@ class CommandPlan:
     model: CommandModel
     step: LearningStep
     correction: PathCorrection | None
+    tried_cutoff: float
     learned: Learned | None
     options: NextOptions
 
@@ -84,13 +86,14 @@ def plan(
     sizes = [run.size for run in history.runs]
     is_cautious = not model.has_parameters and history.reverses_gears(model.x)
     step = learning_step(sizes, is_cautious, options)
+    tried = learning_step(sizes[:-1] or sizes, is_cautious, options).cutoff
     if step.worse and learned is None:
         model = model_of_run(history, step.base, options)
         history = history.aligned_with(model.x)
     correction = None
     if options.move != "parameters":
         correction = learn_path(history, model, step.cutoff, options)
-    return CommandPlan(history, model, step, correction, learned, options)
+    return CommandPlan(history, model, step, correction, tried, learned, options)
 
 
 def _robot(

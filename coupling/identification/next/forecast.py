@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.deviation_size import signal_filter
+from coupling.identification.next.learning_filter import low_passed
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.path.deviation import less_constant
 from coupling.path.histories import WrenchHistory
@@ -17,8 +18,8 @@ from coupling.results.forecast import RunForecast
 
 # Least rms by which a peak is told [m].
 _LEAST = 1e-9
-# Part of a change of the path that the robot does not do as its model, of the change's rms; factor
-# within which an rms is expected beside that.
+# Part of a change of the path that the robot does not do as its model, of the change's rms, up to
+# frequencies that a run has tried; factor within which an rms is expected beside that.
 _PART_OFF, _FACTOR = 0.15, 1.5
 
 
@@ -51,7 +52,12 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
         # The correction takes off noise of the run that it is computed from; the next one has its own.
         square += 6.0 * run.noise**2 * plan.correction.noise_share
     rms = float(np.sqrt(square))
-    uncertainty = _PART_OFF**2 * _mean_square(slow(change)) + plan.options.random**2
+    moved = slow(change)
+    spacing = float(low_pass.time[1] - low_pass.time[0])
+    untried = moved - low_passed(spacing, moved, plan.tried_cutoff)
+    uncertainty = (
+        _PART_OFF**2 * _mean_square(moved) + _mean_square(untried) + plan.options.random**2
+    )
     high = float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty))
     size, largest = run.size, float(np.linalg.norm(residual, axis=1).max())
     largest_measured = size.maximum if absolute else size.maximum_less_constant
