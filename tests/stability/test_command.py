@@ -322,8 +322,8 @@ def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
     assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 1
     said = capsys.readouterr().out
     assert re.search(
-        r"do not run it\.\nThe cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .* 2 mm deep,"
-        " as programmed",
+        r"do not run it\.\nThe cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .*"
+        " 2 mm deep, as programmed",
         said,
     )
     assert said.count("The cut chatters") == 1
