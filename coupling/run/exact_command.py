@@ -65,6 +65,14 @@ def exact_command(
     return JointPath(time, *((values,) for values in motors))
 
 
+def _thinned(exact: JointPath) -> JointPath:
+    """Return rows no nearer than a controller's, as a simulation takes a step to every one."""
+    step = max(round(_MAX_SAMPLE_DISTANCE / float(exact.time[1] - exact.time[0])), 1)
+    rows = np.append(np.arange(0, len(exact.time) - 1, step), len(exact.time) - 1)
+    blocks = (tuple(part[rows] for part in block) for block in (exact.q, exact.qd, exact.qdd))
+    return JointPath(exact.time[rows], *blocks)
+
+
 def expected_deviation(
     placed: PlacedRobot,
     force_factors: tuple[float, float] | None,
@@ -91,7 +99,8 @@ def expected_deviation(
         placed, world_from_base=AT_THE_ORIGIN, drive=IDEAL, touch_off=None, discrepancy=None
     )
     desired, wrench = finely_sampled(motion)
-    joints = exact_command(MovingRobot(placed.description, placed.torque_curve), motion, watch)
+    exact = exact_command(MovingRobot(placed.description, placed.torque_curve), motion, watch)
+    joints = _thinned(exact)
     expected = ExpectedRobots.among([at_base], force_factors, bool(np.any(wrench.wrench)))
     if has_servo:
         gears_alone = tuple(value for value in expected.values if value.drive is None)
