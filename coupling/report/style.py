@@ -173,8 +173,3 @@ def length_unit(*largest: float) -> tuple[float, str]:
         ((1000.0, 'mm'), (1000000.0, 'um'))
     """
     return (1e3, "mm") if max(largest) >= _SMALL else (UM, "um")
-
-
-def shown_distance(distance: np.ndarray) -> np.ndarray:
-    """Return a distance [m], (n,), in [um], no less than a logarithmic axis shows."""
-    return np.maximum(UM * distance, FLOOR_UM)

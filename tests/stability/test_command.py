@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from first_screens import GLOSSARY
+from titanium_slot import PROCESS
 
 from coupling.case.file import load_case
 from coupling.cli.main import main
@@ -22,7 +23,8 @@ from coupling.stability.judgement import Judgement
 from coupling.stability.path_stability import PathStability, most_different, stability_in_brief
 
 # A slot in titanium with a robot that chatters at 2 mm and does not at 0.5 mm.
-SLOT = """
+SLOT = (
+    """
 [robot]
 description = "fanuc_r2000ic"
 home_deg    = [0.0, 10.0, -10.0, 0.0, -70.0, 0.0]
@@ -36,21 +38,9 @@ points_m = [[0.0, 0.0, 0.001], [0.01, 0.0, -{depth}], [0.02, 0.0, -{depth}], [0.
 feed_m_s = 0.02
 blend_s  = 0.1
 sample_s = 0.0015
-
-[process]
-model             = "milling-force"
-cutter_diameter_m = 0.016
-teeth             = 2
-helix_deg         = 30.0
-spindle_speed_rpm = 3000.0
-engagement        = "slot"
-K_tc_Pa           = 1.9e9
-K_rc_Pa           = 6.0e8
-K_ac_Pa           = 3.0e8
-K_te_N_m          = 2.4e4
-K_re_N_m          = 4.3e4
-K_ae_N_m          = 7.0e2
 """
+    + PROCESS
+)
 ONE = ["--posture-deg", "0,10,-20,0,-60,0", "--feed-deg", "30", "--rpm", "3000"]
 
 
@@ -333,17 +323,6 @@ def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
     assert "chatters" not in said
     assert re.search(r"The cut is stable, limit [\d.]+ mm at 3000 1/min", said)
     assert "was not touched off cuts deeper" in said
-
-
-@pytest.fixture
-def coarse_charts(monkeypatch):
-    for name, value in (
-        ("analysis.PLACES", 6),
-        ("chart._SPEEDS", 8),
-        ("chart._DIRECTIONS", 4),
-        ("chart._GRID", 2),
-    ):
-        monkeypatch.setattr(f"coupling.stability.{name}", value)
 
 
 @pytest.mark.parametrize("kind", ["couple", "compensate"])
