@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.outlook import Replay
@@ -12,6 +13,7 @@ from coupling.robot.cell import Cell
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import CheckedCommand
 from coupling.run.uncertain_parameters import SampledRobots
+from coupling.solve.correction import UncorrectedRun
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class ReplayedCommand:
         joints: Motion of the drives.
         wrench: Wrenches on the tools.
         desired: Desired paths of the tools.
+        before: Motion of the robots of the model without a correction; None: not simulated.
     """
 
     cell: Cell
@@ -31,6 +34,7 @@ class ReplayedCommand:
     joints: JointPath
     wrench: WrenchHistory
     desired: ToolPath
+    before: UncorrectedRun | None = None
 
     @classmethod
     def of(cls, command: CheckedCommand) -> ReplayedCommand:
@@ -42,16 +46,8 @@ class ReplayedCommand:
             correction.joints,
             correction.response.wrench,
             correction.desired,
+            correction.before,
         )
-
-    def path_on(self, robots: Sequence[SimulatedModel], force: float) -> ToolPath:
-        """Return the paths of the tools of other robots, under a factor of the wrench.
-
-        Raises:
-            SimulationError: If a robot cannot be simulated.
-        """
-        wrench = self.wrench.scaled(force)
-        return self.cell.with_robots(robots).simulate(self.joints, wrench, "dynamic")
 
     def on(self, name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots) -> Replay:
         """Return what it leaves on robots that are sampled, by the name of the replay.
@@ -61,4 +57,29 @@ class ReplayedCommand:
         """
         pairs = zip(robots, sampled.differences, strict=True)
         differing = [robot.differing(difference, name) for robot, difference in pairs]
-        return Replay.of(name, self.path_on(differing, sampled.force), self.desired)
+        replay, _ = self.replay(name, differing, sampled.force)
+        return replay
+
+    def replay(
+        self, name: str, robots: Sequence[SimulatedModel], force: float
+    ) -> tuple[Replay, ToolPath]:
+        """Return what it leaves on other robots, and the uncorrected command where that may be less.
+
+        Args:
+            name: Name of the replay.
+            force: Factor of the wrench.
+
+        Returns:
+            The replay, and the paths of the tools under the command.
+
+        Raises:
+            SimulationError: If a robot cannot be simulated.
+        """
+        cell = self.cell.with_robots(robots)
+        path = cell.simulate(self.joints, self.wrench.scaled(force), "dynamic")
+        replay = Replay.of(name, path, self.desired)
+        before = self.before
+        if before is None or replay.cannot_be_worse(measure(before.path, self.desired)):
+            return replay, path
+        uncorrected = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
+        return replay.beside(measure(uncorrected, self.desired)), path

@@ -20,6 +20,7 @@ from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -36,6 +37,7 @@ from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.folder import write_run
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.gear_loads import diagnose_robots
@@ -215,6 +217,36 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     assert after.pop("hysteresis -30 %") == {3: pytest.approx(84.0, rel=1e-15)}
     assert before == {name: {} for name in NAMES}
     assert list(after.values()) == [{3: 120.0}] * len(NAMES)
+
+
+def test_a_robot_on_which_less_might_remain_uncorrected_is_simulated_without_the_correction(
+    finished, tmp_path
+):
+    """By an FMU of its own, built of the stiffer robot; where little remains nothing is simulated."""
+    case, run, _, _ = finished
+    before = run.correction.before
+    stiff = RobotDifference({"stiffness": (4.0,)})
+    with FmuPool("native") as fmus:
+        cell, (model,) = cell_of(case.robots, fmus)
+        command = ReplayedCommand(
+            cell,
+            (model,),
+            run.correction.joints,
+            run.correction.response.wrench,
+            run.desired,
+            before,
+        )
+        stiffer = model.differing(stiff, "four times as stiff")
+        replay, _ = command.replay("four times as stiff", [stiffer], 1.2)
+        alike, _ = command.replay("as the model", [model], 1.0)
+    assert alike.uncorrected is None
+    file = build_fmu(stiff.applied(case.robots[0].description, "backlash"), tmp_path / "stiff.fmu")
+    with RobotFmu(file, "backlash") as fmu:
+        other = cell.with_robots([SimulatedModel(stiffer.robot, "backlash", fmu)])
+        path = other.simulate(before.joints, before.wrench.scaled(1.2), "dynamic")
+    expected = measure(path, run.desired)
+    assert replay.uncorrected.maximum == pytest.approx(expected.maximum, rel=1e-9)
+    assert replay.deviation.maximum > replay.uncorrected.maximum, "the command takes off too much"
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
