@@ -121,9 +121,9 @@ def _sentence(
         )
     if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
         return (
-            f"About {in_words(expected.maximum)} may remain on the real robot until it is identified,"
-            f" and no less uncorrected: it may be far from its file, by which {before} are uncorrected."
-            " How much the part allows is not stated."
+            f"About {in_words(expected.maximum)} may remain on the real robot until it is identified;"
+            f" uncorrected it would be off by at least as much, though its file says {before}. How much"
+            " the part allows is not stated."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"

@@ -141,11 +141,11 @@ def test_a_command_expected_to_leave_more_than_none_is_not_offered(finished):
 
 
 def test_a_robot_that_is_off_by_more_without_the_command_makes_it_no_worse(finished):
-    """The model is off by 1.7 mm uncorrected, the robot to be expected by 4 and by 3 under the command."""
+    """The model is off by 1.7 mm uncorrected, the robot by 4 mm, and by 3 mm under the command."""
     figures = finished.model_copy(update={"outlook": with_servos(3e-3, 4e-3)})
     answer = answered(figures, None)
-    assert answer.sentence.startswith("About 3 mm may remain on the real robot until it is")
-    assert "and no less uncorrected" in answer.sentence
+    assert answer.sentence.startswith("About 3.00 mm may remain on the real robot until it is")
+    assert "uncorrected it would be off by at least as much" in answer.sentence
     assert any("export" in step.command for step in answer.steps)
 
 
