@@ -21,8 +21,8 @@ class Replay(ResultPart):
     Attributes:
         name: Difference from the model, in words.
         deviation: Deviation from the desired paths, the worst figures of all tools.
-        uncorrected: The same under the uncorrected command; None where that was not simulated, as it
-            `cannot_be_worse` or there is none.
+        uncorrected: The same under the uncorrected command, on the same robots; None where it is not
+            known.
     """
 
     sparse = ("uncorrected_m",)
@@ -40,22 +40,6 @@ class Replay(ResultPart):
         replay = cls(name=name, deviation=worst_of(tools))
         replay._tools = tools
         return replay
-
-    def cannot_be_worse(self, before: Deviation) -> bool:
-        """Return whether the uncorrected command cannot leave less on the same robots.
-
-        A command takes off about what the uncorrected one leaves on the model. By the triangle
-        inequality the deviations with and without it, on robots that differ, add up to no less: where
-        one is below half of it, it is the smaller one.
-
-        Args:
-            before: What the uncorrected command leaves on the model.
-        """
-        deviation = self.deviation
-        return (
-            deviation.maximum < 0.5 * before.maximum
-            and deviation.maximum_less_constant < 0.5 * before.maximum_less_constant
-        )
 
     def beside(self, uncorrected: Deviation) -> Replay:
         """Return it with what the uncorrected command leaves on the same robots."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from coupling.path.deviation import measure
+from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.outlook import Replay
@@ -13,7 +13,12 @@ from coupling.robot.cell import Cell
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import CheckedCommand
 from coupling.run.uncertain_parameters import SampledRobots
-from coupling.solve.correction import UncorrectedRun
+from coupling.solve.correction import Correction
+
+# Beyond this a deviation by superposition is trusted to be the larger one: backlash and servos made it
+# wrong by factors of 0.59 to 2.1 on 228 drawn robots, and none that was larger by this factor was in
+# truth smaller.
+_MARGIN = 1.5
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,7 @@ class ReplayedCommand:
         joints: Motion of the drives.
         wrench: Wrenches on the tools.
         desired: Desired paths of the tools.
-        before: Motion of the robots of the model without a correction; None: not simulated.
+        correction: The correction whose command it is; None: nothing tells what it corrects.
     """
 
     cell: Cell
@@ -34,7 +39,7 @@ class ReplayedCommand:
     joints: JointPath
     wrench: WrenchHistory
     desired: ToolPath
-    before: UncorrectedRun | None = None
+    correction: Correction | None = None
 
     @classmethod
     def of(cls, command: CheckedCommand) -> ReplayedCommand:
@@ -46,7 +51,7 @@ class ReplayedCommand:
             correction.joints,
             correction.response.wrench,
             correction.desired,
-            correction.before,
+            correction,
         )
 
     def on(self, name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots) -> Replay:
@@ -78,8 +83,21 @@ class ReplayedCommand:
         cell = self.cell.with_robots(robots)
         path = cell.simulate(self.joints, self.wrench.scaled(force), "dynamic")
         replay = Replay.of(name, path, self.desired)
-        before = self.before
-        if before is None or replay.cannot_be_worse(measure(before.path, self.desired)):
+        if self.correction is None:
             return replay, path
-        uncorrected = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
-        return replay.beside(measure(uncorrected, self.desired)), path
+        before = self.correction.before
+        # By superposition: a command takes off what it takes off on the model.
+        taken_off = before.path.deviation_from(self.correction.achieved)
+        uncorrected = measure(path.displaced(taken_off), self.desired)
+        if not _is_surely_more(uncorrected, replay.deviation):
+            simulated = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
+            uncorrected = measure(simulated, self.desired)
+        return replay.beside(uncorrected), path
+
+
+def _is_surely_more(predicted: Deviation, deviation: Deviation) -> bool:
+    """Return whether a predicted deviation is more than another one, however wrong it is."""
+    return (
+        predicted.maximum > _MARGIN * deviation.maximum
+        and predicted.maximum_less_constant > _MARGIN * deviation.maximum_less_constant
+    )

@@ -219,13 +219,11 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     assert list(after.values()) == [{3: 120.0}] * len(NAMES)
 
 
-def test_a_robot_on_which_less_might_remain_uncorrected_is_simulated_without_the_correction(
-    finished, tmp_path
-):
-    """By an FMU of its own, built of the stiffer robot; where little remains nothing is simulated."""
+def test_a_robot_is_told_what_remains_on_it_uncorrected(finished, tmp_path):
+    """By superposition where that is much more; else as its FMU has it, here built of that robot."""
     case, run, _, _ = finished
     before = run.correction.before
-    stiff = RobotDifference({"stiffness": (4.0,)})
+    stiff, soft = (RobotDifference({"stiffness": (factor,)}) for factor in (4.0, 0.7))
     with FmuPool("native") as fmus:
         cell, (model,) = cell_of(case.robots, fmus)
         command = ReplayedCommand(
@@ -234,19 +232,24 @@ def test_a_robot_on_which_less_might_remain_uncorrected_is_simulated_without_the
             run.correction.joints,
             run.correction.response.wrench,
             run.desired,
-            before,
+            run.correction,
         )
-        stiffer = model.differing(stiff, "four times as stiff")
-        replay, _ = command.replay("four times as stiff", [stiffer], 1.2)
-        alike, _ = command.replay("as the model", [model], 1.0)
-    assert alike.uncorrected is None
-    file = build_fmu(stiff.applied(case.robots[0].description, "backlash"), tmp_path / "stiff.fmu")
-    with RobotFmu(file, "backlash") as fmu:
-        other = cell.with_robots([SimulatedModel(stiffer.robot, "backlash", fmu)])
-        path = other.simulate(before.joints, before.wrench.scaled(1.2), "dynamic")
-    expected = measure(path, run.desired)
-    assert replay.uncorrected.maximum == pytest.approx(expected.maximum, rel=1e-9)
-    assert replay.deviation.maximum > replay.uncorrected.maximum, "the command takes off too much"
+        replays = [
+            command.replay(name, [model.differing(difference, name)], 1.2)[0]
+            for name, difference in (("stiff", stiff), ("soft", soft))
+        ]
+    expected = []
+    for difference in (stiff, soft):
+        robot = difference.applied(case.robots[0].description, "backlash")
+        with RobotFmu(build_fmu(robot, tmp_path / "robot.fmu"), "backlash") as fmu:
+            other = cell.with_robots([SimulatedModel(robot, "backlash", fmu)])
+            path = other.simulate(before.joints, before.wrench.scaled(1.2), "dynamic")
+            expected.append(measure(path, run.desired).maximum)
+    simulated, superposed = (replay.uncorrected.maximum for replay in replays)
+    assert simulated == pytest.approx(expected[0], rel=1e-9)
+    assert replays[0].deviation.maximum > simulated, "the command takes off too much"
+    assert superposed == pytest.approx(expected[1], rel=0.05)
+    assert superposed != pytest.approx(expected[1], rel=1e-9)
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
