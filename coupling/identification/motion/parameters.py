@@ -36,9 +36,9 @@ class MotionParameter:
         vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
         prior: Standard deviation around the start, as the fit counts [1]; infinite if nothing is known.
-        sensor: Of a number that the model has not, the same in all recordings: "lag", "cosine", "sine"
-            or "loop" of the wind-up; of the torque "rest", or "rate" and "inertia" of what is faster
-            than the bandwidth; "" of a robot's.
+        sensor: Kind of a number that the model has not, the same in all recordings: "lag", "cosine",
+            "sine" or "loop" of the wind-up; of the torque "rest", or "rate" and "inertia" of what is
+            faster than the bandwidth; "" of a robot's.
         harmonic: Periods in a turn of a cosine or sine, for a slow error of an encoder.
     """
 
