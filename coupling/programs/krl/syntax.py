@@ -109,7 +109,7 @@ class Routine:
         module: Name of its module, upper case.
         parameters: Names in upper case, each with whether its value alone is handed over (IN).
         lines: Statements.
-        is_global: Whether other modules may call it: GLOBAL, or the first of its module.
+        is_global: Whether other modules may call it: GLOBAL, the first of its module, or of its name.
     """
 
     name: str
@@ -166,7 +166,8 @@ def routines_of(file: ProgramFile) -> list[Routine]:
         heading = _heading(line)
         if heading is not None:
             name, parameters, is_global = heading
-            current = Routine(name, module, parameters, [], is_global or not routines)
+            is_global = is_global or not routines or name.upper() == module
+            current = Routine(name, module, parameters, [], is_global)
             routines.append(current)
         elif line.word in ("END", "ENDFCT"):
             current = None
