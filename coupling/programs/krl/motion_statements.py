@@ -32,13 +32,7 @@ _MOTIONS: dict[str, Motion] = {
     "SLIN": "linear",
     "SPL": "spline",
 }
-_RELATIVE: dict[str, Motion] = {
-    "PTP_REL": "joint",
-    "SPTP_REL": "joint",
-    "LIN_REL": "linear",
-    "SLIN_REL": "linear",
-    "SPL_REL": "spline",
-}
+_RELATIVE = {f"{word}_REL": motion for word, motion in _MOTIONS.items()}
 _ARCS = ("CIRC", "SCIRC", "CIRC_REL", "SCIRC_REL")
 _ROUNDED = frozenset(("C_DIS", "C_VEL", "C_ORI", "C_PTP", "C_SPL"))
 _CLAUSES = re.compile(r"\bWITH\b", re.IGNORECASE)

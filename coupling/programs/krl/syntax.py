@@ -32,20 +32,8 @@ _BLOCK_ENDS = {
     "SWITCH": ("ENDSWITCH",),
 }
 _BLOCK_PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
-_LONE_KEYWORDS = frozenset(
-    (
-        "ELSE",
-        "ENDIF",
-        "ENDFOR",
-        "ENDWHILE",
-        "REPEAT",
-        "LOOP",
-        "ENDLOOP",
-        "ENDSWITCH",
-        "DEFAULT",
-        "EXIT",
-    )
-)
+_LONE_WORDS = "ELSE ENDIF ENDFOR ENDWHILE REPEAT LOOP ENDLOOP ENDSWITCH DEFAULT EXIT"
+_LONE_KEYWORDS = frozenset(_LONE_WORDS.split())
 _INNER_KEYWORDS = frozenset(
     word for words in (*_BLOCK_ENDS.values(), *_BLOCK_PARTS.values()) for word in words
 )
