@@ -16,7 +16,7 @@ _WIDTH, _HEIGHT, _LEFT, _RIGHT, _ABOVE, _BELOW = 480, 300, 62, 14, 34, 44
 _PARTS, _NUMBERS = 240, 6
 
 
-class PictureCurve(NamedTuple):
+class SvgCurve(NamedTuple):
     """A curve of a picture.
 
     Attributes:
@@ -34,7 +34,7 @@ class PictureCurve(NamedTuple):
 
 
 def curves(
-    content: Sequence[PictureCurve], across: str, upright: str, *, logarithmic: bool = False
+    content: Sequence[SvgCurve], across: str, upright: str, *, logarithmic: bool = False
 ) -> str:
     """Return curves as SVG, on linear axes or on logarithmic ones.
 
@@ -45,7 +45,7 @@ def curves(
 
     Example:
         >>> x = np.arange(3.0)
-        >>> curves([PictureCurve("measured", "ink", x, x, True)], "time [s]", "torque [N m]").count("<circle")
+        >>> curves([SvgCurve("measured", "ink", x, x, True)], "time [s]", "force [N]").count("<circle")
         3
     """
     x_axis, y_axis = (

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.report.bars import bars
-from coupling.report.curves import PictureCurve, curves
+from coupling.report.curves import SvgCurve, curves
 from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
@@ -114,14 +114,14 @@ def _response_picture(result: ResponseFitResult) -> str:
 
     measured = max(posture.measured, key=lambda response: float(sizes(response).max()))
     content = [
-        PictureCurve("measured", "quiet", np.array(measured.frequency_Hz), sizes(measured), True)
+        SvgCurve("measured", "quiet", np.array(measured.frequency_Hz), sizes(measured), True)
     ]
     for words, colour, responses in (
         ("start file", "bad", posture.start),
         ("new file", "link", posture.written),
     ):
         content += [
-            PictureCurve(words, colour, np.array(response.frequency_Hz), sizes(response))
+            SvgCurve(words, colour, np.array(response.frequency_Hz), sizes(response))
             for response in responses
             if response.name == measured.name
         ]
@@ -170,8 +170,8 @@ def _torque_picture(judge: RecordingResult, joint: int) -> str:
     predicted = measured - np.array(judge.left_torque[joint])
     return curves(
         [
-            PictureCurve("measured", "quiet", time, measured),
-            PictureCurve("predicted", "link", time, predicted),
+            SvgCurve("measured", "quiet", time, measured),
+            SvgCurve("predicted", "link", time, predicted),
         ],
         "time [s]",
         f"torque of motor {joint + 1} [N m]",
@@ -217,9 +217,9 @@ def _force_picture(result: CuttingIdentified) -> str:
         rows = sorted(rows, key=lambda row: row.feed_m_s)
         feed = np.array([6e4 * row.feed_m_s for row in rows])
         content.append(
-            PictureCurve(axis, colour, feed, np.array([row.measured_N for row in rows]), True)
+            SvgCurve(axis, colour, feed, np.array([row.measured_N for row in rows]), True)
         )
-        content.append(PictureCurve("", colour, feed, np.array([row.fitted_N for row in rows])))
+        content.append(SvgCurve("", colour, feed, np.array([row.fitted_N for row in rows])))
     return curves(content, "feed [mm/min]; dots: measured, lines: fitted", "mean force [N]")
 
 
