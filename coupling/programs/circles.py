@@ -35,7 +35,7 @@ def add_arc(
         moves: Moves before it, added to.
         via: Place that it goes through.
         end: Move to its end, whose speed, or share of whose time, the chords have.
-        turning: How the tool turns, if it does.
+        turning: Rule by which the tool turns.
         angle: Angle that it goes on by, positive towards `via` [rad]; None: to its end.
 
     Raises:
