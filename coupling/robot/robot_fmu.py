@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from operator import is_not
@@ -48,6 +49,8 @@ _OF_HYSTERESIS = "elongation[1]"
 _OF_MOTORS = ("torque", "angle", "rate")
 # A path shorter than this many steps is not worth a second process, by kind of FMU.
 _WORTH_SHARING = {"native": 100_000, "python": 1000}
+# Commands whose files are kept: a command and the uncorrected one are simulated by turns.
+_KEPT = 2
 
 
 class RobotFmu:
@@ -97,7 +100,8 @@ class RobotFmu:
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._robot = UnpackedRobot(self._folder.path)
         self._processes = WorkerProcesses() if processes is None else processes
-        self._saved: tuple[np.ndarray, ...] = ()
+        self._saved: deque[tuple[Path, tuple[np.ndarray, ...]]] = deque(maxlen=_KEPT)
+        self._written = 0
         self._running(1)
 
     def __enter__(self) -> RobotFmu:
@@ -262,14 +266,21 @@ class RobotFmu:
         self, command: JointPath, mode: Mode, robot: Robot | None
     ) -> dict[str, float | str]:
         """Write what an instance reads when it is made, and return its parameters by name."""
-        trajectory = Path(self._folder.path, "trajectory.npz")
+        self._robot.describe(robot)
+        return {"mode": mode, "trajectory": str(self._trajectory(command)), **self.parameters}
+
+    def _trajectory(self, command: JointPath) -> Path:
+        """Return the file of a command, which is written unless it is there."""
         # Of the same arrays: a cell makes its robots' paths anew for each simulation.
         arrays = (command.time, *command.q, *command.qd, *command.qdd)
-        if len(arrays) != len(self._saved) or any(map(is_not, arrays, self._saved)):
-            save_trajectory(trajectory, command)
-            self._saved = arrays
-        self._robot.describe(robot)
-        return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
+        for file, saved in self._saved:
+            if len(arrays) == len(saved) and not any(map(is_not, arrays, saved)):
+                return file
+        file = Path(self._folder.path, f"trajectory_{self._written % _KEPT}.npz")
+        save_trajectory(file, command)
+        self._written += 1
+        self._saved.append((file, arrays))
+        return file
 
     def _running(self, count: int) -> list[WorkerProcess]:
         with _simulation_errors(f"{self.file}: "):

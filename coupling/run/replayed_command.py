@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -86,13 +89,17 @@ class ReplayedCommand:
         if self.correction is None:
             return replay, path
         before = self.correction.before
-        # By superposition: a command takes off what it takes off on the model.
-        taken_off = before.path.deviation_from(self.correction.achieved)
-        uncorrected = measure(path.displaced(taken_off), self.desired)
+        uncorrected = measure(path.displaced(self._taken_off), self.desired)
         if not _is_surely_more(uncorrected, replay.deviation):
             simulated = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
             uncorrected = measure(simulated, self.desired)
         return replay.beside(uncorrected), path
+
+    @cached_property
+    def _taken_off(self) -> np.ndarray:
+        """What a command takes off by superposition, as on the model [m], [rad], (tools, n, 6)."""
+        assert self.correction is not None
+        return self.correction.before.path.deviation_from(self.correction.achieved)
 
 
 def _is_surely_more(predicted: Deviation, deviation: Deviation) -> bool:
