@@ -118,13 +118,13 @@ def _sentence(
         return (
             "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
             f" {in_words(worse.nothing)} uncorrected and by {in_words(worse.deviation)} under this"
-            " command, by what is not known well of robot and force."
+            f" command, by what is not known well of robot and force{_beside(context.tolerance)}."
         )
     if worse is not None:
         return (
             "WORSE THAN NOTHING is possible: what is not known well of robot and force may leave"
-            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}: do not send this"
-            " command to a robot."
+            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}"
+            f"{_beside(context.tolerance)}: do not send this command to a robot."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
@@ -133,6 +133,11 @@ def _sentence(
             " identified. How much the part allows is not stated."
         )
     return expected_sentence(expected, context.tolerance)
+
+
+def _beside(tolerance: float | None) -> str:
+    """Return a tolerance [m], as the end of a sentence; empty where it is not stated."""
+    return "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
 
 
 def _is_enough(figures: RunResult, context: RunContext) -> bool:
