@@ -10,6 +10,7 @@ from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
+from coupling.results.outlook import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 
@@ -62,11 +63,11 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     expected = figures.expected_deviation() if figures.converged else None
     tolerance = context.tolerance
     fits = None if tolerance is None or expected is None else expected.fits(tolerance)
-    worse = _worse(figures, expected)
+    worse = None if figures.outlook is None or expected is None else figures.outlook.worse
     good = fits if figures.converged and worse is None and figures.is_stable else False
     before, after = "uncorrected, with this robot file", "on the real robot"
     if worse is not None and worse.is_shifted:
-        before += f"; {in_words(worse.nothing)} after a shift of the part"
+        before += f"; {in_words(worse.uncorrected)} after a shift of the part"
         after += f"; {in_words(worse.deviation)} after such a shift"
     elif figures.converged and (expected is None or not expected.is_whole):
         after += "; its file does not say how exact it is"
@@ -93,7 +94,7 @@ def _sentence(
     figures: RunResult,
     context: RunContext,
     expected: ExpectedDeviation | None,
-    worse: _Worse | None,
+    worse: Worsening | None,
 ) -> str:
     before = in_words(figures.deviation_before_m.maximum)
     after = in_words(figures.deviation_after_m.maximum)
@@ -117,14 +118,20 @@ def _sentence(
     if worse is not None and worse.is_shifted:
         return (
             "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
-            f" {in_words(worse.nothing)} uncorrected and by {in_words(worse.deviation)} under this"
+            f" {in_words(worse.uncorrected)} uncorrected and by {in_words(worse.deviation)} under this"
             f" command, by what is not known well of robot and force{_beside(context.tolerance)}."
         )
     if worse is not None:
         return (
             "WORSE THAN NOTHING is possible: what is not known well of robot and force may leave"
-            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}"
+            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.uncorrected)} on the same robot"
             f"{_beside(context.tolerance)}: do not send this command to a robot."
+        )
+    if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
+        return (
+            f"About {in_words(expected.maximum)} may remain on the real robot until it is identified;"
+            f" uncorrected it would be off by at least as much, though its file says {before}. How much"
+            " the part allows is not stated."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
@@ -144,35 +151,6 @@ def _is_enough(figures: RunResult, context: RunContext) -> bool:
     """Return whether an iteration without a result came so near that its tolerance is to be raised."""
     allowed = figures.deviation_before_m.maximum if context.tolerance is None else context.tolerance
     return figures.deviation_after_m.maximum <= _SMALL * allowed
-
-
-@dataclass(frozen=True)
-class _Worse:
-    """How a command may be worse than none.
-
-    Attributes:
-        deviation, nothing: Deviations under it and without it [m].
-        is_shifted: Whether both are those that remain after a shift of the part.
-    """
-
-    deviation: float
-    nothing: float
-    is_shifted: bool
-
-
-def _worse(figures: RunResult, expected: ExpectedDeviation | None) -> _Worse | None:
-    """Return how a command may be worse than none; None where it is not."""
-    outlook = figures.outlook
-    if outlook is None or expected is None:
-        return None
-    if expected.maximum > outlook.nothing:
-        return _Worse(expected.maximum, outlook.nothing, False)
-    if outlook.gains:
-        return None
-    # A constant goes with a shift of the part; what then remains is worse.
-    drawn = outlook.expected
-    shifted = max(outlook.less_constant, drawn.less_constant_high if drawn is not None else 0.0)
-    return _Worse(shifted, outlook.nothing_less_constant, True)
 
 
 def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
@@ -231,7 +209,7 @@ def _capital(text: str) -> str:
 
 
 def _steps(
-    figures: RunResult, context: RunContext, good: bool | None, worse: _Worse | None
+    figures: RunResult, context: RunContext, good: bool | None, worse: Worsening | None
 ) -> Iterator[NextStep]:
     """Yield what to do next; `place` and `next` are for one robot."""
     folder, is_alone = context.folder, len(figures.robots) == 1

@@ -21,43 +21,22 @@ RETURNS = {
 WORK_OFFSETS = {54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 54.1, 59.1, 59.2, 59.3, 154.0} | {
     float(number) for number in (500, *range(505, 600))
 }
-# G-words that change nothing of a path of the tool's tip as such, and the letters that belong to them.
+# G-words that change nothing of a path of the tool's tip as such: stops and looks ahead, what ends
+# compensations and cycles, cutting speeds; those with letters of their own below.
+_BARE_IDLE_WORDS = """
+9 40 43 49 50.1 61 61.1 62 67 69 80 92.1 92.2 96 97 98 99 450 451 601 602 603 641 642 643 644 645
+"""
+# All of them, and the letters that belong to them.
 IDLE_G: dict[float, str] = {
+    **dict.fromkeys(map(float, _BARE_IDLE_WORDS.split()), ""),
     5.1: "QPR",  # look-ahead; with coordinates a spline
     8.0: "P",  # look-ahead, or radii on a lathe
-    9.0: "",
     15.0: "",  # polar coordinates off; with H a work offset of OKUMA's
-    40.0: "",
-    43.0: "",
-    49.0: "",
     50.0: "",  # scaling off, or the spindle's limit; with coordinates a shift
-    50.1: "",
     60.0: "",  # exact stop; with coordinates a positioning from one side
-    61.0: "",
-    61.1: "",
-    62.0: "",
     64.0: "PQR",
-    67.0: "",
-    69.0: "",
-    80.0: "",
-    92.1: "",
-    92.2: "",
-    96.0: "",
-    97.0: "",
-    98.0: "",
-    99.0: "",
     103.0: "P",
     187.0: "PE",
-    450.0: "",
-    451.0: "",
-    601.0: "",
-    602.0: "",
-    603.0: "",
-    641.0: "",
-    642.0: "",
-    643.0: "",
-    644.0: "",
-    645.0: "",
     **dict.fromkeys(sorted(WORK_OFFSETS), "P"),
 }
 # Words of which a line, and a control, takes one: its modal groups.
@@ -157,38 +136,10 @@ TIP_M = {128.0, 129.0}
 TIP_ON, TIP_OFF = {43.4, 43.5, 234.0}, {43.0, 49.0}
 PLANE_WORDS = {53.1, 68.2}
 # Those with a limit, a place, a current or a gain for each axis, by its letter or by I, K.
-_PRINTER_M_OF_AXES = frozenset(
-    map(
-        float,
-        (
-            201,
-            202,
-            203,
-            205,
-            207,
-            208,
-            217,
-            218,
-            240,
-            301,
-            304,
-            420,
-            566,
-            593,
-            600,
-            603,
-            701,
-            702,
-            900,
-            906,
-            907,
-            913,
-            914,
-            915,
-            970,
-        ),
-    )
-)
+_WORDS_OF_AXES = """
+201 202 203 205 207 208 217 218 240 301 304 420 566 593 600 603 701 702 900 906 907 913 914 915 970
+"""
+_PRINTER_M_OF_AXES = frozenset(map(float, _WORDS_OF_AXES.split()))
 _COORDINATES = frozenset("XYZIJK")
 # Programmed shifts of SINUMERIK and NUM, and the mirror of OKUMA, which others have without coordinates.
 _SHIFTS_BY_COORDINATES = frozenset((58.0, 59.0, 62.0))

@@ -32,24 +32,8 @@ _CALLS = re.compile(
 )
 # Functions in settings of the pendant's spline motions.
 _SETTINGS = re.compile(r"S(?:ACC|APO|GEAR|JERK|LOAD|VEL)\w*|USE_CM_PRO_VALUES")
-_KEYWORDS = frozenset(
-    [
-        "WAIT",
-        "FOR",
-        "SEC",
-        "AND",
-        "OR",
-        "NOT",
-        "EXOR",
-        "B_AND",
-        "B_OR",
-        "B_NOT",
-        "B_EXOR",
-        "PULSE",
-        "ANOUT",
-        "DO",
-    ]
-)
+_SPOKEN_WORDS = "WAIT FOR SEC AND OR NOT EXOR B_AND B_OR B_NOT B_EXOR PULSE ANOUT DO"
+_KEYWORDS = frozenset(_SPOKEN_WORDS.split())
 # Motions behind another statement, outside of texts.
 _MOTION = re.compile(r"(?<![#\w$.])(?:S?PTP|S?LIN|S?CIRC|SPL)(?:_REL)?\s*[ {(]", re.IGNORECASE)
 _STRING = re.compile(r'"[^"]*"')

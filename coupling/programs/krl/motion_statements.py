@@ -32,16 +32,11 @@ _MOTIONS: dict[str, Motion] = {
     "SLIN": "linear",
     "SPL": "spline",
 }
-_RELATIVE: dict[str, Motion] = {
-    "PTP_REL": "joint",
-    "SPTP_REL": "joint",
-    "LIN_REL": "linear",
-    "SLIN_REL": "linear",
-    "SPL_REL": "spline",
-}
+_RELATIVE = {f"{word}_REL": motion for word, motion in _MOTIONS.items()}
 _ARCS = ("CIRC", "SCIRC", "CIRC_REL", "SCIRC_REL")
 _ROUNDED = frozenset(("C_DIS", "C_VEL", "C_ORI", "C_PTP", "C_SPL"))
 _CLAUSES = re.compile(r"\bWITH\b", re.IGNORECASE)
+_WAIT = re.compile(r"WAIT\s+SEC\b(.*)", re.IGNORECASE)
 _BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
 
 
@@ -76,6 +71,16 @@ class MotionStatements:
         self.motions.require_no_block(name, "the end of the file")
         if self.motions.spline:
             raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
+
+    def wait(self, line: KrlLine) -> bool:
+        """Let the robot stand; return whether the program tells for how long."""
+        wait = _WAIT.fullmatch(line.text)
+        value = self.controller.valued(parse_expression(wait[1], line.where)) if wait else None
+        if value is None or isinstance(value, Unknown):
+            self.motions.rest()
+            return False
+        self.motions.rest(number(value, line.where))
+        return True
 
     def _refuse_arc(self, line: KrlLine) -> None:
         raise ProgramError(
@@ -116,6 +121,8 @@ class MotionStatements:
                 self.motions.add_relative(motion, fields, in_tool, settings, line.where)
             else:
                 self.motions.add(motion, fields, settings, line.where)
+            if not (self.motions.spline or _ROUNDED.intersection(options)):
+                self.motions.rest()
         except UnknownValueError as cause:
             self._leave(line, name, cause)
 
@@ -203,6 +210,8 @@ class MotionStatements:
     def _close_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.remaining, line)
+        if not line.remaining:
+            self.motions.rest()
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []

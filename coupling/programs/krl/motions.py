@@ -20,7 +20,7 @@ from coupling.programs.krl.values import (
     describe_value,
     number,
 )
-from coupling.programs.program import Motion, ProgramMove
+from coupling.programs.program import Motion, ProgramMove, rest_behind
 from coupling.programs.unknown import Unknown
 
 
@@ -134,6 +134,11 @@ class Motions:
                 key: number(self._last[key], where) + number(shift[key], where) for key in "XYZ"
             }
         self.add(motion, target, settings, where)
+
+    def rest(self, seconds: float = 0.0) -> None:
+        """Come to rest behind the last motion, and wait [s]."""
+        if not self._behind:
+            rest_behind(self.moves, seconds)
 
     def begin_again(self) -> None:
         """Take a motion to an unknown place as one that leads to the path again."""

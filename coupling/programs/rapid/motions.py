@@ -9,7 +9,7 @@ from coupling.errors import ProgramError
 from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.poses import product
-from coupling.programs.program import HERE, Motion, Pose, ProgramMove
+from coupling.programs.program import HERE, Motion, Pose, ProgramMove, rest_behind
 from coupling.programs.rapid.predefined import HIGHEST
 from coupling.programs.rapid.values import (
     NO_AXIS,
@@ -113,8 +113,14 @@ class RapidMotions:
         """Set the program displacement of the next motions."""
         self.displacement = displacement
 
+    def rest(self, seconds: float = 0.0) -> None:
+        """Come to rest behind the last motion, and wait [s]."""
+        rest_behind(self.moves, seconds)
+
     def note_zone(self, zone: Value, radius: float | None) -> None:
-        """Note how far from its target a motion may stay."""
+        """Note how far from its target the last motion may stay, or that it stops there."""
+        if isinstance(zone, tuple) and zone[0] is True:
+            self.rest()
         if radius is None and isinstance(zone, tuple) and zone[0] is False:
             radius = zone[1] if isinstance(zone[1], float) else None
         self.widest_zone = max(self.widest_zone, radius or 0.0)
