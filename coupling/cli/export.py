@@ -225,7 +225,10 @@ def _verdict(program: ExportedProgram, options: ExportOptions) -> str:
     """Return whether a program does what the command does, and whether a controller can follow it."""
     loss, most = format_um(program.figures.loss_m), f"{1e6 * options.tolerance:g}"
     if program.figures.loss_m > options.tolerance:
-        return f"NOT GOOD ENOUGH: expected a loss of at most {most} um, got {loss} um: {program.advice}"
+        return (
+            f"NOT KEPT: expected a loss of at most {most} um (--tolerance), got {loss} um:"
+            f" {program.advice}"
+        )
     usual, shortest = options.language.shortest, program.figures.shortest_time_s
     if not options.language.dense and shortest < usual - 1e-6:
         return (
@@ -233,7 +236,7 @@ def _verdict(program: ExportedProgram, options: ExportOptions) -> str:
             f" --shortest-ms {1e3 * usual:.0f}"
         )
     return (
-        f"GOOD ENOUGH: read back and simulated, the program keeps the command to within {loss} um,"
+        f"KEPT: read back and simulated, the program does what the command does within {loss} um,"
         f" {most} are allowed (--tolerance)."
     )
 

@@ -142,7 +142,7 @@ def _robot_sections(run: StoredRun, robot: StoredRobot) -> list[Section]:
     """Return the sections on one robot of a run and its tool."""
     figures, part, case = robot.figures, real_part(robot.figures, case_of(run)), case_content(run)
     along_text = [_deviation_note(robot)] + ([_FLANKS] if figures.reversals else [])
-    demands = (DRIVES_NOTE, drives_table(figures))
+    demands = (DRIVES_NOTE, drives_table(figures.command.drives))
     tolerance = tolerance_of(run)
     along, on_part = (
         draw(robot, tolerance) for draw in (run_figures.deviation, run_figures.components)

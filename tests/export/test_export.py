@@ -189,7 +189,7 @@ def test_the_closest_targets_are_said_first(runs, command, tmp_path):
     assert close[0].endswith("4 ms apart in time: --shortest-ms 12")
     assert any("of the targets are 4 ms apart" in line for line in close)
     usual = command(*typed, "--shortest-ms", "12").stdout.strip().splitlines()
-    assert usual[0].startswith("GOOD ENOUGH: ")
+    assert usual[0].startswith("KEPT: ")
     assert any("of the targets are 12 ms apart" in line for line in usual)
     assert not any(line.startswith("Warning") for line in usual)
 
@@ -198,7 +198,9 @@ def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path)
     typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
     done = command(*typed, "--shortest-ms", "24")
     assert done.returncode == 1
-    option = re.search(r"loss of at most 5 um, got \S+ um: (--\S+) (\S+) keeps it", done.stdout)
+    option = re.search(
+        r"at most 5 um \(--tolerance\), got \S+ um: (--\S+) (\S+) keeps it", done.stdout
+    )
     again = command(*typed, *option.groups())
     assert again.returncode == 0, again.stdout
     (tight,) = export_run(
@@ -256,7 +258,7 @@ def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
     monkeypatch.setattr(exporting, "_MAX_PROGRAMS", 1)
     done = command("export", run, "--to", "krl", "--tolerance", "0.01")
     assert done.returncode == 1
-    assert "NOT GOOD ENOUGH: expected a loss of at most 0.01 um" in done.stdout
+    assert "NOT KEPT: expected a loss of at most 0.01 um" in done.stdout
     assert (run / "krl" / "stroke.src").exists()
 
 
