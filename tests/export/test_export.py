@@ -182,14 +182,14 @@ def test_targets_are_as_far_apart_as_is_usual_or_as_the_tolerance_takes(runs, la
         assert tight.figures.shortest_time_s < usual - 1e-6
 
 
-def test_the_closest_targets_are_said_first(runs, command, tmp_path):
+def test_the_verdict_is_said_first_and_the_closest_targets_with_it(runs, command, tmp_path):
     typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
     close = command(*typed, "--shortest-ms", "4").stdout.strip().splitlines()
     assert close[0].startswith("NOT CERTAIN: ")
     assert close[0].endswith("4 ms apart in time: --shortest-ms 12")
     assert any("of the targets are 4 ms apart" in line for line in close)
     usual = command(*typed, "--shortest-ms", "12").stdout.strip().splitlines()
-    assert usual[0].startswith("KEPT: ")
+    assert usual[0].startswith("NOT KEPT: expected a loss of at most 5 um")
     assert any("of the targets are 12 ms apart" in line for line in usual)
     assert not any(line.startswith("Warning") for line in usual)
 
