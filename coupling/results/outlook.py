@@ -97,8 +97,8 @@ class Worsening(ResultPart):
         """Return both deviations on the robots of a replay, be they worse or not.
 
         Args:
-            before: Deviation under the uncorrected command on the model, for a replay of which that on
-                its robots is not known.
+            before: Deviation of the uncorrected command on the model, for a replay that does not know it
+                on its own robots.
         """
         pair = (replay.deviation, replay.uncorrected or before)
         if is_shifted:
