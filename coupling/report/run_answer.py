@@ -220,7 +220,7 @@ def _steps(
         ask = 1.5 * figures.deviation_after_m.maximum
         yield NextStep.by(
             f"Ask for less: tolerance_m = {ask:.1g} in [compensation] of {context.case}; then again:",
-            *("compensate", context.case),
+            *("compensate", context.case, "-o", folder, "--overwrite"),
         )
         return
     if not figures.converged:
@@ -264,7 +264,8 @@ def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
             context.tolerance,
         )
     reason = _reason(figures, None)
-    steps = [NextStep.by("Correct the command:", "compensate", context.case)]
+    correction = ("compensate", context.case, "-o", f"{context.folder}_corrected")
+    steps = [NextStep.by("Correct the command:", *correction)]
     if context.tolerance is None:
         steps.insert(0, state_tolerance(context.case))
     if len(figures.robots) == 1:
