@@ -337,10 +337,11 @@ def test_a_cut_that_chatters_clearly_is_not_computed(
     told = capsys.readouterr().out
     assert re.search(r"Warning: The cut chatters at [\d.]+ Hz .*: no command is computed", told)
     assert "This cut will chatter: do not run it. No command was computed." in told
-    assert re.search(rf"elastic-robot {kind} \S+slot.toml --despite-chatter", told)
+    again = rf"elastic-robot {kind} \S+slot.toml -o \S+run --despite-chatter --overwrite"
+    assert re.search(again, told)
     assert not GLOSSARY.search(told)
     stored = json.loads((folder / "stability.json").read_text())
-    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml")]
+    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml"), "-o", str(folder)]
     assert stored["chart"]["rpm"]
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()
