@@ -56,36 +56,30 @@ _GROUPS = (
 )
 _CYCLE = "a cycle", "let the post-processor write its moves out"
 _SHIFT = "a shift of the coordinates", "take it out, and give the part's frame where its origin is"
+_TO_LINES = "post-process with lines and arcs"
+_POCKET = "a circular pocket", "let the post-processor write its moves out"
+_RADIUS = "cutter radius compensation", "compensate the radius in the CAM system"
+_MACRO = "a call of a macro", "let the post-processor write its moves out"
+_PROBING = "a probing move", "take it out"
 _REFUSED: dict[float, tuple[str, str]] = {
-    5.0: ("a spline", "post-process with lines and arcs"),
-    5.2: ("a spline", "post-process with lines and arcs"),
-    5.3: ("a spline", "post-process with lines and arcs"),
-    6.2: ("a spline", "post-process with lines and arcs"),
+    **dict.fromkeys((5.0, 5.2, 5.3, 6.2), ("a spline", _TO_LINES)),
     7.0: ("diameters of a lathe", "post-process for a mill"),
     10.0: ("an offset set by the program", "take it out, and give the part's frame where its origin is"),
-    12.0: ("a circular pocket", "let the post-processor write its moves out"),
-    13.0: ("a circular pocket", "let the post-processor write its moves out"),
+    **dict.fromkeys((12.0, 13.0), _POCKET),
     16.0: ("polar coordinates", "post-process with X, Y, Z"),
-    31.0: ("a probing move", "take it out"),
     33.0: ("threading", "take it out"),
-    41.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
-    42.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
+    **dict.fromkeys((41.0, 42.0), _RADIUS),
     43.1: ("a tool length of the program", "take it out: coordinates are those of the tool's tip"),
     51.0: ("scaling", "scale in the CAM system"),
     51.1: ("a mirror", "mirror in the CAM system"),
-    52.0: _SHIFT,
-    58.0: _SHIFT,
-    59.0: _SHIFT,
+    **dict.fromkeys((52.0, 58.0, 59.0, 92.0, 92.3), _SHIFT),
     62.0: ("a mirror, or the speed in corners", "write G0 or G1 in its line"),
-    65.0: ("a call of a macro", "let the post-processor write its moves out"),
-    66.0: ("a call of a macro", "let the post-processor write its moves out"),
+    **dict.fromkeys((65.0, 66.0), _MACRO),
     53.6: ("a turn of the tool to its plane about the tip", "use G53.1"),
     68.0: ("a rotation of the coordinates", "rotate in the CAM system, or the part's frame"),
     68.3: ("a tilted plane by the tool", "use G68.2 with Euler angles, and G53.1"),
-    92.0: _SHIFT,
-    92.3: _SHIFT,
     95.0: ("feed per revolution", "post-process with G94, feed per minute"),
-    **dict.fromkeys((38.2, 38.3, 38.4, 38.5), ("a probing move", "take it out")),
+    **dict.fromkeys((31.0, 38.2, 38.3, 38.4, 38.5), _PROBING),
     **dict.fromkeys((72.0, 73.0, 74.0, 75.0, 76.0, *(float(n) for n in range(81, 90))), _CYCLE),
 }  # fmt: skip
 # M-words that are more than a function of the machine: they change what is executed, or how.
@@ -95,9 +89,10 @@ _REFUSED_M: dict[float, tuple[str, str]] = {
     89.0: ("a cycle at every point", "let the post-processor write its moves out"),
     91.0: ("machine coordinates", "take it out"),
     92.0: ("machine coordinates, or a printer's steps", "take it out"),
-    96.0: ("a call of a sub-program", "let the post-processor write its moves out"),
-    97.0: ("a call of a sub-program", "let the post-processor write its moves out"),
-    98.0: ("a call of a sub-program", "let the post-processor write its moves out"),
+    **dict.fromkeys(
+        (96.0, 97.0, 98.0),
+        ("a call of a sub-program", "let the post-processor write its moves out"),
+    ),
     99.0: ("a return to a calling program, or to the beginning", "end with M30"),
     206.0: ("an offset set by the program", "take it out"),
     220.0: ("an override of the feed", "write the feed that is meant"),

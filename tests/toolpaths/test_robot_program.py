@@ -57,6 +57,28 @@ def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
         assert turn.magnitude().max() < 1e-9
 
 
+def test_the_same_arc_is_the_same_path_in_every_language(tmp_path):
+    """Half a circle of 20 mm behind a line that meets it along its tangent."""
+    tail = (
+        "PTP {X 0,Y -30,Z 0,A 0,B 90,C 0}\nLIN {X 0,Y 0} C_DIS\nCIRC {X 20,Y 20},{X 40,Y 0} C_DIS"
+    )
+    expected = path(tmp_path, "way.ngc", "G21 G90 F3000\nG0 X0 Y-30 Z0\nG1 Y0\nG2 X40 Y0 I20")
+    line = rapid([(0, -30, 0), (0, 0, 0)])
+    start, *_, last = line.split("\n")[3].removeprefix("MoveL ").partition(",[50")
+    via, end = (start.replace("0,0,0", place, 1) for place in ("20,20,0", "40,0,0"))
+    modul = line.replace("ENDPROC", f"MoveC {via},{end},[50{last}\nENDPROC")
+    for name, text in (
+        ("way.src", f"DEF WAY()\n$VEL.CP=0.05\n{tail}\nEND"),
+        ("way.mod", modul),
+    ):
+        found = path(tmp_path, name, text)
+        assert found.time[-1] == pytest.approx(expected.time[-1], abs=1e-5)
+        at = np.linspace(0.0, expected.time[-1] - 1e-4, 400)
+        for axis in range(3):
+            way, exact = (np.interp(at, p.time, p.position[0][:, axis]) for p in (found, expected))
+            np.testing.assert_allclose(way, exact, atol=2e-7)
+
+
 def test_the_tool_turns_evenly_with_the_way(tmp_path):
     text = krl(POINTS[:2], "LIN {X 100,Y 0,Z -1,A 0,B 60,C 0}")
     found = path(tmp_path, "way.src", text)
