@@ -18,6 +18,7 @@ from coupling.errors import StabilityError
 from coupling.files.bounded_file import require_bounded
 from coupling.files.csv_table import read_header, read_table
 from coupling.files.extras import extra
+from coupling.results.modes_result import ResponseResult
 
 _FREQUENCY = "frequency_Hz"
 _COLUMN = re.compile(r"([xyz])([xyz])_(real|imag)_m_N")
@@ -43,6 +44,16 @@ class MeasuredResponse:
     name: str
     frequency: np.ndarray
     compliance: np.ndarray
+
+    @property
+    def stored(self) -> ResponseResult:
+        """It as results have it."""
+        return ResponseResult(
+            name=self.name,
+            frequency_Hz=tuple(self.frequency.tolist()),
+            real_m_N=tuple(self.compliance.real.tolist()),
+            imag_m_N=tuple(self.compliance.imag.tolist()),
+        )
 
 
 def is_of_responses(file: Path) -> bool:
