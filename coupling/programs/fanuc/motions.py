@@ -81,6 +81,8 @@ class TpDriver:
             )
         else:
             kind: Motion = "linear" if motion.letter == "L" else "joint"
+            if kind == "linear":
+                self.frames.begin_line(self.moves, base, tool, where)
             pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
             self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
         if motion.is_stop:

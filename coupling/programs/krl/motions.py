@@ -91,6 +91,8 @@ class Motions:
         if settings.keeps_rotation and motion != "joint":
             whole |= {key: self._require_last_pose(key, (base, tool), where) for key in "ABC"}
         pose = pose_of_abc([number(whole[key], where) for key in FRAME_KEYS])
+        if motion != "joint":
+            self.frames.begin_line(self.moves, base, tool, where)
         pose = self.frames.express(pose, base, tool, motion != "joint", where)
         self.moves.append(ProgramMove(motion, pose, speed=settings.speed, where=where))
         self._last, self._last_frames, self._has_begun, self._axes = whole, (base, tool), True, {}

@@ -110,6 +110,9 @@ class RapidMotions:
         self._note_external(target[3], where)
         base, tool = self._begin(frames, where)
         is_line = motion == "linear"
+        if is_line:
+            self.frames.begin_line(self.moves, base, tool, where)
+            self._last = self.moves[-1].pose if self._last and self.moves else None
         pose = self.frames.express(self._displaced(target[:2], where), base, tool, is_line, where)
         duration = self._duration(pace, where)
         speed = None if duration is not None else self._speed(motion, pace, pose, where)
