@@ -42,15 +42,10 @@ class PoseFrames:
     def begin_line(
         self, moves: list[ProgramMove], base: ControllerFrame, tool: ControllerFrame, where: str
     ) -> None:
-        """Take base and tool of the first line, and express the poses in them that led there.
-
-        Args:
-            moves: All moves up to here.
-            base, tool: Frames of a line.
-            where: Its place in the program, for the message.
+        """Take base and tool of the first line, and express the moves in them that led there.
 
         Raises:
-            ProgramError: If the poses before are in others, and the program does not tell them all.
+            ProgramError: If these are in others, and the program does not tell them all.
         """
         is_first, self._has_line = not self._has_line, True
         if not is_first or self.base is None or self.tool is None:
