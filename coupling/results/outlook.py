@@ -97,7 +97,7 @@ class Worsening(ResultPart):
         """Return both deviations on the robots of a replay, be they worse or not.
 
         Args:
-            before: What the uncorrected command leaves on the model, for a replay that does not know it
+            before: Deviation of the uncorrected command on the model, for a replay that does not know it
                 on its own robots.
         """
         pair = (replay.deviation, replay.uncorrected or before)

@@ -175,6 +175,17 @@ def test_a_run_that_has_not_converged_is_never_good(finished):
     assert not any("export" in step.command for step in answer.steps)
 
 
+def test_an_iteration_that_came_near_enough_is_told_to_ask_for_less(finished):
+    """It leaves a hundredth of what is allowed, or a tenth."""
+    after = finished.deviation_after_m.maximum
+    run = finished.model_copy(update={"converged": False, "outcome": "stagnated"})
+    near, far = answered(run, 100.0 * after), answered(run, 10.0 * after)
+    assert "tolerance_m = " in near.steps[0].words
+    assert near.steps[0].command == "elastic-robot compensate line.toml"
+    assert (near.good, far.good) == (False, False)
+    assert "do not send it" in far.sentence
+
+
 @pytest.mark.parametrize("kind", ["compensate", "couple"])
 def test_a_cut_is_never_good_without_its_stability(finished, kind):
     """Its limit stands on the first screen; one that chatters is never to be run, whatever it leaves."""

@@ -82,10 +82,10 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
 def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
     box = document("", [verdict(figures(outlook=bad), "measured")])
-    assert '<p class="verdict no"><b>This command may be WORSE THAN NONE' in box
+    assert '<div class="verdict no"><p>This command may be WORSE THAN NONE' in box
     assert box.index("WORSE THAN NONE") < box.index("Converged")
     box = document("", [verdict(figures(outlook=good), "measured")])
-    assert '<p class="verdict yes"><b>Converged' in box
+    assert '<div class="verdict yes"><p>Converged' in box
     assert "Sensitivity to 2 % of stiffness" in box
 
 

@@ -26,7 +26,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.report.run_figures import deviation
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
@@ -68,7 +68,7 @@ def finished(tmp_path_factory) -> tuple[Case, Run, Path, str]:
             run = run_compensation(case, view.watch)
         write_run(out, case, run)
         write_report(out)
-        print_sections(console, run_summary(read_run(out)))
+        print_sections(console, run_report(read_run(out)).content)
     return case, run, out, said.get()
 
 
