@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -13,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
-from coupling.programs.program import Pose, ProgramMove, RobotProgram
+from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import format_counts
 
@@ -71,8 +70,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
                 targets.append(move.pose)
                 passing.append(move)
             elif move.is_stop:
-                wait = passing[-1].wait + move.wait
-                passing[-1] = replace(passing[-1], is_stop=True, wait=wait)
+                rest_behind(passing, move.wait)
         elif move.motion == "joint" and len(targets) < 2:
             targets, passing = ([], []) if move.pose is None else ([move.pose], [move])
         elif move.motion == "joint" and number > linear[-1]:

@@ -73,15 +73,14 @@ class MotionStatements:
         if self.motions.spline:
             raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
 
-    def wait(self, line: KrlLine) -> bool:
-        """Let the robot stand; return whether the program tells for how long."""
+    def wait(self, line: KrlLine, is_stop: bool) -> bool:
+        """Let the robot stand, or come to rest alone; return whether the program tells for how long."""
         wait = _WAIT.fullmatch(line.text)
         value = self.controller.valued(parse_expression(wait[1], line.where)) if wait else None
-        if value is None or isinstance(value, Unknown):
-            self.motions.rest()
-            return False
-        self.motions.rest(number(value, line.where))
-        return True
+        is_known = value is not None and not isinstance(value, Unknown)
+        if is_known or is_stop:
+            self.motions.rest(number(value, line.where) if is_known and value is not None else 0.0)
+        return is_known
 
     # Motions
 

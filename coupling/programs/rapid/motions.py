@@ -144,14 +144,10 @@ class RapidMotions:
         """Set the program displacement of the next motions."""
         self.displacement = displacement
 
-    def rest(self, seconds: float = 0.0) -> None:
-        """Come to rest behind the last motion, and wait [s]."""
-        rest_behind(self.moves, seconds)
-
     def note_zone(self, zone: Value, radius: float | None) -> None:
         """Note how far from its target the last motion may stay, or that it stops there."""
         if isinstance(zone, tuple) and zone[0] is True:
-            self.rest()
+            rest_behind(self.moves)
         if radius is None and isinstance(zone, tuple) and zone[0] is False:
             radius = zone[1] if isinstance(zone[1], float) else None
         self.widest_zone = max(self.widest_zone, radius or 0.0)
