@@ -20,7 +20,7 @@ _MAX_SPEED = 10.0  # no robot goes faster [m/s]
 
 
 class ProgramPath(OrientedPath):
-    """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
+    """Lines and arcs of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
     max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
