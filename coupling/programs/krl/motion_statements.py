@@ -108,8 +108,8 @@ class MotionStatements:
         text, *clauses = _CLAUSES.split(line.remaining, maxsplit=1)
         via, behind = leading(text, line.where)
         target, behind = leading(behind.removeprefix(","), line.where)
-        turned = _ANGLE.fullmatch(behind)
-        angle, behind = leading(turned[1], line.where) if turned else (None, behind)
+        with_angle = _ANGLE.fullmatch(behind)
+        angle, behind = leading(with_angle[1], line.where) if with_angle else (None, behind)
         options = self._options(behind, line)
         try:
             fields = self._fields(via, line), self._fields(target, line)
