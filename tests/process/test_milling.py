@@ -163,6 +163,21 @@ def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
     np.testing.assert_allclose(directions, np.tile([0.0, -1.0], (11, 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize("force", ["mean", "tooth-passing"])
+def test_edge_forces_go_and_come_with_the_feed_of_a_tool_that_stops_in_its_slot(force):
+    """N a (K_tc c/4 + K_te/pi min(c / 5 um, 1)) across the feed, a revolution of 3 ms after another."""
+    time = np.arange(8010) * 1e-4
+    feed = 2e-2 * np.sin(2.0 * np.pi * time / 0.8) ** 2  # it stands at 0.4 s
+    points = np.column_stack([np.outer(np.cumsum(feed) * 1e-4, HEADING), np.full(8010, -3e-3)])
+    of = Task(PART, tool_path(PART, time, points))
+    across = in_cut(milling(of, force=force).evaluate(of.desired).wrench.before[0])[:, 1]
+    c, a, N, K = feed * 60.0 / 20000.0 / 2.0, 3e-3, 2, ALUMINIUM
+    expected = N * a * (K.K_tc * c / 4 + K.K_te / np.pi * np.minimum(c / 5e-6, 1.0))
+    revolutions, expected = (values.reshape(267, 30).mean(axis=1) for values in (across, expected))
+    assert np.abs(np.diff(expected)).max() < 8.0 < 80.0 < expected.max()
+    np.testing.assert_allclose(revolutions, expected, rtol=0, atol=1.5)
+
+
 BAD_KEYS = [
     ({"radial_depth_m": 1e-3}, "none for a slot or a stock, got 0.001 for slot"),
     ({"engagement": "up"}, "expected a depth for up and down, .* got none for up"),
