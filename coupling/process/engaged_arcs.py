@@ -69,34 +69,6 @@ class ArcsOverTime(Protocol):
 
 
 @dataclass(frozen=True)
-class StatedArcs:
-    """One arc all along a path, whose sides and surface are raw stock; its depth follows the path.
-
-    Attributes:
-        time: Times of the path [s], (n,).
-        depth: Depth of the tip below the raw surface [m], (n,); negative above it.
-        start, end: Angles from the left of the feed, clockwise [rad]; 0 and pi are no sides.
-    """
-
-    time: np.ndarray
-    depth: np.ndarray
-    start: float
-    end: float
-
-    def at(self, time: np.ndarray) -> Arcs:
-        """Return the arc at times [s], (m,)."""
-        shape = (len(time), 1)
-        return Arcs(
-            np.full(shape, self.start),
-            np.full(shape, self.end),
-            np.interp(time, self.time, self.depth)[:, None],
-            np.full(shape, -1.0 if self.start > 0.0 else np.nan),
-            np.full(shape, -1.0 if self.end < np.pi else np.nan),
-            np.full(shape, -1.0),
-        )
-
-
-@dataclass(frozen=True)
 class RemovedStock:
     """What a cutter meets along a path that removes its stock, which is computed when it is asked for.
 
@@ -190,6 +162,48 @@ class Removal:
         count = np.count_nonzero(self.arcs.is_cut, axis=1)
         straight = np.sum(self.feed[1:] * self.feed[:-1], axis=1) > np.cos(_STRAIGHT)
         return np.append((count[1:] == count[:-1]) & straight, False)
+
+
+@dataclass(frozen=True)
+class StatedArcs:
+    """One arc all along a path, whose sides are raw stock; as deep as the stock that the path removes.
+
+    Attributes:
+        removed: What the cutter meets of that stock: of the arcs there, the one of the largest section
+            on the stated side tells the depth; where there is none on that side, of all.
+        start, end: Angles from the left of the feed, clockwise [rad]; 0 and pi are no sides.
+    """
+
+    removed: RemovedStock
+    start: float
+    end: float
+
+    def at(self, time: np.ndarray) -> Arcs:
+        """Return the arc at times [s], (m,)."""
+        met = self.removed.at(time)
+        low, high = np.clip([met.start, met.end], self.start, self.end)
+        sections = [
+            np.where(met.is_cut, (np.cos(begin) - np.cos(end)) * met.depth, 0.0)
+            for begin, end in ((low, high), (met.start, met.end))
+        ]
+        section = np.where(sections[0].any(axis=1, keepdims=True), *sections)
+        deepest = np.argmax(section, axis=1)[:, None]
+        depth, made = (
+            np.take_along_axis(table, deepest, axis=1) for table in (met.depth, met.top_made)
+        )
+        tips, raw = self.removed.tips[:, 2], self.removed.raw.surface
+        sunk = raw - np.interp(time, self.removed.time, tips)[:, None]
+        # Above the raw stock a tool cuts what it sags into it, below only what is left of it.
+        cuts = section.any(axis=1, keepdims=True)
+        shape = (len(time), 1)
+        return Arcs(
+            np.full(shape, self.start),
+            np.full(shape, self.end),
+            np.where(cuts, depth, np.minimum(sunk, 0.0)),
+            np.full(shape, -1.0 if self.start > 0.0 else np.nan),
+            np.full(shape, -1.0 if self.end < np.pi else np.nan),
+            np.where(cuts, made, np.where(sunk > 0.0, np.nan, -1.0)),
+        )
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from coupling.process.cutting_force import (
     mean_wrench,
     tooth_wrench,
 )
-from coupling.process.engaged_arcs import ArcsOverTime, StatedArcs
+from coupling.process.engaged_arcs import ArcsOverTime
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
 SAMPLES_PER_TOOTH = 6
@@ -222,8 +222,7 @@ class ToothPassing(MillingForce):
         cutter = self.milling.cutter
         step = min(cutter.tooth_period / SAMPLES_PER_TOOTH, _LONGEST)
         # Side and floor that a level meets were made by the one before.
-        length = cutter.memory if isinstance(self.milling.engaged, StatedArcs) else np.inf
-        return ProcessMemory(step, cutter.period, cutter.turn_period, length)
+        return ProcessMemory(step, cutter.period, cutter.turn_period, np.inf)
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""

@@ -233,6 +233,18 @@ def test_a_second_level_is_as_deep_as_the_robot_sags_more_than_in_the_first():
     np.testing.assert_allclose(deeper[:3], 1.2 * exact[:3], rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "keys", [{"engagement": "slot"}, {"engagement": "down", "radial_depth_m": 4e-3}]
+)
+def test_a_stated_engagement_is_as_deep_as_what_the_level_before_has_left(keys):
+    """Slots of 3 and 5 mm above each other: the second one is 2 mm deep, the way back cuts nothing."""
+    of, as_desired = levels()
+    wrench = milling(of, force="mean", **keys).evaluate(as_desired).wrench.wrench[0]
+    first, back, second = (wrench[round(1e3 * at)] for at in (0.5, 1.2, 2.0))
+    np.testing.assert_allclose(second[:3], first[:3] * 2.0 / 3.0, rtol=5e-3)
+    assert not back.any()
+
+
 @pytest.mark.parametrize(("engagement", "side"), [("up", 1.0), ("down", -1.0)])
 def test_a_block_beside_the_path_is_milled_as_it_is_stated(engagement, side):
     of = task(duration=0.12)
