@@ -51,7 +51,7 @@ COMMANDS = {
     "export": ("export", _RUN, "--to", "krl"),
     "study": ("study", CASES / "cone.toml", "--samples", "64", "--workers", "1"),
 }
-# What is compiled and kept, the C core and the sheet's loops, is not of the commands.
+# What is compiled and kept, the C core, the sheet's loops and bytecode, is not of the commands.
 _BEFOREHAND = ("check cone", "small sheet")
 _LEAST = 0.05  # Parts that take less are left out [s].
 
@@ -74,7 +74,8 @@ def parts_of(checkout: Path, command: str, folder: Path) -> dict[str, float]:
         script = [sys.executable, str(ROOT / "benchmarks" / "command_parts.py"), str(checkout)]
         # Processes that a command starts are of its checkout as well.
         folders = os.pathsep.join(str(Path(checkout, part)) for part in (".", "fmu_src"))
-        environment = {**os.environ, "PYTHONPATH": folders}
+        environment = {**os.environ, "PYTHONPATH": folders, "PYTHONPYCACHEPREFIX": str(folder)}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
         done = subprocess.run(
             [*script, *words], cwd=place, env=environment, capture_output=True, text=True
         )

@@ -1,9 +1,10 @@
 """A Python process beside this one in which an FMU runs, which may crash its host.
 
 The process runs `coupling.fmu.worker_main`.  Both sides speak pickles over its standard streams:
-("ready", names of the variables) or ("error", text) out; then jobs in, and for each of them any number
-of ("progress", done, total) and one ("result", value) or ("error", text) out.  Whatever keeps an FMU,
-the process ends with this one: at the end of its standard input it ends itself and all that it started.
+("ready", names of the variables) or ("error", text) out; then jobs in, or the folder of another FMU,
+and for each of them any number of ("progress", done, total) and one ("result", value) or ("error", text)
+out.  Whatever keeps an FMU, the process ends with this one: at the end of its standard input it ends
+itself and all that it started.
 """
 
 from __future__ import annotations
@@ -24,8 +25,6 @@ import zipfile
 import zlib
 from pathlib import Path
 from typing import Any, BinaryIO
-
-import numpy as np
 
 from coupling.child_processes import ProcessTree, marked_environment
 from coupling.fmu.job import FmuError, Progress, SimulationJob, StepWindow
@@ -74,6 +73,7 @@ class WorkerProcess:
 
     def __init__(self, folder: Path, time_limit: float = math.inf) -> None:
         one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+        self._folder = folder
         self._time_limit, self._end = time_limit, time.monotonic() + time_limit
         mark = uuid.uuid4().hex
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
@@ -113,7 +113,18 @@ class WorkerProcess:
             self._process.stdin.close()
         self._said.close()
 
-    def send(self, job: SimulationJob | StepWindow) -> None:
+    def run_fmu(self, folder: Path) -> None:
+        """Have the worker run the FMU in a folder from now on; none of its FMUs may be in Python.
+
+        Raises:
+            FmuError: If it cannot be loaded.
+        """
+        if folder != self._folder:
+            self.send(folder)
+            self.variables = frozenset(self.receive(lambda *_: None))
+            self._folder = folder
+
+    def send(self, job: SimulationJob | StepWindow | Path) -> None:
         """Give the worker a job."""
         assert self._process.stdin is not None
         try:
@@ -122,13 +133,12 @@ class WorkerProcess:
         except OSError as cause:
             raise self._death() from cause
 
-    def receive(self, progress: Progress) -> np.ndarray:
+    def receive(self, progress: Progress) -> Any:
         """Return the outputs of the job sent last, any unit, (n, job.width)."""
         while True:
             kind, *content = self._answer()
             if kind == "result":
-                answers: np.ndarray = content[0]
-                return answers
+                return content[0]
             if kind == "error":
                 raise FmuError(content[0])
             progress(*content)
@@ -169,6 +179,36 @@ class WorkerProcess:
         if status > 0 or -status not in signal.valid_signals():
             return f" with exit status {status}"
         return f" by {signal.Signals(-status).name}"
+
+
+class WorkerProcesses:
+    """Processes in which FMUs run, each one FMU at a time; started when they are first asked for."""
+
+    def __init__(self) -> None:
+        self._processes: list[WorkerProcess] = []
+
+    def __len__(self) -> int:
+        return len(self._processes)
+
+    def __getitem__(self, number: int) -> WorkerProcess:
+        return self._processes[number]
+
+    def running(self, folder: Path, count: int) -> list[WorkerProcess]:
+        """Return processes that run the unpacked FMU in a folder.
+
+        Raises:
+            FmuError: If the FMU cannot be loaded.
+        """
+        for process in self._processes[:count]:
+            process.run_fmu(folder)
+        while len(self._processes) < count:
+            self._processes.append(WorkerProcess(folder))
+        return self._processes[:count]
+
+    def end(self) -> None:
+        """End them; others are started when they are asked for."""
+        while self._processes:
+            self._processes.pop().close()
 
 
 def _read_answers(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:

@@ -21,22 +21,29 @@ from coupling.fmu.driver import Driver, load
 from coupling.fmu.job import FmuError, MarchJob, Progress, SimulationJob, StepWindow
 from coupling.fmu.stepped import SteppedInstance
 
-Job = SimulationJob | StepWindow
+Job = SimulationJob | StepWindow | Path
 
 
 class Server:
-    """Answers jobs on a loaded FMU.
+    """Answers jobs on the FMU that was loaded last.
 
     Args:
-        driver: The FMU.
+        folder: The first one's folder.
+        library: The desk library.
     """
 
-    def __init__(self, driver: Driver) -> None:
-        self._driver = driver
+    def __init__(self, folder: Path, library: ctypes.CDLL) -> None:
+        self._library, self._drivers = library, {folder: load(folder, library)}
+        self._driver: Driver = self._drivers[folder]
         self._march: SteppedInstance | None = None
 
-    def answer(self, job: Job, progress: Progress) -> np.ndarray:
-        """Return the outputs, any unit, (n, width).
+    @property
+    def variables(self) -> frozenset[str]:
+        """Names of the FMU's variables."""
+        return self._driver.variables
+
+    def answer(self, job: Job, progress: Progress) -> np.ndarray | frozenset[str]:
+        """Return the outputs, any unit, (n, width), or the names of the variables of another FMU.
 
         Raises:
             FmuError: If the FMU refuses.
@@ -48,6 +55,11 @@ class Server:
         if self._march is not None:
             self._march.close()
             self._march = None
+        if isinstance(job, Path):
+            if job not in self._drivers:
+                self._drivers[job] = load(job, self._library)
+            self._driver = self._drivers[job]
+            return self.variables
         if not isinstance(job, MarchJob):
             return self._driver.run(job, progress)
         self._march = SteppedInstance(self._driver, job)
@@ -73,12 +85,11 @@ def serve(folder: Path, library: Path, jobs: queue.SimpleQueue[Job], answers: Bi
         answers.flush()
 
     try:
-        driver = load(folder, ctypes.CDLL(str(library)))
+        server = Server(folder, ctypes.CDLL(str(library)))
     except FmuError as error:
         send("error", str(error))
         return
-    send("ready", driver.variables)
-    server = Server(driver)
+    send("ready", server.variables)
     while True:
         job = jobs.get()
         answer: tuple[str, object]

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from coupling.robot.batch.following import self_motion
 from coupling.robot.batch.redundancy import POSE
 from coupling.robot.batch.rigid_robot import RigidRobot
+from coupling.run.sobol import sobol
 from elastic_robot.description import Robot
 
 # What may be free: place of the part's origin [m], its yaw, tilt of the tool, roll of the base, way of
@@ -52,14 +53,10 @@ class Ranges:
 
     def sampled(self, count: int, seed: int) -> np.ndarray:
         """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 9)."""
-        from scipy.stats import qmc
-
         samples = np.tile(self.low, (count, 1))
         free = self.free
         if len(free):
-            sobol = qmc.Sobol(len(free), rng=np.random.default_rng(seed))
-            points = sobol.random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
-            samples[:, free] += points * self.width[free]
+            samples[:, free] += sobol(count, len(free), seed) * self.width[free]
         return samples
 
     def around(

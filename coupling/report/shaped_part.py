@@ -144,16 +144,18 @@ class _Sweep:
         radius = max(self.radius, _WIDE * cell)
         middle, time = self._in_steps(0.5 * cell)
         wide = int(radius / cell) + 1
-        offset = np.stack(np.meshgrid(*[np.arange(-wide, wide + 1)] * 2), axis=-1).reshape(-1, 2)
+        offset = np.stack(np.meshgrid(*[np.arange(-wide, wide + 1)] * 2)).reshape(2, 1, -1)
         height = np.full(int(np.prod(shape)), np.inf)
         last = np.full(len(height), np.nan)
-        pieces = len(middle) * len(offset) // _AT_ONCE + 1
+        pieces = len(middle) * offset.shape[2] // _AT_ONCE + 1
         for some in np.array_split(np.arange(len(middle)), pieces):
-            centre = middle[some, None, :2]
-            number = np.round((centre - low) / cell).astype(int) + offset
-            away = np.linalg.norm(number * cell + low - centre, axis=2)
-            there = (away <= radius) & (number >= 0).all(axis=2) & (number < shape).all(axis=2)
-            which = np.ravel_multi_index(tuple(number[there].T), tuple(shape))
+            centre = middle[some, :2].T[:, :, None]
+            number = np.round((centre - low[:, None, None]) / cell).astype(int) + offset
+            x, y = number * cell + low[:, None, None] - centre
+            away = np.sqrt(x * x + y * y)
+            is_on_part = (number >= 0) & (number < shape[:, None, None])
+            there = (away <= radius) & is_on_part[0] & is_on_part[1]
+            which = np.ravel_multi_index(tuple(number[:, there]), tuple(shape))
             point = some[np.nonzero(there)[0]]
             drop = np.sqrt(radius**2 - away[there] ** 2) if self.is_round else 0.0
             reached = middle[point, 2] - drop

@@ -57,10 +57,11 @@ def rows_with_spring(wrench: WrenchHistory) -> np.ndarray:
 
 
 class UnpackedRobot:
-    """The robot of an unpacked FMU of either kind."""
+    """The robot of an unpacked FMU, whose kind is "native" or "python"."""
 
     def __init__(self, folder: Path) -> None:
         self._native, self._python = folder / NATIVE, folder / PYTHON
+        self.kind = "native" if self._native.is_file() else "python"
         self._original = ""
         self._robot: Robot | None = None
 
@@ -76,7 +77,7 @@ class UnpackedRobot:
         """
         if robot == self._robot:
             return
-        file = self._native if self._native.is_file() else self._python
+        file = self._native if self.kind == "native" else self._python
         self._original = self._original or file.read_text(encoding="utf-8")
         file.write_text(self._text(robot), encoding="utf-8")
         self._robot = robot
@@ -84,7 +85,7 @@ class UnpackedRobot:
     def _text(self, robot: Robot | None) -> str:
         if robot is None:
             return self._original
-        if not self._native.is_file():
+        if self.kind == "python":
             return robot.to_json()
         lines, variables = self._original.split(_ROBOT_TEXT_END, maxsplit=1)
         guid = lines.splitlines()[1].split(maxsplit=1)[1]

@@ -15,7 +15,7 @@ from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
-from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
+from coupling.fmu.worker import WorkerEndedError, WorkerProcess, WorkerProcesses, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
@@ -46,8 +46,8 @@ _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 _OF_HYSTERESIS = "elongation[1]"
 # What the outputs tell of a motor.
 _OF_MOTORS = ("torque", "angle", "rate")
-# A path shorter than this many steps is not worth a second process.
-_WORTH_SHARING = 1000
+# A path shorter than this many steps is not worth a second process, by kind of FMU.
+_WORTH_SHARING = {"native": 100_000, "python": 1000}
 
 
 class RobotFmu:
@@ -59,6 +59,8 @@ class RobotFmu:
     Args:
         file: The FMU; one built with --arrays is for other masters.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
+        processes: Processes that it shares with other native FMUs, of which one simulates at a time and
+            which are closed together; None: its own.
 
     Attributes:
         parameters: Start values of the FMU's parameters that are not its own, by name.
@@ -73,6 +75,7 @@ class RobotFmu:
         torque_curve: str = "backlash",
         watch: Watch = unwatched,
         drive: str = IDEAL,
+        processes: WorkerProcesses | None = None,
     ) -> None:
         self.torque_curve = torque_curve
         self.drive = drive
@@ -93,9 +96,9 @@ class RobotFmu:
             unpack(file, self._folder.path)
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._robot = UnpackedRobot(self._folder.path)
-        self._processes: list[WorkerProcess] = []
+        self._processes = WorkerProcesses() if processes is None else processes
         self._saved: tuple[np.ndarray, ...] = ()
-        self._start_processes(1)
+        self._running(1)
 
     def __enter__(self) -> RobotFmu:
         return self
@@ -105,7 +108,7 @@ class RobotFmu:
 
     def close(self) -> None:
         """End the processes and remove the unpacked files."""
-        self._end()
+        self._processes.end()
         self._folder.close()
 
     def simulate(
@@ -145,7 +148,7 @@ class RobotFmu:
             end: Time up to which it may go on [s].
         """
         parameters = self._prepare(command, mode, robot)
-        (process,) = self._start_processes(1)
+        (process,) = self._running(1)
         time = np.array([start.time[0], end])
         names, rows = WRENCH_INPUTS + SPRING_INPUTS, rows_with_spring(start)[:1]
         job = MarchJob(parameters, time, names, rows, POSE_OUTPUTS, len(POSE))
@@ -226,10 +229,10 @@ class RobotFmu:
         """Return the TCP's path, and the values of further outputs on it, (n, further)."""
         parameters = self._prepare(command, mode, robot)
         instants = wrench.instants
-        (first,) = self._start_processes(1)
+        (first,) = self._running(1)
         remembers = mode == "dynamic" or _OF_HYSTERESIS in first.variables
-        parts = _parts(len(instants), remembers)
-        processes = self._start_processes(len(parts))
+        parts = _parts(len(instants), remembers, self._robot.kind)
+        processes = self._running(len(parts))
         inputs = WRENCH_INPUTS if wrench.spring is None else WRENCH_INPUTS + SPRING_INPUTS
         outputs = (*POSE_OUTPUTS, *further)
         jobs = [
@@ -251,7 +254,7 @@ class RobotFmu:
         except BaseException as error:
             # What others still answer would be taken for the next simulation's.
             if len(processes) > 1 or not isinstance(error, SimulationError):
-                self._end()
+                self._processes.end()
             raise
         return ToolPath(instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
@@ -268,24 +271,18 @@ class RobotFmu:
         self._robot.describe(robot)
         return {"mode": mode, "trajectory": str(trajectory), **self.parameters}
 
-    def _start_processes(self, count: int) -> list[WorkerProcess]:
-        while len(self._processes) < count:
-            with _simulation_errors(f"{self.file}: "):
-                self._processes.append(WorkerProcess(self._folder.path))
-        return self._processes[:count]
-
-    def _end(self) -> None:
-        while self._processes:
-            self._processes.pop().close()
+    def _running(self, count: int) -> list[WorkerProcess]:
+        with _simulation_errors(f"{self.file}: "):
+            return self._processes.running(self._folder.path, count)
 
 
 def _unheard(finished: int, total: int) -> None:
     """Take no notice of the progress of a few steps."""
 
 
-def _parts(samples: int, remembers: bool) -> list[slice]:
+def _parts(samples: int, remembers: bool, kind: str) -> list[slice]:
     """Return the samples for each process; a robot with a memory has one."""
-    if remembers or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
+    if remembers or samples < _WORTH_SHARING[kind] or (os.cpu_count() or 1) < 2:
         return [slice(0, samples)]
     return [slice(0, samples // 2), slice(samples // 2, samples)]
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from coupling.case.case import PlacedRobot
 from coupling.events import Progress, Watch, unwatched
+from coupling.fmu.worker import WorkerProcesses
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.links import solve_links
 from coupling.path.frame import AT_THE_ORIGIN
@@ -105,7 +106,10 @@ def expected_deviation(
     if has_servo:
         gears_alone = tuple(value for value in expected.values if value.drive is None)
         expected = replace(expected, values=gears_alone)
-    with FmuPool("native", watch) as models, FmuPool("native") as others:
+    with (
+        FmuPool("native", watch) as models,
+        FmuPool("native", processes=WorkerProcesses()) as others,
+    ):
         cell, simulated = cell_of([at_base], models)
         command = ReplayedCommand(cell, simulated, joints, wrench, desired)
         single = replayed(command)

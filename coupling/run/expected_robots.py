@@ -13,6 +13,7 @@ import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.events import Progress, Watch, unwatched
+from coupling.fmu.worker import WorkerProcesses
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
@@ -209,7 +210,7 @@ def _compute(command: CheckedCommand) -> DrawnReplays:
     rows = len(correction.desired.time) * len(case.robots)
     wrench = correction.response.wrench
     expected = ExpectedRobots.of(case, bool(np.any(wrench.wrench)))
-    with FmuPool(case.fmu) as others:
+    with FmuPool(case.fmu, processes=WorkerProcesses()) as others:
         return drawn_replays(
             ReplayedCommand.of(command),
             expected,

@@ -10,6 +10,7 @@ from pathlib import Path
 from coupling.case.case import PlacedRobot
 from coupling.events import Watch, unwatched
 from coupling.files.scratch import ScratchFolder
+from coupling.fmu.worker import WorkerProcesses
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.cell import Cell, Member
@@ -28,11 +29,20 @@ _MOST_PROCESSES = 4
 
 
 class FmuPool:
-    """FMUs of robots, built and loaded when first asked for; a context manager that ends them."""
+    """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
 
-    def __init__(self, kind: str, watch: Watch = unwatched) -> None:
+    Args:
+        kind: Kind of the FMUs.
+        watch: Function called with the progress of the work.
+        processes: Those of the native ones, of which one simulates at a time; None: each has its own.
+    """
+
+    def __init__(
+        self, kind: str, watch: Watch = unwatched, processes: WorkerProcesses | None = None
+    ) -> None:
         self.kind = kind
         self.watch = watch
+        self._processes = processes if kind == "native" else None
         self._stack = ExitStack()
         self._folder = self._stack.enter_context(ScratchFolder())
         self._loaded: dict[tuple[str, str, str], SimulatedModel] = {}
@@ -72,7 +82,9 @@ class FmuPool:
         return self._folder / f"{len(self._loaded)}.fmu"
 
     def _load(self, robot: Robot, torque_curve: str, file: Path, drive: str) -> SimulatedModel:
-        fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch, drive))
+        fmu = self._stack.enter_context(
+            RobotFmu(file, torque_curve, self.watch, drive, self._processes)
+        )
         loaded = SimulatedModel(robot, torque_curve, fmu, drive)
         self._loaded[robot.to_json(), torque_curve, drive] = loaded
         return loaded

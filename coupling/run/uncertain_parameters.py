@@ -11,6 +11,7 @@ from coupling.case.case import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, Distribution, StudyTable
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
+from coupling.run.sobol import sobol
 
 # Names of the differences of robots, which may be one for each joint, by their keys.
 _VARIED = {variation.key: name for name, (_, variation) in VARIED.items()}
@@ -227,22 +228,6 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     amounts[joint] += 0.5
     difference = RobotDifference({variation.name: tuple(amounts)})
     return bool(difference.values(robot.description, robot.torque_curve, robot.drive))
-
-
-def sobol(count: int, width: int, seed: int) -> np.ndarray:
-    """Return the first points of a scrambled Sobol sequence, (count, width).
-
-    More points of the same seed begin with these: a study can grow.
-
-    Example:
-        >>> bool(np.all(sobol(9, 2, seed=1)[:5] == sobol(5, 2, seed=1)))
-        True
-    """
-    from scipy.stats import qmc
-
-    power = max(int(np.ceil(np.log2(count))), 0)
-    points: np.ndarray = qmc.Sobol(width, scramble=True, rng=seed).random_base2(power)
-    return points[:count]
 
 
 def latin_hypercube(count: int, width: int, seed: int) -> np.ndarray:

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from coupling.errors import HostError, SimulationError
+from coupling.fmu.worker import WorkerProcesses
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.native.compiler import zig
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.robot import robot_fmu
 from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.body import Body
@@ -79,11 +81,35 @@ def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
     wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
     with RobotFmu(arm_fmu) as robot:
         alone = robot.simulate(command, wrench, "quasistatic")
-        monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 10)
+        monkeypatch.setitem(robot_fmu._WORTH_SHARING, "native", 10)
         monkeypatch.setattr("os.cpu_count", lambda: 2)
         shared = robot.simulate(command, wrench, "quasistatic")
         assert len(robot._processes) == 2
     assert np.array_equal(shared.pose, alone.pose)
+
+
+def test_fmus_that_take_turns_in_a_process_answer_as_alone(arm, arm_fmu, tmp_path):
+    """Each keeps its robot and its command, whichever was simulated between."""
+    time = np.linspace(0.0, 0.1, 11)
+    wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
+    heavy = replace(arm, payload=Body(5.0, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    files, processes = (arm_fmu, build_fmu(heavy, tmp_path / "Heavy.fmu")), WorkerProcesses()
+
+    def tool(robot):
+        return robot.simulate(at_rest(time), wrench, "dynamic").pose
+
+    alone = []
+    for file in files:
+        with RobotFmu(file) as robot:
+            alone.append(tool(robot))
+    assert not np.array_equal(*alone)
+    with (
+        RobotFmu(files[0], processes=processes) as first,
+        RobotFmu(files[1], processes=processes) as second,
+    ):
+        for robot, pose in ((first, alone[0]), (second, alone[1]), (first, alone[0])):
+            assert np.array_equal(tool(robot), pose)
+        assert len(processes) == 1
 
 
 def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
@@ -97,7 +123,7 @@ def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
 
 def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu, monkeypatch):
     """The second of two processes has died when it is given its half; the first one has its own."""
-    monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 100)
+    monkeypatch.setitem(robot_fmu._WORTH_SHARING, "native", 100)
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     time = np.linspace(0.0, 1.0, 100)
     command = JointPath(time, (0.3 * time[:, None],))

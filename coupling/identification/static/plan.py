@@ -17,6 +17,7 @@ from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.identification import require_no_hysteresis
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import rigid_prediction
+from coupling.run.sobol import sobol
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool
@@ -131,11 +132,9 @@ def planned(
 
 def _candidates(robot: Robot, wish: PlanRequest) -> Measurements:
     """Return every direction of the load at every candidate pose."""
-    from scipy.stats import qmc
-
     limits = np.array([joint.limits or (-np.pi, np.pi) for joint in robot.joints])
     power = max(int(np.ceil(np.log2(max(wish.poses, 2)))), 1)
-    shares = qmc.Sobol(len(limits), scramble=True, rng=wish.seed).random_base2(power)
+    shares = sobol(2**power, len(limits), wish.seed)
     poses = limits[:, 0] + shares * (limits[:, 1] - limits[:, 0])
     if wish.lowest is not None:
         chain = build_chain(robot)
