@@ -119,7 +119,7 @@ def examine_robots(
                         *(warning for replay in motors for warning in replay.warnings),
                     ),
                     _expected(case, placed, motion, watch) if is_loaded else None,
-                    chain_of(placed),
+                    chain_of(placed.description, placed.world_from_base),
                     motion.rigid,
                     _torques(moving, loads, motion.rigid),
                 )

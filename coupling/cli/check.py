@@ -111,7 +111,6 @@ def check(
         *check_summary(robots, loads),
         *cut_section(cut_result(loaded)),
         modes,
-        *warnings,
         Section("", others),
     ]
     answer = check_answer(robots, loaded.resolved, case, loads, chatter)

@@ -135,7 +135,7 @@ def export(
                 console.print(line)
         console.print(f"Programs: {folders[language]}")
     if any(
-        program.loss > languages[language].tolerance
+        program.figures.loss_m > languages[language].tolerance
         for language, programs in exports.items()
         for program in programs
     ):
@@ -179,38 +179,41 @@ def _reader(
 
 
 def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:
-    who = f"{program.robot} robot: " if several else ""
+    figures = program.figures
+    size, shortest = sum(file.bytes for file in figures.files), 1e3 * figures.shortest_time_s
+    who = f"{figures.robot} robot: " if several else ""
     if not options.language.dense:
         yield from _spacing(program, options)
     yield (
-        f"{who}{', '.join(file.name for file in program.files)}: {program.points} points of"
-        f" {program.candidates}, {program.bytes} bytes, at least {1e3 * program.shortest:.0f} ms apart"
+        f"{who}{', '.join(file.name for file in program.files)}: {figures.points} points of"
+        f" {figures.points_on_every_cycle}, {size} bytes, at least {shortest:.0f} ms apart"
     )
-    loss = f"loss {format_um(program.loss)} um"
-    if program.command is None or program.read_back is None:
+    loss = f"loss {format_um(figures.loss_m)} um"
+    under_command, under_file = figures.deviation_of_command_m, figures.deviation_of_file_m
+    if under_command is None or under_file is None:
         yield f"  difference of the tool's paths under the program, read back, and the command: {loss}"
     else:
         yield (
-            f"  deviation: {format_um(program.command.maximum)} um under the command,"
-            f" {format_um(program.read_back.maximum)} um under the program, read back; {loss}"
+            f"  deviation: {format_um(under_command.maximum)} um under the command,"
+            f" {format_um(under_file.maximum)} um under the program, read back; {loss}"
         )
-    if program.loss > options.tolerance:
+    if figures.loss_m > options.tolerance:
         yield (
             f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: {program.advice}"
         )
-    if program.loss_on_joint_lines is not None:
+    if figures.loss_on_joint_lines_m is not None:
         yield (
             f"  loss if the controller does not smooth, drives straight from set point to set point:"
-            f" {format_um(program.loss_on_joint_lines)} um"
+            f" {format_um(figures.loss_on_joint_lines_m)} um"
         )
     if program.remark:
         yield f"  Warning: {program.remark}"
-    nearest = program.nearest
+    nearest = figures.nearest_singularity
     near = (
         "Warning: near a singular posture" if nearest.value < _NEAR else "nearest singular posture"
     )
     yield f"  {near}: {nearest.kind}, {nearest.value:.2g} at {nearest.time:.3f} s (0 is singular)"
-    if not program.counted:
+    if not figures.counted_as_controller:
         yield (
             "  joint angles, flange and base are as defined in the robot file, which has no"
             " [controller]: compare them with the controller's before use"
@@ -219,12 +222,12 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
 
 def _spacing(program: ExportedProgram, options: ExportOptions) -> Iterator[str]:
     """Yield how close the targets are, and whether that is closer than is usual."""
-    usual = options.language.shortest
+    usual, shortest = options.language.shortest, program.figures.shortest_time_s
     text = (
-        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * program.shortest:.0f} ms"
-        f" apart, the closest, the median {1e3 * program.median:.0f} ms"
+        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * shortest:.0f} ms"
+        f" apart, the closest, the median {1e3 * program.figures.median_time_s:.0f} ms"
     )
-    if program.shortest < usual - 1e-6:
+    if shortest < usual - 1e-6:
         yield (
             f"Warning: {text}: a controller may not plan them in time: --shortest-ms {1e3 * usual:.0f}"
         )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -15,7 +14,6 @@ from coupling.files.output_file import require_output
 from coupling.report.result_report import ResultReport
 from coupling.report.terminal import print_report
 from coupling.results.parameter_result import FitResult
-from coupling.results.section import Answer, Section, warned
 
 _REFUSED = 1
 
@@ -42,45 +40,34 @@ def fitted_target(output: Path | None, name: str) -> Path:
     return target
 
 
-@dataclass(frozen=True)
-class Findings:
-    """What a measurement has identified, as it is printed and written.
+def write_fitted(
+    target: Path,
+    report: ResultReport,
+    result: FitResult,
+    text: Callable[[], str],
+    is_verbose: bool,
+) -> None:
+    """Print what was identified, write figures and page, and unless it is refused the file.
 
-    Attributes:
-        text: Function that returns the content of the file that is fitted.
+    Args:
+        target: File that is fitted.
+        report: First screen and sections on it.
+        result: Its figures.
+        text: Function that returns the content of the file.
+        is_verbose: Whether all is printed that the page says.
+
+    Raises:
+        Exit: If it is refused, with status 1.
     """
-
-    title: str
-    result: FitResult
-    answer: Answer
-    text: Callable[[], str]
-    summary: Sequence[Section]
-    figures: Sequence[Section] = ()
-    warnings: Sequence[str] = ()
-
-    def write(self, target: Path, is_verbose: bool) -> None:
-        """Print the first screen, write figures and page, and unless it is refused the file.
-
-        Raises:
-            Exit: If it is refused, with status 1.
-        """
-        make_folder_of(target, IdentifyError)
-        report = ResultReport(
-            "identify",
-            self.title,
-            self.answer,
-            summary=lambda: self.summary,
-            sections=lambda: [*self.summary, *self.figures],
-            warnings=warned(self.warnings),
-        )
-        print_report(console, report, is_verbose)
-        file = target.with_suffix(".html")
-        write_atomically(file, report.page, IdentifyError)  # says whose the figures are
-        write_atomically(target.with_suffix(".json"), self.result.text() + "\n", IdentifyError)
-        console.print(f"Report: {file}")
-        if self.result.refusal:
-            if target.exists():
-                console.print(f"{target}: from an earlier run, unchanged")
-            raise typer.Exit(_REFUSED)
-        write_atomically(target, self.text(), IdentifyError)
-        console.print(f"File: {target}")
+    make_folder_of(target, IdentifyError)
+    print_report(console, report, is_verbose)
+    file = target.with_suffix(".html")
+    write_atomically(file, report.page, IdentifyError)  # says whose the figures are
+    write_atomically(target.with_suffix(".json"), result.text() + "\n", IdentifyError)
+    console.print(f"Report: {file}")
+    if result.refusal:
+        if target.exists():
+            console.print(f"{target}: from an earlier run, unchanged")
+        raise typer.Exit(_REFUSED)
+    write_atomically(target, text(), IdentifyError)
+    console.print(f"File: {target}")

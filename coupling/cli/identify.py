@@ -5,18 +5,21 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from coupling.cli.arguments import Verbose
+from coupling.cli.console import console
 from coupling.errors import IdentifyError, one_of, sentence
 from coupling.files.atomic_file import make_folder_of
 
 if TYPE_CHECKING:
     from coupling.identification.static.measurements import MeasurementNoise, Measurements
     from coupling.identification.static.plan import PlanRequest
+    from coupling.report.result_report import ResultReport
     from elastic_robot.description import Robot
 
 _PLAN, _MOTION, _CUTTING = "Plan", "Motion", "Cutting"
@@ -135,7 +138,7 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify a robot from deflections, motion or responses, a material from cuts; or plan."""
-    from coupling.cli.fitted import Findings, fitted_target
+    from coupling.cli.fitted import fitted_target, write_fitted
     from coupling.cli.identify_cutting import identify_from_cuts
     from coupling.cli.identify_motion import identify_from_motion
     from coupling.cli.identify_responses import identify_responses
@@ -149,7 +152,10 @@ def identify(
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
     from coupling.report.identify_answers import deflection_answer
-    from coupling.report.identify_report import deflection_figures, identify_summary
+    from coupling.report.identify_report import deflection_sections
+    from coupling.report.result_report import ResultReport
+    from coupling.report.terminal import print_report
+    from coupling.results.section import warned
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
@@ -184,7 +190,9 @@ def identify(
     if plan:
         wish = PlanRequest(count, force, down, lowest_m, seed=seed)
         wish = _with_noise(wish, sd_m, sd_n)
-        _plan(described, torque_curve, wish, table, deviations, output)
+        report, target = _plan(described, robot, torque_curve, wish, table, deviations, output)
+        print_report(console, report, verbose)
+        console.print(f"Plan: {target}  (report: {target.with_suffix('.html')})")
         return
     if table is None:
         raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
@@ -193,31 +201,34 @@ def identify(
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     identification = identified(described, measured, options)
     result = identification.result
-    answer = deflection_answer(result, shlex.quote(str(target)))
-    source = f"{table.name}, {measured.count} measurements"
-    findings = Findings(
+    report = ResultReport(
+        "identify",
         f"{table.name}: {described.name}",
-        result,
-        answer,
-        lambda: identification.text(start, source, target),
-        identify_summary(result),
-        deflection_figures(result),
-        [*map(sentence, result.warnings)],
+        deflection_answer(result, shlex.quote(str(target))),
+        partial(deflection_sections, result),
+        warned(map(sentence, result.warnings)),
     )
-    findings.write(target, verbose)
+    source = f"{table.name}, {measured.count} measurements"
+    write_fitted(
+        target, report, result, lambda: identification.text(start, source, target), verbose
+    )
 
 
 def _plan(
     robot: Robot,
+    name: str,
     torque_curve: str,
     wish: PlanRequest,
     file: Path | None,
     deviations: tuple[float | None, ...],
     output: Path | None,
-) -> None:
-    from coupling.cli.plan import print_plan, require_replaceable_plan, write_plan
+) -> tuple[ResultReport, Path]:
+    """Write a plan of measurements and its page; return what is told of it, and its file."""
+    from coupling.cli.plan import require_replaceable_plan, write_plan
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
+    from coupling.report.plan_report import plan_report
+    from coupling.report.report_file import write_page
 
     known_measurements: tuple[Measurements, MeasurementNoise] | None = None
     if file is not None:
@@ -233,8 +244,10 @@ def _plan(
     require_replaceable_plan(target)
     make_folder_of(target, IdentifyError)
     plan_result = planned(robot, torque_curve, wish, known_measurements)
+    report = plan_report(plan_result, robot, name, str(target))
     write_plan(plan_result, target)
-    print_plan(plan_result, target)
+    write_page(target.with_suffix(".html"), report.page, IdentifyError)
+    return report, target
 
 
 def _with_noise(wish: PlanRequest, position: float | None, force: float | None) -> PlanRequest:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import shlex
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from coupling.cli.fitted import Findings, fitted_target
+from coupling.cli.fitted import fitted_target, write_fitted
 from coupling.errors import IdentifyError
 from coupling.identification.cutting.case_text import case_text
 from coupling.identification.cutting.results import identify_cutting, keys_text
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.report.cutting_report import cutting_summary
+from coupling.report.cutting_report import cutting_sections
 from coupling.report.identify_answers import cutting_answer
+from coupling.report.result_report import ResultReport
 
 _OPTIONS = ("--diameter-mm", "--teeth", "--helix-deg", "--rpm", "--depth-mm")
 
@@ -47,10 +49,10 @@ def identify_from_cuts(
     answer = cutting_answer(result, shlex.quote(str(target)), is_case=case is not None)
     keys = keys_text(result, file.name)
     text = keys if case is None else case_text(case, cutter, result, file.name)
-    findings = Findings(
-        f"{file.name}: cutting coefficients", result, answer, lambda: text, cutting_summary(result)
+    report = ResultReport(
+        "identify", f"{file.name}: cutting coefficients", answer, partial(cutting_sections, result)
     )
-    findings.write(target, is_verbose)
+    write_fitted(target, report, result, lambda: text, is_verbose)
 
 
 def _beside(case: Path | None, output: Path | None) -> Path | None:

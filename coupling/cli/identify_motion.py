@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from coupling.cli.fitted import Findings, fitted_target
+from coupling.cli.fitted import fitted_target, write_fitted
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import read_recording
 from coupling.report.identify_answers import motion_answer
-from coupling.report.motion_report import motion_summary, recording_figures
+from coupling.report.motion_report import motion_sections
+from coupling.report.result_report import ResultReport
+from coupling.results.section import warned
 
 
 def identify_from_motion(
@@ -40,15 +43,16 @@ def identify_from_motion(
     recordings += [read_recording(file, described, is_held_out=True) for file in hold_out]
     identified = identify_motion(described, recordings, bandwidth, leave_out)
     result = identified.result
-    answer = motion_answer(result, shlex.quote(str(target)))
     names = ", ".join(file.name for file in files)
-    findings = Findings(
+    report = ResultReport(
+        "identify",
         f"{names}: {described.name}",
-        result,
-        answer,
-        lambda: identified.text(start, f"motion of {names}", target),
-        motion_summary(result),
-        recording_figures(result),
-        result.remarks,
+        motion_answer(result, shlex.quote(str(target))),
+        partial(motion_sections, result),
+        warned(result.remarks),
     )
-    findings.write(target, is_verbose)
+
+    def text() -> str:
+        return identified.text(start, f"motion of {names}", target)
+
+    write_fitted(target, report, result, text, is_verbose)

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from coupling.cli.arguments import posture_of
-from coupling.cli.fitted import Findings, fitted_target
+from coupling.cli.fitted import fitted_target, write_fitted
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.posture import read_posture
 from coupling.report.identify_answers import response_answer
-from coupling.report.response_report import response_figures, response_summary, response_warnings
+from coupling.report.response_report import response_sections, response_warnings
+from coupling.report.result_report import ResultReport
+from coupling.results.section import warned
 
 
 def identify_responses(
@@ -54,16 +57,17 @@ def identify_responses(
     ]
     identified = identify_from_responses(described, torque_curve, measured)
     result = identified.result
-    answer = response_answer(result, shlex.quote(str(target)))
     names = ", ".join(file.name for file in files)
-    source = f"frequency responses in {len(files)} postures: {names}"
-    findings = Findings(
+    report = ResultReport(
+        "identify",
         f"{names}: {described.name}",
-        result,
-        answer,
-        lambda: identified.text(start, source, target),
-        response_summary(result),
-        response_figures(result),
-        response_warnings(result),
+        response_answer(result, shlex.quote(str(target))),
+        partial(response_sections, result),
+        warned(response_warnings(result)),
     )
-    findings.write(target, is_verbose)
+
+    def text() -> str:
+        source = f"frequency responses in {len(files)} postures: {names}"
+        return identified.text(start, source, target)
+
+    write_fitted(target, report, result, text, is_verbose)

@@ -1,4 +1,4 @@
-"""elastic-robot identify --plan: the table of what to measure next, and what to expect of it."""
+"""elastic-robot identify --plan: the table of what to measure next."""
 
 from __future__ import annotations
 
@@ -6,21 +6,17 @@ import csv
 import io
 from pathlib import Path
 
-import numpy as np
-
-from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.output_file import require_output
 from coupling.identification.static.measurements import FORCE, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
-from coupling.report.terminal import print_sections
-from coupling.results.section import Section, Table
 
 
 def require_replaceable_plan(file: Path) -> None:
-    """Refuse a file that is no plan, and a plan into which something was filled in."""
+    """Refuse a file that is no plan, a plan into which something was filled in, and another's page."""
     require_output(file, ".csv", IdentifyError)
+    require_output(file.with_suffix(".html"), ".html", IdentifyError)
     if not file.is_file():
         return
     with writing(file, IdentifyError):
@@ -46,30 +42,3 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
         numbers = [*planned.q[k], *planned.wrench[k, :3]]
         rows.writerow([f"pose {k + 1}", *(f"{value:.9g}" for value in numbers), "", "", ""])
     write_atomically(file, stream.getvalue(), IdentifyError)
-
-
-def print_plan(plan: MeasurementPlan, file: Path) -> None:
-    """Print the confidence intervals that the planned measurements are expected to give."""
-    rows = [
-        (
-            expectation.name,
-            f"{expectation.start:.4g}",
-            _percent(expectation.before),
-            _percent(expectation.after),
-        )
-        for expectation in plan.expected
-    ]
-    away = np.linalg.norm(plan.measurements.deflection, axis=1)
-    parts = (
-        "Expected 95 % interval of each compliance relative to its value (+- %), if the start file"
-        " is right:",
-        Table(("parameter", "start", "so far", "then"), rows),
-        f"Expected deflections: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Check every pose"
-        " for collisions before you move the robot there.",
-        f"{file}: {plan.measurements.count} poses and loads",
-    )
-    print_sections(console, [Section("", parts)])
-
-
-def _percent(half: float) -> str:
-    return "unknown" if not np.isfinite(half) else f"{100.0 * half:.3g} %"

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.errors import ProgramError, one_of
-from coupling.path.deviation import Deviation
 from coupling.programs.languages import Language, Targets
 from coupling.programs.program import ProgramFile, RobotProgram
-from coupling.results.drive_result import DriveMotion
-from coupling.results.export_result import NearestSingularity
+from coupling.results.export_result import ExportedProgramResult
 
 # Largest loss by the export at the tool of the moving robot [m].
 TOLERANCE = 5e-6
@@ -66,58 +64,22 @@ class ExportedProgram:
     """The program of one robot, and what its files do.
 
     Attributes:
-        points_tolerance: Smallest tolerance of its points along the command [m].
-        candidates: Number of points that a program with one on every cycle has.
-        loss: Largest distance between the tool of the moving robot under the files and under the
-            command [m].
-        loss_on_joint_lines: The same if the drives go straight from set point to set point; None where
-            the controller's motion is a spline through the targets.
-        command, read_back: Deviation from the desired path under the command, and under the files; None
-            where a command came without a desired path.
-        counted: Whether the robot file says how the controller counts.
         advice: Option that would keep the tolerance, where it is not kept, or empty.
     """
 
-    robot: str
     program: RobotProgram
     files: tuple[ProgramFile, ...]
-    points_tolerance: float
-    candidates: int
-    loss: float
-    command: Deviation | None
-    read_back: Deviation | None
-    drives: tuple[DriveMotion, ...]
-    nearest: NearestSingularity
-    counted: bool
+    figures: ExportedProgramResult
     remark: str = ""
-    loss_on_joint_lines: float | None = None
     advice: str = ""
-
-    @property
-    def points(self) -> int:
-        """Number of targets of the path."""
-        return len(self.program.timed)
-
-    @property
-    def bytes(self) -> int:
-        """Size of the files."""
-        return sum(len(file.text.encode()) for file in self.files)
-
-    @property
-    def shortest(self) -> float:
-        """Shortest time between two targets [s]."""
-        return float(self._times.min())
-
-    @property
-    def median(self) -> float:
-        """Median time between two targets [s]."""
-        return float(np.median(self._times))
 
     @property
     def share_of_shortest(self) -> float:
         """Share of the times between two targets that are the shortest."""
-        return float(np.mean(self._times < self.shortest + _ONE_TIME))
+        shortest = self.figures.shortest_time_s
+        return float(np.mean(times_between(self.program) < shortest + _ONE_TIME))
 
-    @property
-    def _times(self) -> np.ndarray:
-        return np.array([move.duration for move in self.program.timed[1:]], dtype=float)
+
+def times_between(program: RobotProgram) -> np.ndarray:
+    """Return the times between the targets of a program [s], (n,)."""
+    return np.array([move.duration for move in program.timed[1:]], dtype=float)

@@ -113,12 +113,12 @@ def few_points(job: ExportJob) -> ExportedProgram:
         if cycles > last and not _can_keep(job, sampled, cycles):
             continue
         tried.append(_fewest_points(job, sampled, cycles))
-        if tried[-1].loss <= options.tolerance:
+        if tried[-1].figures.loss_m <= options.tolerance:
             break
-    exported = min(tried, key=lambda program: program.loss)
+    exported = min(tried, key=lambda program: program.figures.loss_m)
     if options.language.between == "straight":
         exported = job.on_joint_lines(exported, sampled)
-    if exported.loss <= options.tolerance:
+    if exported.figures.loss_m <= options.tolerance:
         return exported
     return replace(exported, advice=_advice(job, sampled, exported))
 
@@ -130,10 +130,10 @@ def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) 
         if cycles == _cycles(job.options.spacing, job.cycle) or not _can_keep(job, sampled, cycles):
             continue
         tried = _fewest_points(job, sampled, cycles)
-        if tried.loss <= job.options.tolerance:
+        if tried.figures.loss_m <= job.options.tolerance:
             option = f"--shortest-ms {1e3 * cycles * job.cycle:g}"
-            return f"{option} keeps it, with {format_um(tried.loss)} um"
-    return f"--tolerance {np.ceil(1e6 * exported.loss):g} accepts it"
+            return f"{option} keeps it, with {format_um(tried.figures.loss_m)} um"
+    return f"--tolerance {np.ceil(1e6 * exported.figures.loss_m):g} accepts it"
 
 
 def _cycles(spacing: float, cycle: float) -> int:
@@ -177,7 +177,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
         loss, lost = float(losses.max()), job.reference.time[losses > options.tolerance]
         if loss <= options.tolerance:
             checked = job.check_rows(sampled, rows, smallest)
-            loss, lost = checked.exported.loss, checked.lost
+            loss, lost = checked.exported.figures.loss_m, checked.lost
             if loss <= options.tolerance:
                 return checked.exported
         tried.append(_TriedRows(loss, rows, smallest))
@@ -292,19 +292,18 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
     job.watch(Progress("sampling the command, reading it back", 0, 1))
     best = _check_rows(job, job.command.joints)
     for aim in _INVERSE_TOLERANCES:
-        if best.loss <= tolerance:
+        if best.figures.loss_m <= tolerance:
             break
         try:
             rows = _inverse(job, aim * tolerance)
         except (PlanningError, SimulationError) as cause:
             why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
-        best = min(best, _check_rows(job, rows), key=lambda program: program.loss)
-    if best.loss <= tolerance:
+        best = min(best, _check_rows(job, rows), key=lambda program: program.figures.loss_m)
+    if best.figures.loss_m <= tolerance:
         return best
-    accepted = (
-        f"--tolerance {np.ceil(1e6 * best.loss):g} accepts it, a shorter --cycle-ms loses less"
-    )
+    micrometres = np.ceil(1e6 * best.figures.loss_m)
+    accepted = f"--tolerance {micrometres:g} accepts it, a shorter --cycle-ms loses less"
     return replace(best, advice=accepted)
 
 

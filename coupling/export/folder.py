@@ -9,7 +9,7 @@ from coupling.errors import ProgramError
 from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.files.atomic_folder import FolderKind, whole_folder
 from coupling.files.written_files import claim, is_of_kind
-from coupling.results.export_result import ExportedFileResult, ExportedProgramResult, ExportResult
+from coupling.results.export_result import ExportResult
 
 SUMMARY = "export.json"
 # Kind of the folder.
@@ -45,30 +45,6 @@ def _contents(
         language=options.language.name,
         targets=options.targets,
         tolerance_m=options.tolerance,
-        robots=tuple(map(_program_result, exports)),
+        robots=tuple(program.figures for program in exports),
     )
     yield SUMMARY, result.text()
-
-
-def _program_result(export: ExportedProgram) -> ExportedProgramResult:
-    return ExportedProgramResult(
-        robot=export.robot,
-        program=export.program.name,
-        files=tuple(
-            ExportedFileResult(name=file.name, bytes=len(file.text)) for file in export.files
-        ),
-        points=export.points,
-        points_on_every_cycle=export.candidates,
-        points_tolerance_m=export.points_tolerance,
-        shortest_time_s=export.shortest,
-        median_time_s=export.median,
-        loss_m=export.loss,
-        loss_on_joint_lines_m=export.loss_on_joint_lines,
-        deviation_of_command_m=export.command,
-        deviation_of_file_m=export.read_back,
-        base=export.program.base,
-        tool=export.program.tool,
-        counted_as_controller=export.counted,
-        nearest_singularity=export.nearest,
-        drives=export.drives,
-    )

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.commands import RobotCommand
-from coupling.export.exported_program import ExportedProgram, ExportOptions
+from coupling.export.exported_program import ExportedProgram, ExportOptions, times_between
 from coupling.export.interpolated import drive_motion, joint_lines
 from coupling.export.preconditions import require_limits
 from coupling.export.sampled import SampledCommand
@@ -19,6 +19,7 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.programs.program import ProgramFile, RobotProgram
+from coupling.results.export_result import ExportedFileResult, ExportedProgramResult
 from coupling.robot.cell import Member
 
 # Smallest singular value of a Jacobian, lengths in units of the reach, at which poses tell angles.
@@ -114,26 +115,35 @@ class ExportJob:
         require_limits(motion, free, command.who)
         path = self.simulated(motion)
         loss = path.distance_to(self.reference)
-        exported = ExportedProgram(
+        times = times_between(program)
+        figures = ExportedProgramResult(
             robot=command.placed.name,
-            program=program,
-            files=files,
-            points_tolerance=points_tolerance,
-            candidates=len(sampled.points),
-            loss=float(loss.max()),
-            command=self._deviation(self.reference),
-            read_back=self._deviation(path),
+            program=program.name,
+            files=tuple(
+                ExportedFileResult(name=file.name, bytes=len(file.text.encode())) for file in files
+            ),
+            points=len(program.timed),
+            points_on_every_cycle=len(sampled.points),
+            points_tolerance_m=points_tolerance,
+            shortest_time_s=float(times.min()),
+            median_time_s=float(np.median(times)),
+            loss_m=float(loss.max()),
+            deviation_of_command_m=self._deviation(self.reference),
+            deviation_of_file_m=self._deviation(path),
+            base=program.base,
+            tool=program.tool,
+            counted_as_controller=command.axes.stated,
+            nearest_singularity=sampled.nearest,
             drives=require_limits(command.joints, self.limits, command.who),
-            nearest=sampled.nearest,
-            counted=command.axes.stated,
-            remark=command.remark,
         )
+        exported = ExportedProgram(program, files, figures, command.remark)
         return CheckedProgram(exported, path.time[loss > options.tolerance])
 
     def on_joint_lines(self, exported: ExportedProgram, sampled: SampledCommand) -> ExportedProgram:
         """Return a program with what it loses if the drives go straight from set point to set point."""
         path = self.simulated(joint_lines(self._read_back(exported.files, sampled)))
-        return replace(exported, loss_on_joint_lines=float(path.distance_to(self.reference).max()))
+        loss = {"loss_on_joint_lines_m": float(path.distance_to(self.reference).max())}
+        return replace(exported, figures=exported.figures.model_copy(update=loss))
 
     def _read_back(self, files: tuple[ProgramFile, ...], sampled: SampledCommand) -> JointPath:
         """Return the motion of the drives under the text of a program."""

@@ -11,7 +11,6 @@ from coupling.files.mjcf import urdf_of_mjcf
 from coupling.files.urdf_elements import parse_xml
 from elastic_robot.errors import RobotFileError
 
-_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 # Names such as panda_description and ur5e_mj_description.
 _NAME = re.compile(r"[a-z][a-z0-9_]*_description")
 
@@ -32,7 +31,11 @@ class ForeignRobot:
 
 def is_foreign(name_or_path: str) -> bool:
     """Return whether a robot is described by other files than ours."""
-    return Path(name_or_path).suffix.lower() in _SUFFIXES or bool(_NAME.fullmatch(name_or_path))
+    return Path(name_or_path).suffix.lower() not in ("", ".toml") or _is_name(name_or_path)
+
+
+def _is_name(text: str) -> bool:
+    return _NAME.fullmatch(text) is not None
 
 
 def foreign_robot(name_or_path: str) -> ForeignRobot:
@@ -42,7 +45,7 @@ def foreign_robot(name_or_path: str) -> ForeignRobot:
         RobotFileError: If it cannot be found, read or converted, or a package is missing for that.
     """
     path = Path(name_or_path)
-    if path.suffix.lower() not in _SUFFIXES:
+    if _is_name(name_or_path):
         return _of_descriptions(name_or_path)
     if not path.is_file():
         raise RobotFileError(f"{path}: no such file")

@@ -31,6 +31,12 @@ def urdf_of_mjcf(file: Path) -> str:
         raise RobotFileError(
             f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
         ) from cause
+    x, y, z = model.opt.gravity.tolist()
+    if max(abs(x), abs(y), z) > 1e-6:
+        raise RobotFileError(
+            f"{file}: option: gravity: expected it along -z, got {_text(model.opt.gravity)}: turn the"
+            " model so that its z axis points up"
+        )
     root = Element("robot", name=file.stem)
     written = {0: (SubElement(root, "link", name="world").get("name", ""), pin.SE3.Identity())}
     for body in range(1, model.nbody):

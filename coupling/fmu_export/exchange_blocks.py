@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from elastic_robot.chain import Chain, build_chain
@@ -19,8 +20,11 @@ from elastic_robot.fmi.sizes import (
     RATE,
     TORQUE,
 )
-from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
+from elastic_robot.fmi.variables import TIME, Array, Block, Names, group
 from elastic_robot.hysteresis import REVERSAL_TIME
+
+# What a servo follows of its command.
+_SERVO = ("q_cmd", "qd_cmd", TIME)
 
 
 def all_blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> dict[str, Block]:
@@ -34,41 +38,35 @@ def all_blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) 
     """
     table = blocks(robot, strings)
     texts = table.pop("strings")
-    exchange = exchange_blocks(build_chain(robot), table, joints_with_motor(robot))
-    with_names = {key: with_joint_names(block, robot) for key, block in exchange.items()}
-    return {**table, **with_names, "strings": texts}
+    indicators = _indicators(build_chain(robot), joints_with_motor(robot))
+    with_names = {key: with_joint_names(block, robot) for key, block in indicators.items()}
+    return {**table, **_derivatives(table), **with_names, "strings": texts}
 
 
-def exchange_blocks(
-    chain: Chain, states: Mapping[str, Block], motors: Sequence[int] = ()
-) -> dict[str, Block]:
-    """Return, by block, derivatives of the states and event indicators.
+def _derivatives(table: Mapping[str, Block]) -> dict[str, Block]:
+    """Return the derivatives of the states by time, as the equation of motion has them, by block."""
+    moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES)
+    of_motor = ("deflection", "deflection_rate", "elongation", *ROTORS)
+    accelerated = ("qd_cmd", "qdd_cmd", "torque_cmd")
 
-    Args:
-        states: The blocks of `STATES` among the outputs.
-        motors: Joints with a motor, counted from 1.
-    """
-
-    def rate(
+    def derivative(
         state: str,
-        of: Sequence[str],
-        text: str,
         unit: str,
         nominal: float,
+        exchanged: Names,
         starts_from: Names = (),
-        exchanged: Names = (),
         elementwise: Names = (),
         tuned: Names = (),
     ) -> Block:
-        """Return the derivatives of a state, each with a text and what it is one of."""
         variables = tuple(
-            Variable(
-                f"der({variable.name})",
-                unit,
-                f"{text} of {name} as the equation of motion has it",
+            replace(
+                variable,
+                name=f"der({variable.name})",
+                unit=unit,
+                text=f"Derivative by time: {variable.text}",
                 nominal=nominal,
             )
-            for variable, name in zip(states[state].variables, of, strict=True)
+            for variable in table[state].variables
         )
         return Block(
             "local",
@@ -82,147 +80,118 @@ def exchange_blocks(
             tuned=tuned,
         )
 
-    names, elements = chain.elastic_names, chain.elements
-    elongated = [f"element {number} of {names[gear]}" for gear, number in elements.places]
-    moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES)
-    of_motor = ("deflection", "deflection_rate", "elongation", *ROTORS)
-    servo = ("q_cmd", "qd_cmd", TIME)
-    bend = "of the torque curve of"
-    slips = f"to its slip angle; its rate times {REVERSAL_TIME:g} s while it slips"
-    rotors = [f"the motor of joint[{i}]" for i in motors]
-    by_rotor = {
-        "starts_from": ("qd_cmd", "strings", TIME),
-        "exchanged": ("rotor_rate",),
-        "elementwise": ("rotor_rate",),
-    }
-    rates = [
-        rate(
-            "deflection",
-            names,
-            "Rate",
-            "rad/s",
-            RATE,
-            exchanged=("deflection_rate",),
-            elementwise=("deflection_rate",),
-        ),
-        rate(
+    by_rotor: tuple[Names, Names, Names] = (
+        ("rotor_rate",),
+        ("qd_cmd", "strings", TIME),
+        ("rotor_rate",),
+    )
+    rate = ("deflection_rate",)
+    derivatives = [
+        derivative("deflection", "rad/s", RATE, rate, elementwise=rate),
+        derivative(
             "deflection_rate",
-            names,
-            "Acceleration",
             "rad/s2",
             ACCELERATION,
-            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd"),
             moving,
+            (*REST, "anchor_velocity", *accelerated),
             tuned=TUNABLE,
         ),
-        rate(
-            "elongation",
-            elongated,
-            "Rate of elongation",
-            "rad/s",
-            RATE,
-            exchanged=("deflection_rate",),
-        ),
-        rate("rotor_angle", rotors, "Rate", "rad/s", RATE, **by_rotor),
-        rate(
+        derivative("elongation", "rad/s", RATE, rate),
+        derivative("rotor_angle", "rad/s", RATE, *by_rotor),
+        derivative(
             "rotor_rate",
-            rotors,
-            "Acceleration",
             "rad/s2",
             ACCELERATION,
-            (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction"),
-            (*servo, "torque_cmd", *of_motor),
+            (*_SERVO, "torque_cmd", *of_motor),
+            (*REST, *accelerated, "friction"),
             tuned=TUNABLE,
         ),
-        rate(
+        derivative(
             "servo_integral",
-            rotors,
-            "Growth of the integral",
             "N.m/s",
             GROWTH,
+            (*_SERVO, "rotor_angle", "rotor_rate", "servo_integral"),
             ("q_cmd", "qd_cmd", "strings", TIME),
-            (*servo, "rotor_angle", "rotor_rate", "servo_integral"),
         ),
-        rate("presliding", rotors, "Rate of elongation of the friction", "rad/s", RATE, **by_rotor),
+        derivative("presliding", "rad/s", RATE, *by_rotor),
     ]
+    return {STATES[block.derivative_of].derivative: block for block in derivatives}
+
+
+def _indicators(chain: Chain, motors: Sequence[int]) -> dict[str, Block]:
+    """Return the event indicators by block.
+
+    Args:
+        motors: Joints with a motor, counted from 1.
+    """
+    names, slips = chain.elastic_names, f"its rate times {REVERSAL_TIME:g} s while it slips"
+
+    def block(
+        unit: str,
+        nominal: float,
+        text: str,
+        parts: Mapping[str, str],
+        exchanged: Names,
+        tuned: Names = (),
+    ) -> Block:
+        indicators = group("", unit, text, parts, nominal=nominal)
+        return replace(
+            Block.of("local", "continuous", indicators),
+            exchanged=exchanged,
+            is_event_indicator=True,
+            tuned=tuned,
+        )
+
     return {
-        **{STATES[block.derivative_of].derivative: block for block in rates},
-        "bend": _indicators(
-            [
-                Variable(
-                    f"{names[k]}.bend.{side}",
-                    "rad",
-                    f"Way to the next bend {bend} {names[k]} {side}; 1 where there is none",
-                    nominal=ANGLE,
-                )
+        "bend": block(
+            "rad",
+            ANGLE,
+            "Way to the next bend of the torque curve, 1 without one",
+            {
+                f"{names[k]}.bend.{side}": f"{names[k]} {side}"
                 for k in chain.torsions
                 for side in ("below", "above")
-            ],
-            "deflection",
-            tuned=("backlash",),
+            },
+            ("deflection",),
+            ("backlash",),
         ),
-        "slip": _indicators(
-            [
-                Variable(
-                    f"{names[gear]}.slip[{number}]",
-                    "rad",
-                    f"Way of element {number} of {names[gear]} {slips}",
-                    nominal=ELONGATION,
-                )
-                for gear, number in elements.places
-            ],
-            "deflection_rate",
-            "elongation",
+        "slip": block(
+            "rad",
+            ELONGATION,
+            f"Way of an element of hysteresis to its slip angle, {slips}",
+            {
+                f"{names[gear]}.slip[{number}]": f"element {number} of {names[gear]}"
+                for gear, number in chain.elements.places
+            },
+            ("deflection_rate", "elongation"),
         ),
-        "motor_slip": _indicators(
-            [
-                Variable(
-                    f"joint[{i}].motor.slip",
-                    "rad",
-                    f"Way of the friction of the motor of joint[{i}] {slips}",
-                    nominal=PRESLIDING,
-                )
-                for i in motors
-            ],
-            "rotor_rate",
-            "presliding",
+        "motor_slip": block(
+            "rad",
+            PRESLIDING,
+            f"Way of a motor's friction to its slip angle, {slips}",
+            {f"joint[{i}].motor.slip": f"joint[{i}]" for i in motors},
+            ("rotor_rate", "presliding"),
         ),
-        "torque_room": _indicators(
-            [
-                Variable(
-                    f"joint[{i}].motor.torque_room",
-                    "N.m",
-                    f"Way of the servo of joint[{i}] to the motor's torque limit; 1 where there is none",
-                    nominal=TORQUE,
-                )
-                for i in motors
-            ],
-            *servo,
-            "rotor_angle",
-            "rotor_rate",
-            "servo_integral",
+        "torque_room": block(
+            "N.m",
+            TORQUE,
+            "Way of a servo to its motor's torque limit, 1 without one",
+            {f"joint[{i}].motor.torque_room": f"joint[{i}]" for i in motors},
+            (*_SERVO, "rotor_angle", "rotor_rate", "servo_integral"),
         ),
-        "contact_gap": _indicators(
-            [
-                Variable(
-                    "contact.gap",
-                    "m",
-                    "Way from the sphere at the TCP to the plane of the contact; 1 where there is none",
-                    nominal=DEVIATION,
-                )
-            ],
-            *("q_cmd", "anchor", "contact", "contact_normal", TIME, "deflection", "rotor_angle"),
+        "contact_gap": block(
+            "m",
+            DEVIATION,
+            "Way from the sphere at the TCP to the plane of the contact",
+            {"contact.gap": "1 without one"},
+            (
+                "q_cmd",
+                "anchor",
+                "contact",
+                "contact_normal",
+                TIME,
+                "deflection",
+                "rotor_angle",
+            ),
         ),
     }
-
-
-def _indicators(variables: Sequence[Variable], *exchanged: str, tuned: Names = ()) -> Block:
-    """Return a block of event indicators."""
-    return Block(
-        "local",
-        "continuous",
-        tuple(variables),
-        exchanged=exchanged,
-        is_event_indicator=True,
-        tuned=tuned,
-    )

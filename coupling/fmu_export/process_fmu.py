@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from coupling.fmu_export.python_slave import PythonSlave
 from coupling.path.histories import ToolPath
 from coupling.process import Process, force_laws
 from coupling.process.base import MemorylessProcess
-from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, Block, Variable
+from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, Block, Variable, along, group
 
 MODEL_NAME = "Process"
 
@@ -91,35 +92,32 @@ def _law(process: MemorylessProcess, desired: ToolPath) -> dict[str, bytes]:
 
 def _blocks(pose: np.ndarray) -> dict[str, Block]:
     """Return the FMU's variables, in the order of their value references."""
-    inputs = (
+    inputs = tuple(
         Variable(
             f"tcp.{name}", "m" if name in AXES else "1", "Pose of the TCP, base frame", float(start)
         )
         for name, start in zip(POSE, pose, strict=True)
     )
-    outputs = (
-        Variable(f"{name}.{axis}", unit, f"{text}, {axis}, on the tool at the TCP, base axes")
-        for name, unit, text in (("force", "N", "Force"), ("moment", "N.m", "Moment"))
-        for axis in AXES
-    )
-    stiffness = "Stiffness of the process to the TCP, base axes: force"
-    spring = (
-        *(
-            Variable(f"anchor.{axis}", "m", f"Position {axis} at which the force is the stated one")
-            for axis in AXES
+    place, stiffness = "Position at which the force is the stated one", "Stiffness of the process"
+    groups = {
+        "wrench": (
+            group("", "N", "Force on the tool at the TCP, base axes", along("force.")),
+            group("", "N.m", "Moment on the tool at the TCP, base axes", along("moment.")),
         ),
-        *(
-            Variable(f"anchor.v{axis}", "m/s", f"Velocity {axis} of that position, base axes")
-            for axis in AXES
+        "spring": (
+            group("", "m", f"{place}, base axes", along("anchor.")),
+            group("", "m/s", "Velocity of that position, base axes", along("anchor.v")),
+            group(
+                "",
+                "N/m",
+                f"{stiffness} to the TCP, base axes: force by its way back",
+                along("anchor.k", SYMMETRIC),
+            ),
         ),
-        *(
-            Variable(f"anchor.k{c}", "N/m", f"{stiffness} {c[0]} by its way back along {c[1]}")
-            for c in SYMMETRIC
-        ),
-    )
-    # After a step wrench and spring do not follow the pose any more; before the first step they do.
-    return {
-        "pose": Block("input", "continuous", tuple(inputs)),
-        "wrench": Block("output", "continuous", tuple(outputs), (), ("pose",)),
-        "spring": Block("output", "continuous", spring, (), ("pose",)),
     }
+    # After a step wrench and spring do not follow the pose any more; before the first step they do.
+    outputs = {
+        name: replace(Block.of("output", "continuous", *parts), starts_from=("pose",))
+        for name, parts in groups.items()
+    }
+    return {"pose": Block("input", "continuous", inputs), **outputs}

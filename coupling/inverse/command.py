@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from coupling.inverse.drive_limits import DriveLimits, NoCommandError
 from coupling.inverse.fit import SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
-from coupling.inverse.limited_fit import NoCommandError, keep_within
-from coupling.inverse.limits import DriveLimits
+from coupling.inverse.limited_fit import keep_within
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_chunks, dense_times
 from coupling.inverse.spline import UniformSpline

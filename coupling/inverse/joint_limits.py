@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.inverse.limits import DriveLimits
+from coupling.inverse.drive_limits import DriveLimits
 from elastic_robot.description import Robot
 
 

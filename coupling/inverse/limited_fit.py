@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
 
 import numpy as np
 import piqp
 from scipy import sparse
 
+from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.fit import SplineFit
-from coupling.inverse.limits import DriveLimits
-from coupling.inverse.rows import stretches
-
-# A stretch begins and ends so long before and after the limits bind [s]; doubled where no command
-# within the limits joins the one outside.
-_MARGIN = 0.2
 
 # Unit of the programs' unknowns [rad], and how well they keep their equations and limits in it.
 _UNIT = 1e-6
 _ACCURACY = 1e-9
-
-
-class NoCommandError(Exception):
-    """No command within the limits leads from one end to the other."""
 
 
 def keep_within(
@@ -39,28 +29,22 @@ def keep_within(
     Raises:
         NoCommandError: If there is none.
     """
-    layout, cycle = fit.drive.layout, fit.drive.cycle
-    margin = max(ceil(_MARGIN / cycle), 4 * layout.degree)
-    coefficients, misses = coefficients.copy(), misses.copy()
-    whole = False  # tried as one stretch
-    while True:
-        over = limits.excess(fit.command(coefficients)) > 0.0
-        if not over.any():
-            return coefficients, misses
-        if whole:
-            raise NoCommandError
-        whole = margin >= layout.count
-        for begin, end in stretches(over, margin, layout.count, layout.degree).tolist():
-            drive = slice(begin, end + layout.degree)
-            link = slice(begin * layout.parts, end * layout.parts + 1)
-            about = fit.along(coefficients, misses)
-            stretch = LimitedFit(about.part(begin, end), limits)
-            try:
-                coefficients[drive], misses[link] = stretch.solve(coefficients[drive], misses[link])
-            except NoCommandError:
-                if end - begin == layout.count:
-                    raise
-        margin *= 2
+    layout = fit.drive.layout
+
+    def solve(
+        unknowns: tuple[np.ndarray, np.ndarray], begin: int, end: int
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        coefficients, misses = unknowns[0].copy(), unknowns[1].copy()
+        drive = slice(begin, end + layout.degree)
+        link = slice(begin * layout.parts, end * layout.parts + 1)
+        stretch = LimitedFit(fit.along(coefficients, misses).part(begin, end), limits)
+        solved = stretch.solve(coefficients[drive], misses[link])
+        if solved is None:
+            return None
+        coefficients[drive], misses[link] = solved
+        return coefficients, misses
+
+    return limits.keep((coefficients, misses), lambda unknowns: fit.command(unknowns[0]), solve)
 
 
 @dataclass(frozen=True)
@@ -75,16 +59,17 @@ class LimitedFit:
     fit: SplineFit
     limits: DriveLimits
 
-    def solve(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solve(
+        self, coefficients: np.ndarray, misses: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray] | None:
         """Return coefficients (n,) and misses (nodes,) [rad] of the best command, from any one.
 
-        Raises:
-            NoCommandError: If none keeps to them.
+        None where no command keeps to the limits.
         """
         layout = self.fit.drive.layout
         change = self._program(self.fit, coefficients, misses, 0.0)
         if change is None:
-            raise NoCommandError
+            return None
         coefficients = coefficients + change[layout.coefficient]
         misses = misses + change[layout.miss]
         return self.fit.descend(coefficients, misses, self._step, lambda *_: self.fit.whole_stretch)
@@ -115,26 +100,48 @@ class LimitedFit:
             (np.ones(len(coefficients)), (np.arange(len(coefficients)), layout.coefficient)),
             shape=(len(coefficients), layout.size),
         )
-        met, kept = _touched(equations[:, free]), _touched((rows @ place)[:, free])
-        solver = piqp.SparseSolver()
-        solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
-        solver.setup(
-            sparse.csc_matrix(lower[free][:, free].T),
-            gradient[free] / _UNIT,
-            sparse.csc_matrix(equations[:, free][met]),
-            -errors[met] / _UNIT,
-            sparse.csc_matrix((rows @ place)[:, free][kept]),
-            low[kept] / _UNIT,
-            high[kept] / _UNIT,
+        change = solve_program(
+            lower[free][:, free].T,
+            gradient[free],
+            equations[:, free],
+            -errors,
+            ((rows @ place)[:, free], low, high),
         )
-        if solver.solve() != piqp.PIQP_SOLVED:
+        if change is None:
             return None
         step = np.zeros(layout.size)
-        step[free] = _UNIT * solver.result.x
+        step[free] = change
         return step
 
 
-def _touched(rows: sparse.csr_array) -> np.ndarray:
-    """Return the mask of rows that have entries."""
-    touched: np.ndarray = np.diff(rows.indptr) > 0
-    return touched
+def solve_program(
+    hessian: sparse.sparray,
+    gradient: np.ndarray,
+    equations: sparse.csr_array,
+    target: np.ndarray,
+    within: tuple[sparse.csr_array, np.ndarray, np.ndarray],
+) -> np.ndarray | None:
+    """Return the x that minimises x^T H x / 2 + g^T x [rad], (n,); None where none is feasible.
+
+    Args:
+        hessian, gradient: Upper triangle of H [1], (n, n), and g [rad], (n,).
+        equations, target: A [1], (e, n), and b [rad], (e,), with A x = b.
+        within: D [1], (r, n), and the ends of D x [rad], (r,) each.
+    """
+    rows, low, high = within
+    met, kept = (np.diff(matrix.indptr) > 0 for matrix in (equations, rows))
+    solver = piqp.SparseSolver()
+    solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
+    solver.setup(
+        sparse.csc_matrix(hessian),
+        gradient / _UNIT,
+        sparse.csc_matrix(equations[met]),
+        target[met] / _UNIT,
+        sparse.csc_matrix(rows[kept]),
+        low[kept] / _UNIT,
+        high[kept] / _UNIT,
+    )
+    if solver.solve() != piqp.PIQP_SOLVED:
+        return None
+    x: np.ndarray = _UNIT * solver.result.x
+    return x

@@ -19,13 +19,12 @@ from functools import cached_property
 from math import ceil
 
 import numpy as np
-import piqp
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.limited_fit import NoCommandError
-from coupling.inverse.limits import DriveLimits
-from coupling.inverse.rows import CommandRows, stretches
+from coupling.inverse.drive_limits import DriveLimits
+from coupling.inverse.limited_fit import solve_program
+from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.drive import Drive
@@ -40,11 +39,6 @@ _FORGOTTEN = 16.0
 _ALONE = 12
 # Weight of eta itself, that no part of a command is without any.
 _ITSELF = 1e-3
-
-# A stretch in which limits bind begins and ends so long before and after it [s].
-_MARGIN = 0.2
-# Unit of the programs' unknowns [rad], and how well they keep limits in it.
-_UNIT, _ACCURACY = 1e-6, 1e-9
 
 
 def dense_times(rows: CommandRows) -> np.ndarray:
@@ -179,7 +173,12 @@ class RowsFit:
         solved = solveh_banded(band, np.column_stack([right, held]), lower=True)[pad : pad + size]
         free, by_held = solved[:, 0], solved[:, 1:]
         pull = np.linalg.solve(conditions @ by_held, values - conditions @ free)
-        return self._within(limits, free + by_held @ pull)
+        best: np.ndarray = free + by_held @ pull
+
+        def solve(now: np.ndarray, begin: int, end: int) -> np.ndarray | None:
+            return self._limited(limits, best, now, slice(begin, end + self.rows.degree))
+
+        return limits.keep(best, self._spline, solve)
 
     def missed(self, coefficients: np.ndarray) -> np.ndarray:
         """Return W of what a command gives too much, at the dense times [rad], (n,)."""
@@ -188,26 +187,13 @@ class RowsFit:
             missed[here] += given.at(times)[:, 0]
         return self._weighted(missed)
 
-    def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
-        """Return the best coefficients within limits from those without [rad]."""
-        found, rows = best.copy(), self.rows
-        margin = max(ceil(_MARGIN / rows.cycle), 4 * rows.degree)
-        whole = False
-        while True:
-            over = limits.excess(self._spline(found)) > 0.0
-            if not over.any():
-                return found
-            if whole:
-                raise NoCommandError
-            whole = margin >= rows.count
-            for begin, end in stretches(over, margin, rows.count, rows.degree).tolist():
-                found = self._limited(limits, best, found, slice(begin, end + rows.degree))
-            margin *= 2
-
     def _limited(
         self, limits: DriveLimits, best: np.ndarray, now: np.ndarray, part: slice
-    ) -> np.ndarray:
-        """Return coefficients that are nearest to the best ones where those of a part may change."""
+    ) -> np.ndarray | None:
+        """Return coefficients that are nearest to the best ones where those of a part may change.
+
+        None where none of them keep to the limits.
+        """
         size, diagonals = part.stop - part.start, self._hessian
         beside = range(min(len(diagonals), size))
         upper = sparse.diags_array(
@@ -215,25 +201,14 @@ class RowsFit:
         )
         around = np.append(diagonals[:0:-1], diagonals)
         gradient = np.convolve(now - best, around)[len(diagonals) - 1 :][part]
-        conditions = self._conditions[0][:, part]
-        met = np.any(conditions != 0.0, axis=1)
+        conditions = sparse.csr_array(self._conditions[0][:, part])
         rows, low, high = limits.rows(self._spline(now))
-        touched = np.diff(rows[:, part].indptr) > 0
-        solver = piqp.SparseSolver()
-        solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
-        solver.setup(
-            sparse.csc_matrix(upper),
-            gradient / _UNIT,
-            sparse.csc_matrix(conditions[met]),
-            np.zeros(met.sum()),
-            sparse.csc_matrix(rows[:, part][touched]),
-            low[touched] / _UNIT,
-            high[touched] / _UNIT,
-        )
-        if solver.solve() != piqp.PIQP_SOLVED:
-            return now
+        none = np.zeros(conditions.shape[0])
+        change = solve_program(upper, gradient, conditions, none, (rows[:, part], low, high))
+        if change is None:
+            return None
         changed = now.copy()
-        changed[part] += _UNIT * solver.result.x
+        changed[part] += change
         return changed
 
     def _spline(self, coefficients: np.ndarray) -> UniformSpline:

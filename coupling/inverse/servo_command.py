@@ -8,10 +8,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from coupling.errors import PlanningError
+from coupling.inverse.drive_limits import DriveLimits, NoCommandError
 from coupling.inverse.inversion import InverseSolution, MovingRobot, fine_times
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.limited_fit import NoCommandError
-from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times
 from coupling.inverse.servo import MotorMotion, servo_motion

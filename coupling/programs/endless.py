@@ -35,17 +35,17 @@ def end_after_pass(
         ProgramEnd: If one pass is the path.
         ProgramError: If there is no motion in a pass, or the next pass makes others.
     """
-    end, left_out = len(moves), Counter(notes.left_out)
-    if end == begin:
+    first_pass, left_out = moves[begin:], Counter(notes.left_out)
+    if not first_pass:
         raise _refusal(where, "no motion in it")
     try:
         run_again()
     except ProgramError as cause:
         inner = str(cause).removeprefix(f"{where.partition(': ')[0]}: ")
         raise _refusal(where, f"in its second pass, {inner}") from cause
-    if moves[end:] != moves[begin:end]:
+    if moves[begin + len(first_pass) :] != first_pass:
         raise _refusal(where, "other motions in its second pass")
-    del moves[end:]
+    moves[begin:] = first_pass  # what waits in the second may have changed its end
     notes.left_out = left_out
     place = where.rpartition(": ")[2]
     notes.assume(f"the loop of {place} runs for ever: one pass of it is the path")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import degrees
 from typing import Literal
 
@@ -86,6 +86,8 @@ class ProgramMove:
         duration: Time from the last target [s]; None where a speed is programmed instead.
         speed: Programmed speed of the TCP [m/s]; None where there is none.
         configuration: Posture at a pose, where it is written.
+        is_stop: Whether the robot comes to rest there, as the program says.
+        wait: Time that it then stands [s].
         where: File and line, for messages; empty where it is not read from one.
 
     Raises:
@@ -98,11 +100,20 @@ class ProgramMove:
     duration: float | None = None
     speed: float | None = None
     configuration: Configuration | None = None
+    is_stop: bool = False
+    wait: float = 0.0
     where: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if (self.pose is None) == (self.joints is None):
             raise ValueError("move: expected either a pose or joint angles")
+
+
+def rest_behind(moves: list[ProgramMove], seconds: float = 0.0) -> None:
+    """Let the robot come to rest behind the last of some moves, and stand there [s]."""
+    if moves:
+        wait = moves[-1].wait + max(seconds, 0.0)
+        moves[-1] = replace(moves[-1], is_stop=True, wait=wait)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,14 @@ def bars(lengths: Sequence[tuple[str, float | None]], tolerance: float | None = 
     if most <= 0.0:
         return ""
     scale = (_WIDTH - _LABEL - _VALUE) / most
-    shapes = []
+    height, shapes = _ROW * len(known) + 12, []
+    if tolerance is not None:
+        x, height = _LABEL + scale * tolerance, height + 20
+        anchor = "end" if x > 0.7 * _WIDTH else "start" if x < 0.4 * _WIDTH else "middle"
+        shapes.append(
+            f'<path d="M{x:.1f} 4V{height - 20}" style="stroke: var(--ink)" stroke-dasharray="5 3"/>'
+            f'<text x="{x:.1f}" y="{height - 6}" text-anchor="{anchor}">your tolerance</text>'
+        )
     for number, (name, length) in enumerate(known):
         y = _ROW * number + 12
         colour = "link" if tolerance is None else "good" if length <= tolerance else "bad"
@@ -38,14 +45,6 @@ def bars(lengths: Sequence[tuple[str, float | None]], tolerance: float | None = 
             f' style="fill: var(--{colour})"/>',
             f'<text x="{end + 6:.1f}" y="{y + 13}">{html.escape(in_words(length))}</text>',
         ]
-    height = _ROW * len(known) + 12
-    if tolerance is not None:
-        x, height = _LABEL + scale * tolerance, height + 20
-        anchor = "end" if x > 0.7 * _WIDTH else "start" if x < 0.4 * _WIDTH else "middle"
-        shapes.append(
-            f'<path d="M{x:.1f} 4V{height - 20}" style="stroke: var(--ink)" stroke-dasharray="5 3"/>'
-            f'<text x="{x:.1f}" y="{height - 6}" text-anchor="{anchor}">your tolerance</text>'
-        )
     words = ", ".join(f"{name} {in_words(length)}" for name, length in known)
     return (
         f'<svg viewBox="0 0 {_WIDTH} {height}" role="img" aria-label="{html.escape(words)}">'

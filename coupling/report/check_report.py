@@ -60,8 +60,7 @@ def check_report(
         "check",
         name,
         answer,
-        summary=lambda: sections,
-        sections=lambda: [*sections, Section("", [_NOTE])],
+        lambda: [*sections, Section("", [_NOTE])],
         warnings=warnings,
         scene=partial(workspace, robots, case),
     )

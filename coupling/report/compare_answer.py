@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from coupling.report.background import tolerance_of
+from coupling.report.bars import bars
 from coupling.report.comparison import Comparison
 from coupling.report.lengths import in_words, judged
 from coupling.report.report_file import name_path
@@ -13,6 +14,8 @@ from coupling.report.run_report import run_report
 from coupling.results.section import Answer, KeyFigure, NextStep
 from coupling.run.stored_run import StoredRun
 
+# Runs whose figures stand on the first screen, the best ones of many; its picture has all.
+_FIGURES = 3
 _MEASURED_KIND, _EXPECTED_KIND = "measured", "expected on the real robot"
 
 
@@ -37,6 +40,10 @@ def comparison_answer(comparison: Comparison) -> Answer:
             )
         export = ("export", name_path(next_best.run.folder), "--to", "krl")
         steps = [NextStep.by(purpose, *export)]
+    standings_shown = standings
+    if len(standings) > _FIGURES:
+        standings_shown = sorted(standings, key=lambda standing: standing.order)[:_FIGURES]
+    learning = _next_command(comparison)
     return Answer(
         sentence=judged(words, good, tolerance),
         reason="" if best.kind == _MEASURED_KIND else own_answer.sentence,
@@ -47,9 +54,16 @@ def comparison_answer(comparison: Comparison) -> Answer:
                 in_words(standing.deviation),
                 f"{standing.kind}; uncorrected {in_words(standing.before)}",
             )
-            for standing in standings
+            for standing in standings_shown
         ],
-        steps=[*_next_command(comparison), *steps],
+        steps=[*steps, *learning] if good else [*learning, *steps],
+        picture=bars(
+            [
+                ("uncorrected", standings[0].before),
+                *((f"{s.name}, {s.kind.split()[0]}", s.deviation) for s in standings),
+            ],
+            tolerance,
+        ),
     )
 
 
@@ -85,8 +99,9 @@ class _Standing:
 
     @property
     def order(self) -> tuple[bool, bool, float]:
-        """What is converged first, what is measured before what is not."""
-        return not self.run.figures.converged, self.kind != _MEASURED_KIND, self.deviation
+        """What is measured first, what is not finished last."""
+        is_measured = self.kind == _MEASURED_KIND
+        return not (is_measured or self.run.figures.converged), not is_measured, self.deviation
 
 
 def _next_command(comparison: Comparison) -> Iterator[NextStep]:

@@ -45,25 +45,15 @@ def comparison_report(comparison: Comparison) -> ResultReport:
         "compare",
         " and ".join(comparison.names),
         comparison_answer(comparison),
-        summary=partial(comparison_summary, comparison),
-        sections=partial(_page_sections, comparison),
+        partial(_sections, comparison),
         scene=partial(comparison_scene, comparison),
     )
 
 
-def _page_sections(comparison: Comparison) -> list[Section]:
-    drawn = [part for robot in comparison.robots() for part in _sections(comparison, *robot)]
-    return [*_head(comparison), *drawn, _inputs(comparison)]
-
-
-def comparison_summary(comparison: Comparison) -> list[Section]:
+def _sections(comparison: Comparison) -> list[Section]:
     """Return what runs come to and in what they differ."""
-    commands = [
-        section
-        for name, robots in comparison.robots()
-        for section in _commands(comparison, name, robots)
-    ]
-    return [*_head(comparison), *commands, _inputs(comparison)]
+    drawn = [part for robot in comparison.robots() for part in _of_robot(comparison, *robot)]
+    return [*_head(comparison), *drawn, _inputs(comparison)]
 
 
 def comparison_scene(comparison: Comparison) -> Scene:
@@ -72,12 +62,14 @@ def comparison_scene(comparison: Comparison) -> Scene:
     frame = part_frame(real_part(first.figures, case_of(first)))
     scene = run_scene(first, frame, case_content(first))
     several = len(first.robots) > 1
-    tracks = [
-        replace(track(path.name, path.desired, path.actual), robot=name if several else "")
-        for name, robots in comparison.robots()
-        for path in _paths(comparison, robots)
-        if path.is_shown
-    ]
+    tracks = []
+    for name, robots in comparison.robots():
+        first_path, *others = (path for path in _paths(comparison, robots) if path.is_shown)
+        # The first two are seen at first: without a correction, and the last of all.
+        tracks += [
+            replace(track(path.name, path.desired, path.actual), robot=name if several else "")
+            for path in (first_path, *others[-1:], *others[:-1])
+        ]
     return replace(scene, tracks=tracks)
 
 
@@ -209,7 +201,7 @@ def _figures(comparison: Comparison) -> Table:
     return Table(("", *comparison.names), rows)
 
 
-def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:
+def _of_robot(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:
     """Return the sections of one robot in all runs."""
     whose, mark = _whose(comparison, robot)
     paths = list(_paths(comparison, robots))
@@ -226,7 +218,7 @@ def _sections(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> 
             [_deviations(paths, comparison)],
         ),
         Section(f"The part from above{whose}", [_ABOVE], f"above{mark}", from_above(views)),
-        *_commands(comparison, robot, robots, with_figures=True),
+        *_commands(comparison, robot, robots),
     ]
 
 
@@ -236,9 +228,7 @@ def _whose(comparison: Comparison, robot: str) -> tuple[str, str]:
     return (f", {robot} robot", f"_{robot}") if several else ("", "")
 
 
-def _commands(
-    comparison: Comparison, robot: str, robots: list[StoredRobot], with_figures: bool = False
-) -> list[Section]:
+def _commands(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> list[Section]:
     """Return how far the commands of a robot are from that of the first run."""
     whose, mark = _whose(comparison, robot)
     sections = []
@@ -250,7 +240,7 @@ def _commands(
                 f"Commands: {comparison.names[number]} minus {comparison.names[0]}{whose}",
                 parts if difference is None else [*parts, _joints(difference)],
                 f"commands{mark}{number}",
-                [_angles(difference)] if with_figures and difference is not None else [],
+                [] if difference is None else [_angles(difference)],
             )
         )
     return sections

@@ -20,7 +20,7 @@ _NOTE = Note(
 )
 
 
-def cut_section(cut: CutResult | None, *, with_pictures: bool = True) -> list[Section]:
+def cut_section(cut: CutResult | None) -> list[Section]:
     """Return the section of a cut; none where nothing is milled."""
     if cut is None:
         return []
@@ -42,7 +42,7 @@ def cut_section(cut: CutResult | None, *, with_pictures: bool = True) -> list[Se
         f" {1e6 * cut.volume_m3:.3g} cm3 in {cut.cutting_time_s:.1f} s of cutting."
     )
     table = Table(("cut", "mean", "largest", "at t = [s]", "limit of the spindle"), rows)
-    pictures = [_picture(cut, keys) for keys in _DRAWN] if with_pictures else []
+    pictures = [_picture(cut, keys) for keys in _DRAWN]
     return [Section("Cut", [sentence, table, _NOTE], "cut_course", pictures)]
 
 

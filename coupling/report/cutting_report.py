@@ -17,7 +17,7 @@ _NOTE = Note(
 )
 
 
-def cutting_summary(result: CuttingIdentified) -> list[Section]:
+def cutting_sections(result: CuttingIdentified) -> list[Section]:
     """Return what slots said."""
     across, along, axial = result.axes
     once, passing = result.shown[:3], result.shown[3:]

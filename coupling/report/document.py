@@ -105,14 +105,14 @@ def _card(card: Card) -> str:
     )
     picture = f'<figure class="thumb">{card.picture}</figure>' if card.picture else ""
     return (
-        f'<article class="card"><h3>{heading}</h3>{picture}<p class="verdict {_state(answer)}">'
+        f'<article class="card"><h3>{heading}</h3>{picture}<p class="verdict {_state(answer.good)}">'
         f'{html.escape(answer.sentence)}</p><dl class="three">{figures}</dl></article>'
     )
 
 
-def _state(answer: Answer) -> str:
+def _state(good: bool | None) -> str:
     """Return the class of a verdict."""
-    return {True: "yes", False: "no", None: "open"}[answer.good]
+    return {True: "yes", False: "no", None: "open"}[good]
 
 
 def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
@@ -126,19 +126,17 @@ def _answer(answer: Answer, scenes: dict[str, Scene]) -> str:
     steps = "".join(
         f"<li>{html.escape(step.words)}{_command(step.command)}</li>" for step in answer.steps
     )
-    scene = ""
+    shown = f'<figure class="picture">{answer.picture}</figure>' if answer.picture else ""
     if answer.scene is not None:
         scenes["first_scene"] = answer.scene
-        scene = scene_html("first_scene", answer.scene, "The robot along its path, in space")
-    elif answer.picture:
-        scene = f'<figure class="picture">{answer.picture}</figure>'
+        shown += scene_html("first_scene", answer.scene, "The robot along its path, in space")
     if not answer.sentence:
-        return f"<section>{scene}</section>"
-    verdict = f'<p class="verdict {_state(answer)}"><b>{html.escape(answer.sentence)}</b></p>'
+        return f"<section>{shown}</section>"
+    verdict = f'<p class="verdict {_state(answer.good)}"><b>{html.escape(answer.sentence)}</b></p>'
     todo = f'<h2>What to do now</h2><ol class="steps">{steps}</ol>' if steps else ""
     return (
         f'<section class="answer"><div>{verdict}{reason}<dl class="three">{figures}</dl>{todo}</div>'
-        f"{scene}</section>"
+        f'<div class="shown">{shown}</div></section>'
     )
 
 
@@ -150,13 +148,12 @@ def _command(command: str) -> str:
 
 
 def _section(section: Section) -> str:
-    if section.good is None:
-        return "".join(map(_part, section.parts))
-    first, *further_parts = (html.escape(part) for part in section.parts if isinstance(part, str))
-    text = "<br>".join((f"<b>{first}</b>", *further_parts))
-    others = (part for part in section.parts if not isinstance(part, str))
-    state, below = "yes" if section.good else "no", "".join(map(_part, others))
-    return f'<p class="verdict {state}">{text}</p>{below}'
+    text = "".join(map(_part, section.parts))
+    return (
+        text
+        if section.good is None
+        else f'<div class="verdict {_state(section.good)}">{text}</div>'
+    )
 
 
 def _part(part: Part) -> str:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from coupling.report.bars import bars
+from coupling.report.curves import SvgCurve, curves
 from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
 from coupling.results.cutting_result import CuttingIdentified
 from coupling.results.identified_result import IdentifiedResult
-from coupling.results.motion_result import MotionResult
+from coupling.results.modes_result import ResponseResult
+from coupling.results.motion_result import MotionResult, RecordingResult
 from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
@@ -18,6 +22,9 @@ _NO_BETTER = (
     "The start file predicts these deflections as well as the new one does those it was not fitted to:"
     " keep it, unless it was fitted to these measurements itself."
 )
+_WORSE = "The start file predicts these responses better: keep it."
+_UNFINISHED = "The fit has not converged: its values may still change."
+_MILLING = "elastic-robot init cell --process milling-force"
 # Log of an error that is told as a factor [1].
 _LARGE = 0.7
 
@@ -62,60 +69,112 @@ def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
 
 def response_answer(result: ResponseFitResult, file: str) -> Answer:
     """Return the first screen of an identification from responses, whose robot file is `file`."""
-    predicted, reason = result.held_out, ""
-    chosen, kind = (result.error, "fitted") if predicted is None else (predicted, "held out")
-    words = f"half of the values of responses {kind} are met to within {_percent(chosen.written)}"
-    good: bool | None = False
+    error = result.error if result.held_out is None else result.held_out
+    kind = "that were used" if result.held_out is None else "that were not used"
+    words = f"half of the values of responses {kind} are met to within {_percent(error.written)}"
+    good: bool | None = not result.refusal and result.converged
     steps = [NextStep("Compare both responses in the report; then run it again.")]
+    reason = ""
     if not result.refusal:
-        good, steps = result.converged, _use(file)
-        if predicted is None:
+        steps = _use(file)
+        if error.written >= error.start:
+            good, reason = False, _WORSE
+        elif result.held_out is None:
             good = None if good else False
             steps.append(NextStep("Check it in a posture that is not fitted: --hold-out FILE."))
             reason = "No posture was held out: nothing has checked posture, axes and tool."
+        elif good and any(posture.unloaded_joints for posture in result.postures):
+            good, reason = None, "Some gears were without load: what is said below comes first."
         if not result.converged:
-            reason = "The fit has not converged: its values may still change."
+            reason = _UNFINISHED
     return Answer(
         sentence=_sentence(result.refusal, words, result.parameters),
         reason=reason,
         good=good,
         figures=(
-            KeyFigure("Start file", _percent(result.error.start), "error of half of the values"),
-            KeyFigure("New file", _percent(result.error.written), "of responses that were fitted"),
-            KeyFigure(
-                "Held out",
-                "none" if predicted is None else _percent(predicted.written),
-                "of responses that were not fitted",
-            ),
+            KeyFigure("Start file", _percent(error.start), f"error of responses {kind}"),
+            KeyFigure("New file", _percent(error.written), "the same"),
+            KeyFigure("Fit", f"{100.0 * result.residual:.2g} %", _noise(result)),
         ),
         steps=steps,
+        picture=_response_picture(result),
     )
+
+
+def _noise(result: ResponseFitResult) -> str:
+    return f"of what was used remains; noise alone would be {100.0 * result.noise:.2g} %"
+
+
+def _response_picture(result: ResponseFitResult) -> str:
+    """Return the largest response of the posture that judges, measured and predicted."""
+    posture = next((p for p in result.postures if p.held_out), result.postures[0])
+
+    def sizes(response: ResponseResult) -> np.ndarray:
+        return UM * np.hypot(response.real_m_N, response.imag_m_N)
+
+    measured = max(posture.measured, key=lambda response: float(sizes(response).max()))
+    content = [
+        SvgCurve("measured", "quiet", np.array(measured.frequency_Hz), sizes(measured), True)
+    ]
+    for words, colour, responses in (
+        ("start file", "bad", posture.start),
+        ("new file", "link", posture.written),
+    ):
+        content += [
+            SvgCurve(words, colour, np.array(response.frequency_Hz), sizes(response))
+            for response in responses
+            if response.name == measured.name
+        ]
+    words = f"motion along {measured.name[0]} by a force along {measured.name[1]} [um/N]"
+    return curves(content, "frequency [Hz]", words, logarithmic=True)
 
 
 def motion_answer(result: MotionResult, file: str) -> Answer:
     """Return the first screen of an identification from motion, whose robot file is `file`."""
     judge = result.recordings[-1]
-    kind = "held out" if judge.held_out else "fitted"
-    torques = [value for value in judge.torque_relative if value is not None]
-    torque = f"{100.0 * max(torques):.2g} %" if torques else NOT_KNOWN
+    kind = "not used" if judge.held_out else "used"
+    errors = {k: error for k, error in enumerate(judge.torque_relative) if error is not None}
+    worst = max(errors, key=lambda k: errors[k], default=0)
+    torque = f"{100.0 * errors[worst]:.2g} %" if errors else NOT_KNOWN
     steps = [NextStep("Look at what is named above in the report; then run it again.")]
     if not result.refusal:
         steps = _use(file)
     if not result.refusal and not judge.held_out:
         steps.append(NextStep("Check it by a recording that is not fitted: --hold-out FILE."))
-    words = f"torques of a recording {kind} are met to within {torque} of their size"
+    words = f"motor torques of a recording that was {kind} are met to within {torque} of their size"
     return Answer(
         sentence=_sentence(result.refusal, words, result.parameters),
-        reason=""
-        if result.converged
-        else "The fit has not converged: its values may still change.",
+        reason="" if result.converged else _UNFINISHED,
         good=not result.refusal and result.converged,
         figures=(
-            KeyFigure("Motor torque", torque, f"largest rms error of a joint, {kind}"),
-            KeyFigure("Motor less link", _angle(judge.wind_up_rad), f"the same, {kind}"),
-            KeyFigure("With lag alone", _angle(judge.wind_up_lag_alone_rad), "without the robot"),
+            KeyFigure("Motor torque", torque, f"typical error of joint {worst + 1}, the worst"),
+            KeyFigure(
+                "Link behind its gear",
+                _at_arm(judge.wind_up_rad),
+                "typical error 1 m from the joint, the worst",
+            ),
+            KeyFigure(
+                "With rigid gears",
+                _at_arm(judge.wind_up_lag_alone_rad),
+                "the same, without this file",
+            ),
         ),
         steps=steps,
+        picture=_torque_picture(judge, worst),
+    )
+
+
+def _torque_picture(judge: RecordingResult, joint: int) -> str:
+    """Return the torque of a motor over time, measured and predicted."""
+    time, measured = np.array(judge.time), np.array(judge.measured_torque[joint])
+    predicted = measured - np.array(judge.left_torque[joint])
+    return curves(
+        [
+            SvgCurve("measured", "quiet", time, measured),
+            SvgCurve("predicted", "link", time, predicted),
+        ],
+        "time [s]",
+        f"torque of motor {joint + 1} [N m]",
     )
 
 
@@ -128,12 +187,14 @@ def cutting_answer(result: CuttingIdentified, file: str, is_case: bool) -> Answe
         is_case: Whether it is a case; else keys of one.
     """
     steps = [NextStep("Compare the forces in the report; then run it again.")]
-    if not result.refusal:
+    if not result.refusal and is_case:
         steps = [NextStep("Correct the command:", f"elastic-robot compensate {file}")]
-        if not is_case:
-            steps = [
-                NextStep(f"Have them written into your case: --case case.toml, or copy {file}.")
-            ]
+    elif not result.refusal:
+        steps = [
+            NextStep(
+                f"Copy the lines of {file} into [process] of your case; or begin one:", _MILLING
+            )
+        ]
     words = f"a mean force at a feed that was not used is met to within {_force(result, 'mean')}"
     return Answer(
         sentence=_sentence(result.refusal, words, result.parameters),
@@ -144,7 +205,22 @@ def cutting_answer(result: CuttingIdentified, file: str, is_case: bool) -> Answe
             KeyFigure("Once a revolution", _force(result, "once"), "the same, amplitude"),
         ),
         steps=steps,
+        picture=_force_picture(result),
     )
+
+
+def _force_picture(result: CuttingIdentified) -> str:
+    """Return the mean forces over the feed, measured and fitted."""
+    content = []
+    for axis, colour in (("across", "link"), ("along", "bad"), ("axial", "good")):
+        rows = [row for row in result.predictions if (row.quantity, row.axis) == ("mean", axis)]
+        rows = sorted(rows, key=lambda row: row.feed_m_s)
+        feed = np.array([6e4 * row.feed_m_s for row in rows])
+        content.append(
+            SvgCurve(axis, colour, feed, np.array([row.measured_N for row in rows]), True)
+        )
+        content.append(SvgCurve("", colour, feed, np.array([row.fitted_N for row in rows])))
+    return curves(content, "feed [mm/min]; dots: measured, lines: fitted", "mean force [N]")
 
 
 def _sentence(refusal: str, words: str, parameters: Sequence[ParameterResult]) -> str:
@@ -159,10 +235,8 @@ def _are_all_identified(parameters: Sequence[ParameterResult]) -> bool:
 
 
 def _use(file: str) -> list[NextStep]:
-    return [
-        NextStep(f"Name {file} as description in [robot] of your case."),
-        NextStep("Correct the command:", "elastic-robot compensate case.toml"),
-    ]
+    words = f"Name {file} as description in [robot] of your case, and correct its command; or begin one:"
+    return [NextStep(words, f"elastic-robot init cell --robot {file}")]
 
 
 def _percent(log_error: float) -> str:
@@ -172,9 +246,10 @@ def _percent(log_error: float) -> str:
     return f"{100.0 * math.expm1(log_error):.2g} %"
 
 
-def _angle(errors: Sequence[float | None]) -> str:
+def _at_arm(errors: Sequence[float | None]) -> str:
+    """Return the largest of angles, as what it moves a metre away."""
     stated_errors = [value for value in errors if value is not None]
-    return f"{UM * max(stated_errors):.3g} urad" if stated_errors else "not measured"
+    return in_words(max(stated_errors)) if stated_errors else "not measured"
 
 
 def _force(result: CuttingIdentified, quantity: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from math import hypot
 
-from coupling.errors import sentence
 from coupling.report.identify_figures import (
     agreement,
     amplification,
@@ -14,16 +13,21 @@ from coupling.report.identify_figures import (
 )
 from coupling.report.parameter_table import in_digits, parameter_table
 from coupling.results.identified_result import IdentifiedResult
-from coupling.results.section import Note, Section, Table, warned
+from coupling.results.section import Note, Section, Table
 
 _MM = 1e3
 
 
-def deflection_figures(result: IdentifiedResult) -> list[Section]:
-    """Return deflections, residuals and intervals as figures."""
+def deflection_sections(result: IdentifiedResult) -> list[Section]:
+    """Return what was identified from deflections."""
     factor = amplification(result)
     enlarged = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
     return [
+        _sizes(result),
+        *_loops(result),
+        Section("Parameters", [_parameters(result)]),
+        _separability(result),
+        *_further(result),
         Section(
             "Deflections, measured and predicted",
             [enlarged],
@@ -33,18 +37,6 @@ def deflection_figures(result: IdentifiedResult) -> list[Section]:
         Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(result)]),
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
         Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
-    ]
-
-
-def identify_summary(result: IdentifiedResult) -> list[Section]:
-    """Return what was identified."""
-    return [
-        _sizes(result),
-        *_loops(result),
-        Section("Parameters", [_parameters(result)]),
-        *warned(map(sentence, result.warnings)),
-        _separability(result),
-        *_further(result),
     ]
 
 

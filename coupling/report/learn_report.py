@@ -12,7 +12,7 @@ from coupling.report.intervals import interval_figure
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
-from coupling.results.section import UM, Note, Section, Table, warned
+from coupling.results.section import UM, Note, Section, Table
 from coupling.run.gear_check import gear_sections
 
 
@@ -47,7 +47,6 @@ def learned_summary(result: LearnedResult) -> list[Section]:
     )
     return [
         Section("", [words], good=not result.refusal),
-        *warned(map(sentence, result.warnings)),
         Section("", _sizes(result)),
         Section("Parameters", [_parameters(result)]),
         *gear_sections(result.gears),

@@ -53,13 +53,12 @@ def modes_report(result: ModesResult) -> ResultReport:
         "modes",
         result.name,
         modes_answer(result),
-        summary=partial(modes_summary, result),
-        sections=partial(_sections, result),
+        partial(_sections, result),
     )
 
 
 def _sections(result: ModesResult) -> list[Section]:
-    sections = modes_summary(result)
+    sections = _softest(result)
     figure = response_figure(
         [("", result.computed, "lines"), (", measured", result.measured, "markers")]
     )
@@ -124,7 +123,7 @@ def modes_answer(result: ModesResult) -> Answer:
     )
 
 
-def modes_summary(result: ModesResult) -> list[Section]:
+def _softest(result: ModesResult) -> list[Section]:
     """Return whose modes they are, and those where the TCP is softest."""
     place = result.places[0]
     where = (

@@ -10,10 +10,10 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.motion_result import MotionResult, RecordingResult
-from coupling.results.section import UM, Note, Section, Table, warned
+from coupling.results.section import UM, Note, Section, Table
 
 
-def recording_figures(result: MotionResult) -> list[Section]:
+def _recordings(result: MotionResult) -> list[Section]:
     """Return what is left of all recordings over time."""
     sections = []
     for recording in result.recordings:
@@ -36,7 +36,7 @@ def recording_figures(result: MotionResult) -> list[Section]:
     return sections
 
 
-def motion_summary(result: MotionResult) -> list[Section]:
+def motion_sections(result: MotionResult) -> list[Section]:
     """Return what was identified from motion."""
     noise = max(result.noise_torque_Nm)
     remark = (
@@ -45,7 +45,6 @@ def motion_summary(result: MotionResult) -> list[Section]:
         " of time."
     )
     sections = [
-        *warned(result.remarks),
         Section("", [_sizes(result), remark]),
         Section("Parameters", [parameter_table(result.parameters)]),
     ]
@@ -62,7 +61,7 @@ def motion_summary(result: MotionResult) -> list[Section]:
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))
     if result.terms:
         sections.append(Section("Without each term", [_terms(result), _TERMS]))
-    return sections
+    return [*sections, *_recordings(result)]
 
 
 def _sizes(result: MotionResult) -> Table:

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.errors import sentence
 from coupling.path.length_text import format_um
 from coupling.report.bars import bars
 from coupling.report.colours import JOINTS
@@ -37,9 +38,10 @@ def next_report(
         "next",
         name,
         answer,
-        summary=partial(next_summary, result, learned),
-        sections=partial(_sections, result, learned),
-        warnings=warned(result.warnings),
+        partial(_sections, result, learned),
+        warnings=warned(
+            [*result.warnings, *map(sentence, () if learned is None else learned.warnings)]
+        ),
     )
 
 

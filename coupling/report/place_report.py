@@ -41,8 +41,7 @@ def place_report(stored: StoredPlacement) -> ResultReport:
         "place",
         figures.case,
         place_answer(stored),
-        summary=partial(place_summary, figures),
-        sections=partial(_sections, stored),
+        partial(_sections, stored),
         warnings=warned(place_warnings(figures)),
     )
 
@@ -56,7 +55,7 @@ def _sections(stored: StoredPlacement) -> list[Section]:
         title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
-    return [*place_summary(figures), _gears(figures), *sections]
+    return [_settings(figures), _gears(figures), *sections]
 
 
 def place_answer(stored: StoredPlacement) -> Answer:
@@ -70,9 +69,13 @@ def place_answer(stored: StoredPlacement) -> Answer:
     good = fits if best.admitted and not chatters else False
     allowed = "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
     settings = {"as it is": present, "there": best}
-    causes = {
-        "process": {name: s.moved_m for name, s in settings.items() if s is not None},
-        "gears": {name: s.exposure_m for name, s in settings.items() if s is not None},
+    known = {name: setting for name, setting in settings.items() if setting is not None}
+    causes: dict[str, dict[str, float | None]] = {
+        "expected": {
+            n: None if s.expected is None else s.expected.maximum for n, s in known.items()
+        },
+        "process": {name: setting.moved_m for name, setting in known.items()},
+        "gears": {name: setting.exposure_m for name, setting in known.items()},
     }
     if not best.admitted:
         sentence = "NO PLACE FOUND that keeps all limits of [place]; the least bad one follows."
@@ -86,7 +89,9 @@ def place_answer(stored: StoredPlacement) -> Answer:
             f" {_remaining(best)}{allowed}."
         )
     elif best.cost_m < present.cost_m:
-        as_it_is = _remaining(present)
+        as_it_is = in_words(present.exposure_m)
+        if best.expected is not None and present.expected is not None:
+            as_it_is = expected_words(present.expected)
         sentence = f"BETTER PLACE FOUND: there {_remaining(best)}; as it is {as_it_is}{allowed}."
     else:
         sentence = (
@@ -97,15 +102,11 @@ def place_answer(stored: StoredPlacement) -> Answer:
         reason=f"There: {where}.{f' {best.stability.sentence}.' if best.stability is not None else ''}",
         good=good,
         figures=(
+            _expected_there(best, present),
             KeyFigure(
                 "Moved by the process" if figures.forced else "Moved by 100 N",
                 in_words(best.moved_m),
-                _as_it_is(present),
-            ),
-            KeyFigure(
-                "By unknown gears",
-                in_words(best.exposure_m),
-                "at rest, in motion several times as much",
+                "there" if present is None else f"there; as it is {in_words(present.moved_m)}",
             ),
             KeyFigure(
                 "To the nearest joint limit",
@@ -124,7 +125,7 @@ def place_answer(stored: StoredPlacement) -> Answer:
         ],
         picture=bars(
             [
-                (f"{place}, {cause}", length)
+                (f"{cause}, {place}", length)
                 for cause, lengths in causes.items()
                 for place, length in lengths.items()
             ],
@@ -146,14 +147,20 @@ def _remaining(setting: SettingResult) -> str:
     """Return what a corrected command leaves in a setting, in words."""
     if setting.expected is None:
         return f"gears that are not known well leave {in_words(setting.exposure_m)}"
-    return f"expect {expected_words(setting.expected)} on the real robot, corrected"
+    return f"a corrected command is expected to leave {expected_words(setting.expected)}"
 
 
-def _as_it_is(present: SettingResult | None) -> str:
-    return "there" if present is None else f"there; as it is {in_words(present.moved_m)}"
+def _expected_there(best: SettingResult, present: SettingResult | None) -> KeyFigure:
+    """Return what a corrected command leaves at the best place, beside that as it is."""
+    if best.expected is None:
+        note = "at rest, in motion several times as much"
+        return KeyFigure("By unknown gears", in_words(best.exposure_m), note)
+    now = None if present is None else present.expected
+    note = "" if now is None else f"; as it is {expected_words(now)}"
+    return KeyFigure("Expected after", expected_words(best.expected), f"on the real robot{note}")
 
 
-def place_summary(figures: PlacementResult) -> list[Section]:
+def _settings(figures: PlacementResult) -> Section:
     """Return what the best settings come to."""
     rows = [
         (
@@ -186,7 +193,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     ]
     collisions = "Check robot, tool and part for collisions before you move the robot there."
     parts += [f"{name}: {cut.sentence}." for name, cut in _cuts(figures) if cut.stable]
-    return [Section("", parts), *warned(place_warnings(figures)), Section("", [collisions])]
+    return Section("", [*parts, collisions])
 
 
 def place_warnings(figures: PlacementResult) -> list[str]:

@@ -24,7 +24,7 @@ _INTERVALS = Note(
 _UNEXPLAINED = 1.05
 
 
-def response_figures(result: ResponseFitResult) -> list[Section]:
+def _responses(result: ResponseFitResult) -> list[Section]:
     """Return the responses of every posture, measured and identified."""
     sections = []
     for number, posture in enumerate(result.postures, start=1):
@@ -44,7 +44,7 @@ def response_figures(result: ResponseFitResult) -> list[Section]:
     return sections
 
 
-def response_summary(result: ResponseFitResult) -> list[Section]:
+def response_sections(result: ResponseFitResult) -> list[Section]:
     """Return what was identified from frequency responses."""
     rows = [_row("all that are fitted", result.error)]
     if result.held_out is not None:
@@ -58,7 +58,8 @@ def response_summary(result: ResponseFitResult) -> list[Section]:
     return [
         Section("Error of the responses", [_ERRORS, errors]),
         Section("Parameters", [_INTERVALS, parameter_table(result.parameters)]),
-        Section("Modes with motors locked, as written", [modes, *response_warnings(result)]),
+        Section("Modes with motors locked, as written", [modes]),
+        *_responses(result),
     ]
 
 
@@ -73,12 +74,15 @@ def _modes(posture: PostureResponseResult) -> str:
 
 def response_warnings(result: ResponseFitResult) -> list[str]:
     """Return what the user should look at: gears without load, and what the model does not describe."""
+    unloaded: dict[str, list[str]] = {}
+    for posture in result.postures:
+        if posture.unloaded_joints:
+            joints = ", ".join(map(str, posture.unloaded_joints))
+            unloaded.setdefault(joints, []).append(posture.name)
     warnings = [
-        f"{posture.name}: gears of joints {', '.join(map(str, posture.unloaded_joints))} are unloaded in"
-        " their backlash, where nothing tells of their stiffness: pull the tool to one side, or use"
-        " --torque-curve linear."
-        for posture in result.postures
-        if posture.unloaded_joints
+        f"{', '.join(names)}: the gears of joint {joints} hang free in their backlash, where nothing"
+        " tells of their stiffness: pull the tool to one side, or use --torque-curve linear."
+        for joints, names in unloaded.items()
     ]
     if result.residual > _UNEXPLAINED * result.noise:
         warnings.append(

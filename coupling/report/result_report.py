@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 from coupling.errors import ResultError
@@ -30,9 +31,8 @@ class ResultReport:
         kind: Command that made the result.
         case: Name of its case.
         answer: First screen, without what is seen in space where that is in `scene`.
-        summary: Function that returns what the terminal says with `-v`.
-        sections: Function that returns the sections of the page.
-        warnings: Sections that are printed below the first screen.
+        sections: Function that returns the sections of the page, whose text the terminal has with `-v`.
+        warnings: Sections that stand below the first screen.
         scene: Function that returns what is seen in space.
         outline: Function that returns what of it an index shows.
         parts: Reports of its parts by their folders in the result's.
@@ -41,7 +41,6 @@ class ResultReport:
     kind: str
     case: str
     answer: Answer
-    summary: Callable[[], Sequence[Section]]
     sections: Callable[[], Sequence[Section]]
     warnings: Sequence[Section] = ()
     scene: Callable[[], Scene | None] = _nothing_in_space
@@ -59,16 +58,21 @@ class ResultReport:
         scene = self.outline() or self.answer.scene
         return self.answer.picture if scene is None else next(iter(stills(scene, _PIECES)), "")
 
+    @cached_property
+    def content(self) -> Sequence[Section]:
+        """What stands below the first screen: warnings and sections."""
+        return [*self.warnings, *self.sections()]
+
     @property
     def page(self) -> str:
         """Its page as one self-contained HTML text."""
-        return document(f"{self.case}: {self.kind}", self.sections(), self.first_screen)
+        return document(f"{self.case}: {self.kind}", self.content, self.first_screen)
 
     def before(self, other: ResultReport) -> ResultReport:
         """Return it with what else the terminal says of another result behind it."""
         return replace(
             self,
-            summary=lambda: [*self.summary(), *other.summary()],
+            sections=lambda: [*self.sections(), *other.sections()],
             warnings=[*self.warnings, *other.warnings],
         )
 

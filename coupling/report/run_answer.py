@@ -10,11 +10,15 @@ from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
+from coupling.results.outlook import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 
 # Gears that are named on the first screen.
 _NAMED = 2
+
+# Part of what is allowed that is as good as nothing.
+_SMALL = 0.02
 
 # Purposes of steps.
 _STABLE = "Find a depth and speed that do not chatter:"
@@ -59,11 +63,11 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     expected = figures.expected_deviation() if figures.converged else None
     tolerance = context.tolerance
     fits = None if tolerance is None or expected is None else expected.fits(tolerance)
-    worse = _worse(figures, expected)
+    worse = None if figures.outlook is None or expected is None else figures.outlook.worse
     good = fits if figures.converged and worse is None and figures.is_stable else False
     before, after = "uncorrected, with this robot file", "on the real robot"
     if worse is not None and worse.is_shifted:
-        before += f"; {in_words(worse.nothing)} after a shift of the part"
+        before += f"; {in_words(worse.uncorrected)} after a shift of the part"
         after += f"; {in_words(worse.deviation)} after such a shift"
     elif figures.converged and (expected is None or not expected.is_whole):
         after += "; its file does not say how exact it is"
@@ -90,12 +94,17 @@ def _sentence(
     figures: RunResult,
     context: RunContext,
     expected: ExpectedDeviation | None,
-    worse: _Worse | None,
+    worse: Worsening | None,
 ) -> str:
     before = in_words(figures.deviation_before_m.maximum)
     after = in_words(figures.deviation_after_m.maximum)
     if not figures.is_stable:
         return WILL_CHATTER
+    if not figures.converged and _is_enough(figures, context):
+        return (
+            f"NOT FINISHED: the last command leaves {after} on a robot exactly as its file says,"
+            f" uncorrected {before}; the case asks for less than that."
+        )
     if not figures.converged:
         return (
             f"NOT FINISHED: no command was found that keeps the path. The last one leaves {after} even"
@@ -109,14 +118,20 @@ def _sentence(
     if worse is not None and worse.is_shifted:
         return (
             "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
-            f" {in_words(worse.nothing)} uncorrected and by {in_words(worse.deviation)} under this"
+            f" {in_words(worse.uncorrected)} uncorrected and by {in_words(worse.deviation)} under this"
             " command, by what is not known well of robot and force."
         )
     if worse is not None:
         return (
             "WORSE THAN NOTHING is possible: what is not known well of robot and force may leave"
-            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.nothing)}: do not send this"
-            " command to a robot."
+            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.uncorrected)} on the same robot:"
+            " do not send this command to a robot."
+        )
+    if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
+        return (
+            f"About {in_words(expected.maximum)} may remain on the real robot until it is identified;"
+            f" uncorrected it would be off by at least as much, though its file says {before}. How much"
+            " the part allows is not stated."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
@@ -127,33 +142,10 @@ def _sentence(
     return expected_sentence(expected, context.tolerance)
 
 
-@dataclass(frozen=True)
-class _Worse:
-    """How a command may be worse than none.
-
-    Attributes:
-        deviation, nothing: Deviations under it and without it [m].
-        is_shifted: Whether both are those that remain after a shift of the part.
-    """
-
-    deviation: float
-    nothing: float
-    is_shifted: bool
-
-
-def _worse(figures: RunResult, expected: ExpectedDeviation | None) -> _Worse | None:
-    """Return how a command may be worse than none; None where it is not."""
-    outlook = figures.outlook
-    if outlook is None or expected is None:
-        return None
-    if expected.maximum > outlook.nothing:
-        return _Worse(expected.maximum, outlook.nothing, False)
-    if outlook.gains:
-        return None
-    # A constant goes with a shift of the part; what then remains is worse.
-    drawn = outlook.expected
-    shifted = max(outlook.less_constant, drawn.less_constant_high if drawn is not None else 0.0)
-    return _Worse(shifted, outlook.nothing_less_constant, True)
+def _is_enough(figures: RunResult, context: RunContext) -> bool:
+    """Return whether an iteration without a result came so near that its tolerance is to be raised."""
+    allowed = figures.deviation_before_m.maximum if context.tolerance is None else context.tolerance
+    return figures.deviation_after_m.maximum <= _SMALL * allowed
 
 
 def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
@@ -212,12 +204,19 @@ def _capital(text: str) -> str:
 
 
 def _steps(
-    figures: RunResult, context: RunContext, good: bool | None, worse: _Worse | None
+    figures: RunResult, context: RunContext, good: bool | None, worse: Worsening | None
 ) -> Iterator[NextStep]:
     """Yield what to do next; `place` and `next` are for one robot."""
     folder, is_alone = context.folder, len(figures.robots) == 1
     if not figures.is_stable:
         yield NextStep.by(_STABLE, "stability", context.case)
+        return
+    if not figures.converged and _is_enough(figures, context):
+        ask = 1.5 * figures.deviation_after_m.maximum
+        yield NextStep.by(
+            f"Ask for less: tolerance_m = {ask:.1g} in [compensation] of {context.case}; then again:",
+            *("compensate", context.case),
+        )
         return
     if not figures.converged:
         yield NextStep.by("See whether robot and path fit each other:", "check", context.case)

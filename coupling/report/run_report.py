@@ -60,8 +60,7 @@ def _report(run: StoredRun, sections: Callable[[], list[Section]]) -> ResultRepo
         figures.kind,
         figures.case,
         _answer(run),
-        summary=partial(run_summary, run),
-        sections=lambda: [*sections(), Section("", [_THINNED]), *inputs(figures, run.case)],
+        lambda: [*sections(), Section("", [_THINNED]), *inputs(figures, run.case)],
         warnings=run_warnings(figures),
         scene=partial(_scene, run),
         outline=partial(_outline, run),
@@ -88,14 +87,6 @@ def _answer(run: StoredRun) -> Answer:
         tolerance=tolerance_of(run),
     )
     return run_answer(run.figures, context)
-
-
-def run_summary(run: StoredRun) -> list[Section]:
-    """Return what a run found, of one robot or of a whole cell."""
-    head = cell_head(run) if run.gap is not None else robot_head(run, run.first)
-    answers = Section("", cost(run.figures, case_of(run), run.answers))
-    cut = cut_section(run.figures.cut, with_pictures=False)
-    return [*head, *cut, *check_sections(run.figures), answers]
 
 
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
@@ -131,14 +122,13 @@ def cell_head(cell: StoredRun) -> list[Section]:
 
 
 def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
-    """Return verdict, deviations, touch-off and warnings."""
+    """Return verdict, deviations and touch-off."""
     return [
         replace(
             verdict(figures_, case_of(run).process.model), title="How it was computed", good=None
         ),
         deviations,
         Section("", touched_off((warning.name, warning.touch_off) for warning in figures_.robots)),
-        *run_warnings(figures_),
     ]
 
 

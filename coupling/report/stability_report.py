@@ -57,14 +57,13 @@ def stability_report(result: StabilityResult) -> ResultReport:
         "stability",
         result.case,
         stability_answer(result),
-        summary=partial(stability_summary, result),
-        sections=partial(_sections, result),
+        partial(_sections, result),
         warnings=warned((), result.remarks),
     )
 
 
 def _sections(result: StabilityResult) -> list[Section]:
-    sections = stability_summary(result)
+    sections = _judgement(result)
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
         chart = chart_figure(result.chart, result.points[result.worst])
@@ -153,7 +152,7 @@ def stability_answer(result: StabilityResult) -> Answer:
     )
 
 
-def stability_summary(result: StabilityResult) -> list[Section]:
+def _judgement(result: StabilityResult) -> list[Section]:
     """Return whether the cuts chatter, what gives way, and at which speeds they would not."""
     worst = result.points[result.worst]
     sections = [
@@ -165,7 +164,7 @@ def stability_summary(result: StabilityResult) -> list[Section]:
         ]
         columns = ("gears", f"limit at {worst.rpm:.0f} 1/min [mm]", "no speed falls below [mm]")
         sections.append(Section("Other gears", [_SENSITIVE, Table(columns, table)]))
-    return [*sections, *warned((), result.remarks)]
+    return sections
 
 
 def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:

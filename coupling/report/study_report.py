@@ -37,8 +37,7 @@ def study_report(study: StoredStudy) -> ResultReport:
         "study",
         figures.case,
         study_answer(study),
-        summary=partial(study_summary, figures),
-        sections=partial(_sections, study),
+        partial(_sections, study),
     )
 
 
@@ -46,7 +45,9 @@ def _sections(study: StoredStudy) -> list[Section]:
     figures, run_page = study.figures, f"{RUN}/{REPORT}"
     link = [Note("The run of the command", run_page)] if (study.folder / run_page).exists() else []
     sections = [
-        *study_summary(figures),
+        _verdict(figures),
+        _quantiles(figures),
+        _parameters(figures),
         Section("", link),
         Section("Deviation along the path", (_bands_note(figures),), "bands", (bands(study),)),
         Section("Largest deviation", (_DISTRIBUTION,), "distribution", (distribution(study),)),
@@ -150,11 +151,6 @@ def study_answer(study: StoredStudy) -> Answer:
             tolerance,
         ),
     )
-
-
-def study_summary(figures: StudyResult) -> list[Section]:
-    """Return what a study found."""
-    return [_verdict(figures), _quantiles(figures), _parameters(figures)]
 
 
 def bands(study: StoredStudy) -> go.Figure:

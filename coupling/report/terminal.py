@@ -33,11 +33,11 @@ def print_report(console: Console, report: ResultReport, is_verbose: bool) -> No
     Args:
         console: Console to print on.
         report: First screen, sections and warnings.
-        is_verbose: Whether all is printed that the page says.
+        is_verbose: Whether all is printed that the page says in words and tables.
     """
     _print_answer(console, report.answer)
     if is_verbose:
-        print_sections(console, report.summary())
+        print_sections(console, report.content)
     else:
         _print_warnings(console, [part for section in report.warnings for part in section.parts])
 
@@ -53,9 +53,9 @@ def _print_warnings(console: Console, texts: Sequence[Part]) -> None:
 
 
 def print_sections(console: Console, sections: Iterable[Section]) -> None:
-    """Print sections; notes are for pages."""
+    """Print sections; notes, cards and pictures are for pages."""
     for section in sections:
-        if section.title:
+        if section.title and not all(isinstance(part, Note | Card) for part in section.parts):
             console.print(Text(f"\n{section.title}"), style="bold")
         for part in section.parts:
             match part:

@@ -32,7 +32,20 @@ class ExportedFileResult(ResultPart):
 
 
 class ExportedProgramResult(ResultPart):
-    """The program of one robot, and what its files do."""
+    """The program of one robot, and what its files do.
+
+    Attributes:
+        points_on_every_cycle: Number of points that a program with one on every cycle has.
+        points_tolerance_m: Smallest tolerance of its points along the command.
+        shortest_time_s, median_time_s: Times between two targets.
+        loss_m: Largest distance between the tool of the moving robot under the files and under the
+            command.
+        loss_on_joint_lines_m: The same if the drives go straight from set point to set point; None where
+            the controller's motion is a spline through the targets.
+        deviation_of_command_m, deviation_of_file_m: Deviation from the desired path under the command,
+            and under the files; None where a command came without a desired path.
+        counted_as_controller: Whether the robot file says how the controller counts.
+    """
 
     robot: str
     program: str
@@ -43,7 +56,7 @@ class ExportedProgramResult(ResultPart):
     shortest_time_s: float
     median_time_s: float
     loss_m: float
-    loss_on_joint_lines_m: float | None
+    loss_on_joint_lines_m: float | None = None
     deviation_of_command_m: Deviation | None
     deviation_of_file_m: Deviation | None
     base: tuple[float, ...] | None

@@ -21,10 +21,15 @@ class Replay(ResultPart):
     Attributes:
         name: Difference from the model, in words.
         deviation: Deviation from the desired paths, the worst figures of all tools.
+        uncorrected: The same under the uncorrected command, on the same robots; None where it is not
+            known.
     """
+
+    sparse = ("uncorrected_m",)
 
     name: str
     deviation: Annotated[Deviation, Field(alias="deviation_m")]
+    uncorrected: Annotated[Deviation | None, Field(alias="uncorrected_m")] = None
     _tools: tuple[Deviation, ...] = PrivateAttr(())
     _path: ToolPath | None = PrivateAttr(None)
 
@@ -35,6 +40,10 @@ class Replay(ResultPart):
         replay = cls(name=name, deviation=worst_of(tools))
         replay._tools = tools
         return replay
+
+    def beside(self, uncorrected: Deviation) -> Replay:
+        """Return it with what the uncorrected command leaves on the same robots."""
+        return self.model_copy(update={"uncorrected": uncorrected})
 
     def keeping(self, path: ToolPath) -> Replay:
         """Return it with the path of all tools."""
@@ -52,6 +61,12 @@ class Replay(ResultPart):
         return Replay(name=self.name, deviation=self._tools[tool])
 
 
+# Percentiles between which a deviation is expected: of n robots the values of rank p n + 1/2 (Hazen), as
+# far as there are any: the robots are spread evenly, so that each stands for an n-th of all of them.
+_INTERVAL = (5.0, 95.0)
+# Share of the robots that stay below what is expected.
+EXPECTED_SHARE = 0.01 * _INTERVAL[1]
+
 # First word of the replays whose backlash differs.
 BACKLASH = "backlash"
 
@@ -62,15 +77,76 @@ def worst_backlash(replays: Sequence[Replay]) -> Replay | None:
     return max(wrong, key=lambda replay: replay.deviation.maximum, default=None)
 
 
+class Worsening(ResultPart):
+    """A robot on which a command leaves more than the uncorrected one.
+
+    Attributes:
+        name: Its difference from the model, in words.
+        deviation: Largest deviation under the command [m].
+        uncorrected: The same under the uncorrected command [m].
+        is_shifted: Whether both are less a constant, what remains after a shift of the part.
+    """
+
+    name: str
+    deviation: float
+    uncorrected: float
+    is_shifted: bool
+
+    @classmethod
+    def of(cls, replay: Replay, before: Deviation, is_shifted: bool) -> Worsening:
+        """Return both deviations on the robots of a replay, be they worse or not.
+
+        Args:
+            before: Deviation of the uncorrected command on the model, for a replay that does not know it
+                on its own robots.
+        """
+        pair = (replay.deviation, replay.uncorrected or before)
+        if is_shifted:
+            deviation, uncorrected = (figures.maximum_less_constant for figures in pair)
+        else:
+            deviation, uncorrected = (figures.maximum for figures in pair)
+        return cls(
+            name=replay.name,
+            deviation=deviation,
+            uncorrected=uncorrected,
+            is_shifted=is_shifted,
+        )
+
+    @classmethod
+    def worst(
+        cls,
+        singles: Sequence[Replay],
+        samples: Sequence[Sequence[Replay]],
+        before: Deviation,
+        is_shifted: bool,
+    ) -> Worsening | None:
+        """Return the worst one to be expected; None where the command is no worse than none.
+
+        Args:
+            singles: Replays on robots that are to be expected each.
+            samples: Replays on robots that are drawn; of each sample those beyond `EXPECTED_SHARE`
+                are not expected.
+        """
+        pairs = [cls.of(replay, before, is_shifted) for replay in singles]
+        for sample in filter(None, samples):
+            drawn = sorted(
+                (cls.of(replay, before, is_shifted) for replay in sample),
+                key=lambda pair: pair.excess,
+            )
+            pairs.append(drawn[max(int(EXPECTED_SHARE * len(drawn) + 0.5), 1) - 1])
+        worst = max(pairs, key=lambda pair: pair.excess, default=None)
+        return None if worst is None or worst.excess <= 0.0 else worst
+
+    @property
+    def excess(self) -> float:
+        """Deviation by which the command is worse [m]; negative where it is better."""
+        return self.deviation - self.uncorrected
+
+
 _ADVICE = (
     "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"
     " place the part where no gear reverses (elastic-robot place)."
 )
-# Percentiles between which a deviation is expected: of n robots the values of rank p n + 1/2 (Hazen), as
-# far as there are any: the robots are spread evenly, so that each stands for an n-th of all of them.
-_INTERVAL = (5.0, 95.0)
-# Share of the robots that stay below what is expected.
-EXPECTED_SHARE = 0.01 * _INTERVAL[1]
 
 
 @dataclass(frozen=True)
@@ -224,6 +300,9 @@ class WorstReplay(ResultPart):
         nothing: Largest deviation of the uncorrected command, as the model has it [m].
         nothing_less_constant: The same less a constant [m].
         expected: Deviations on robots that are drawn from stated ranges; None where none is stated.
+        worse: Robot to be expected on which the command is worse than the uncorrected one; None where
+            there is none. A command that takes off the robot's sag and shakes its tool is worse less a
+            constant, with the part touched off.
     """
 
     worst: str
@@ -232,46 +311,43 @@ class WorstReplay(ResultPart):
     nothing: float
     nothing_less_constant: float
     expected: DrawnDeviation | None = None
+    worse: Worsening | None = None
 
     @classmethod
     def among(
         cls,
         before: Deviation,
         replays: Sequence[Replay],
-        expected: DrawnDeviation | None = None,
+        drawn: DrawnReplays | None = None,
     ) -> WorstReplay | None:
         """Return the outlook; None where nothing was replayed.
 
         Args:
             before: Deviation under the uncorrected command.
             replays: Deviations under the command, of robots and under loads that differ.
-            expected: Deviations on robots that are drawn.
+            drawn: Deviations on robots that are drawn.
         """
         if not replays:
             return None
+        drawn = drawn or DrawnReplays()
         worst = max(replays, key=lambda replay: replay.deviation.maximum)
+        singles, samples = (*replays, *drawn.left_out), (drawn.stated, drawn.completed)
         return cls(
             worst=worst.name,
             deviation=worst.deviation.maximum,
             less_constant=max(replay.deviation.maximum_less_constant for replay in replays),
             nothing=before.maximum,
             nothing_less_constant=before.maximum_less_constant,
-            expected=expected,
+            expected=DrawnDeviation.among(drawn),
+            worse=Worsening.worst(singles, samples, before, False)
+            or Worsening.worst(singles, samples, before, True),
         )
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def gains(self) -> bool:
-        """Whether the command is better than the uncorrected one in all replays, and as expected.
-
-        Less a constant as well: a command that takes off the robot's sag and shakes its tool is worse
-        than an uncorrected one with the part touched off.
-        """
-        highest, less_constant = self.deviation, self.less_constant
-        if self.expected is not None:
-            highest = max(highest, self.expected.high)
-            less_constant = max(less_constant, self.expected.less_constant_high)
-        return less_constant <= self.nothing_less_constant and highest <= self.nothing
+        """Whether the command is better than the uncorrected one on all robots to be expected."""
+        return self.worse is None
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -282,15 +358,18 @@ class WorstReplay(ResultPart):
             f" {format_um(self.less_constant)} um less a constant; uncorrected"
             f" {format_um(self.nothing)} um, {format_um(self.nothing_less_constant)} um less a constant"
         )
-        if self.gains and self.expected is not None:
-            return f"{self.expected.sentence} Sensitivity to one parameter: {figures}."
-        if self.gains:
+        expected = "" if self.expected is None else f"{self.expected.sentence} "
+        if self.worse is not None:
+            shifted = " less a constant" if self.worse.is_shifted else ""
             return (
-                "Sensitivity to 2 % of stiffness, 5 % of force and the like, not what a real robot"
-                f" leaves, as neither robot file nor process state a range: {figures}."
+                f"This command may be WORSE THAN NONE: on the same robot ({self.worse.name}) it leaves"
+                f" {format_um(self.worse.deviation)} um{shifted}, the uncorrected one"
+                f" {format_um(self.worse.uncorrected)} um{shifted}. {_ADVICE} {expected}"
+                f"Sensitivity to one parameter: {figures}."
             )
-        expected = "" if self.expected is None else f" {self.expected.sentence}"
+        if self.expected is not None:
+            return f"{expected}Sensitivity to one parameter: {figures}."
         return (
-            "This command may be WORSE THAN NONE: with errors of the robot's parameters or of the"
-            f" force the deviation is {figures}. {_ADVICE}{expected}"
+            "Sensitivity to 2 % of stiffness, 5 % of force and the like, not what a real robot"
+            f" leaves, as neither robot file nor process state a range: {figures}."
         )

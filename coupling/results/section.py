@@ -83,7 +83,7 @@ class Answer(Shown):
         sentence: Expectation for the real robot, beside what is allowed.
         good: Whether it is good enough; None where nothing says so.
         scene: Picture in space; None where nothing moves.
-        picture: Picture as SVG where there is none in space; empty for none.
+        picture: Picture as SVG, above that in space; empty for none.
     """
 
     sentence: str
@@ -120,8 +120,7 @@ class Section:
     Attributes:
         name: Name of its figures in a page.
         figures: Figures that a page draws below, side by side.
-        good: Whether it is good news, of which the first sentence is the most important one; None for
-            what judges nothing.
+        good: Whether it is good news; None for what judges nothing.
         scene: Picture in space that a page shows above its figures.
     """
 
@@ -134,6 +133,9 @@ class Section:
 
 
 def warned(warnings: Iterable[str], remarks: Iterable[str] = ()) -> list[Section]:
-    """Return the section of warnings and remarks; none where there are none."""
-    said = [f"Warning: {text}" for text in warnings] + [f"Remark: {text}" for text in remarks]
-    return [Section("", said)] if said else []
+    """Return the sections of warnings and of remarks; none where there are none."""
+    sections = [
+        Section("", [f"Warning: {text}" for text in warnings], good=False),
+        Section("", [f"Remark: {text}" for text in remarks]),
+    ]
+    return [section for section in sections if section.parts]

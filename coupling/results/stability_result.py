@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
-from coupling.results.base import ResultFile, ResultPart, Unbounded
+from coupling.results.base import ResultFile, ResultPart, Unbounded, finite
 from coupling.results.modes_result import Grid, SwingingRobotResult
 from coupling.results.shown import Shown
 
@@ -15,6 +16,11 @@ FIGURES = "stability.json"
 
 Numbers = tuple[float, ...]
 Limits = tuple[float | None, ...]
+
+
+def stored_limits(values: np.ndarray) -> Limits:
+    """Return limits [m], (n,), or their frequencies [Hz], None where there is none."""
+    return tuple(map(finite, values.tolist()))
 
 
 class StabilityPoint(ResultPart):
@@ -39,13 +45,36 @@ class StabilityPoint(ResultPart):
 
 
 class ChartResult(ResultPart):
-    """Limits over the speed of the spindle at the worst place."""
+    """Limits over the speed of the spindle at the worst place, speeds that are too slow left out.
+
+    Attributes:
+        frequency_Hz: Frequency of the vibration at the limit.
+        zero_order_m: The same limits by zero order.
+        robot_alone_m: Those of the robot without the tool's modes by zero order.
+    """
 
     rpm: Numbers
     limit_m: Limits
     frequency_Hz: Limits
     zero_order_m: Limits
     robot_alone_m: Limits
+
+    def stable_speeds(self, depth: float) -> tuple[tuple[float, float], ...]:
+        """Return the ranges of speeds at which a depth [m] and all smaller ones are stable [1/min].
+
+        Example:
+            >>> none = (None,) * 3
+            >>> limits = {"limit_m": (1e-3, None, 3e-3), "frequency_Hz": none, "zero_order_m": none}
+            >>> chart = ChartResult(rpm=(1e3, 2e3, 3e3), robot_alone_m=none, **limits)
+            >>> chart.stable_speeds(2e-3)
+            ((2000.0, 3000.0),)
+        """
+        is_stable = [limit is None or limit > depth for limit in self.limit_m]
+        edges = np.flatnonzero(np.diff([False, *is_stable, False])).tolist()
+        return tuple(
+            (self.rpm[low], self.rpm[high - 1])
+            for low, high in zip(edges[::2], edges[1::2], strict=True)
+        )
 
 
 class FeedChartResult(ResultPart):
@@ -56,7 +85,11 @@ class FeedChartResult(ResultPart):
 
 
 class PartChartResult(ResultPart):
-    """Limits over the part; None where there is none or the robot cannot be."""
+    """Limits over the part; None where there is none or the robot cannot be.
+
+    Attributes:
+        least_m: Limits that no speed of the range falls below, by zero order.
+    """
 
     x_m: Numbers
     y_m: Numbers
@@ -65,7 +98,7 @@ class PartChartResult(ResultPart):
 
 
 class SensitivityResult(ResultPart):
-    """Limit with another robot."""
+    """Limit with another robot; `least_m` is that which no speed falls below, by zero order."""
 
     name: str
     limit_m: Unbounded

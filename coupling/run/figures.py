@@ -14,7 +14,7 @@ from coupling.process.smoothing import ForceNoise
 from coupling.results.drive_result import CommandResult
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import DrawnDeviation, WorstReplay
+from coupling.results.outlook import WorstReplay
 from coupling.results.run_result import (
     GapResult,
     NoiseResult,
@@ -85,7 +85,7 @@ def figures_of(
         robustness=tuple(
             replay if tool is None else replay.of_tool(tool) for replay in run.robustness
         ),
-        outlook=outlook_of(run, before),
+        outlook=outlook_of(run),
         stability=run.finding_of(CUT_STABILITY).stability,
         mean_force_across=run.finding_of(CUT_STABILITY).force,
         cut=run.finding_of(CUT_STABILITY).cut,
@@ -142,8 +142,8 @@ def _noise(noise: ForceNoise | None) -> NoiseResult | None:
     )
 
 
-def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
-    """Return what to expect on a robot that is none of the model's own.
+def outlook_of(run: Run) -> WorstReplay | None:
+    """Return what to expect on robots that are none of the model's own, of the tool that is worst.
 
     Returns:
         None where nothing was replayed, of a coupling, which commands nothing, and of a robot that was
@@ -151,8 +151,8 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """
     if run.forecast is not None or run.kind == "couple":
         return None
-    expected = DrawnDeviation.among(run.finding_of(DRAWN_ROBOTS))
-    return WorstReplay.among(before, run.robustness, expected)
+    drawn = run.finding_of(DRAWN_ROBOTS)
+    return WorstReplay.among(run.deviation(run.before), run.robustness, drawn)
 
 
 def _of_tool(wrench: WrenchHistory, tool: int | None) -> WrenchHistory:

@@ -11,10 +11,11 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
-from coupling.path.frame import Frame
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.results.run_result import ChainResult, RobotResult, TouchOffResult, three
 from coupling.robot.batch.rigid_robot import RigidRobot
 from coupling.run.execute import Run
+from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 
 
@@ -43,18 +44,17 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
                 stiffness_range_Nm_rad=placed.provenance.stiffness_range,
                 touch_off=touch_off_of(case, placed),
                 links_m=tuple(map(three, np.round(placed.world_from_base.points(points), 6))),
-                chain=chain_of(placed),
+                chain=chain_of(placed.description, placed.world_from_base),
             )
         )
     return tuple(drawn)
 
 
-def chain_of(placed: PlacedRobot) -> ChainResult:
-    """Return the joints of a robot of a case, as pages draw them."""
-    robot = placed.description
+def chain_of(robot: Robot, world_from_base: Frame = AT_THE_ORIGIN) -> ChainResult:
+    """Return the joints of a robot, as pages draw them."""
     last_from_tool = Frame.of_rpy(robot.tcp_position, robot.tcp_rpy)
     return ChainResult(
-        base_pose=placed.world_from_base.pose,
+        base_pose=world_from_base.pose,
         origins_m=tuple(three(np.array(joint.origin)) for joint in robot.joints),
         axes=tuple(three(np.array(joint.axis)) for joint in robot.joints),
         tool_pose=last_from_tool.pose,

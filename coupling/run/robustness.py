@@ -62,8 +62,7 @@ def replayed(command: ReplayedCommand) -> tuple[Replay, ...]:
         )
         if not (differs or pushes):
             continue
-        path = command.path_on(differing, variation.force)
-        replay = Replay.of(variation.name, path, command.desired)
+        replay, path = command.replay(variation.name, differing, variation.force)
         replays.append(replay.keeping(path) if variation.name.startswith(BACKLASH) else replay)
     return tuple(replays)
 

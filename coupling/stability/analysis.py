@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 import elastic_robot
 from coupling.errors import StabilityError
 from coupling.events import Progress, Watch, unwatched
 from coupling.modes.swinging_robot import swinging_robot
-from coupling.results.modes_result import Grid
-from coupling.results.stability_result import (
-    ChartResult,
-    FeedChartResult,
-    Limits,
-    MarchResult,
-    PartChartResult,
-    SensitivityResult,
-    StabilityPoint,
-    StabilityResult,
-)
+from coupling.results.stability_result import MarchResult, StabilityPoint, StabilityResult
 from coupling.stability.case_cut import CaseCuts, PlacedCut
-from coupling.stability.chart import (
-    limits_over_feed,
-    part_chart,
-    sensitivities,
-    speed_chart,
-)
+from coupling.stability.chart import feed_chart, part_chart, sensitivities, speed_chart
 from coupling.stability.judgement import Judgement
 from coupling.stability.marching import march
 from coupling.stability.path_stability import PLACES, PathStability
@@ -86,35 +69,18 @@ def stability_along_path(
     worst = path.worst
     result = _result(cuts, path)
     chart = speed_chart(worst, report)
-    directions, by_direction = limits_over_feed(worst, report)
-    over_part = part_chart(worst, report)
+    over_feed, over_part = feed_chart(worst, report), part_chart(worst, report)
     report("limits over the part", 1, 1)
-    slowest = float(chart.rpm[0]) if len(chart.rpm) else np.inf
+    slowest = chart.rpm[0] if chart.rpm else np.inf
     more: dict[str, object] = {
         "remarks": ()
         if slowest <= _SLOWER * cuts.speeds[0]
         else (f"speeds below {slowest:.0f} 1/min are too slow for the fastest mode, and left out",),
-        "stable_rpm": tuple(chart.stable_speeds(worst.placed.cut.depth)),
-        "chart": ChartResult(
-            rpm=tuple(chart.rpm.tolist()),
-            limit_m=_limits(chart.limit),
-            frequency_Hz=_limits(chart.frequency),
-            zero_order_m=_limits(chart.zero_order),
-            robot_alone_m=_limits(chart.robot_alone),
-        ),
-        "over_feed": FeedChartResult(
-            feed_deg=tuple(np.rad2deg(directions).tolist()), limit_m=_limits(by_direction)
-        ),
-        "over_part": PartChartResult(
-            x_m=tuple(over_part.x.tolist()),
-            y_m=tuple(over_part.y.tolist()),
-            limit_m=_grid(over_part.limit),
-            least_m=_grid(over_part.least),
-        ),
-        "sensitivities": tuple(
-            SensitivityResult(name=other.name, limit_m=other.limit, least_m=other.least)
-            for other in sensitivities(worst)
-        ),
+        "stable_rpm": chart.stable_speeds(worst.placed.cut.depth),
+        "chart": chart,
+        "over_feed": over_feed,
+        "over_part": over_part,
+        "sensitivities": sensitivities(worst),
     }
     if seconds:
         more["march"] = _march(worst, seconds)
@@ -177,11 +143,3 @@ def _march(judgement: Judgement, seconds: float) -> MarchResult:
         growth_1_s=marched.growth,
         out_of_cut=float(late.mean()),
     )
-
-
-def _limits(values: np.ndarray) -> Limits:
-    return tuple(value if np.isfinite(value) else None for value in values.tolist())
-
-
-def _grid(values: Sequence[np.ndarray] | np.ndarray) -> Grid:
-    return tuple(_limits(row) for row in values)

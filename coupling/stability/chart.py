@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from coupling.errors import StabilityError
 from coupling.modes.part_grid import PartGrid
+from coupling.results.stability_result import (
+    ChartResult,
+    FeedChartResult,
+    PartChartResult,
+    SensitivityResult,
+    stored_limits,
+)
 from coupling.stability.case_cut import CaseCuts, PlacedCut
 from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement
@@ -23,35 +30,7 @@ _DAMPING, _STIFFNESS = (0.5, 2.0), (0.75, 1.25)
 Report = Callable[[str, int, int], None]
 
 
-@dataclass(frozen=True)
-class SpeedChart:
-    """Limits over the speed of the spindle, at one place.
-
-    Attributes:
-        rpm: Speeds [1/min], rising, without those that are too slow for the fastest mode, (n,).
-        limit: Limiting depths [m], infinite where there is none, (n,).
-        frequency: Frequency of the vibration there [Hz], NaN where there is none, (n,).
-        zero_order: The same depths by zero order [m], (n,).
-        robot_alone: Those of the robot without the tool's modes by zero order [m], (n,).
-    """
-
-    rpm: np.ndarray
-    limit: np.ndarray
-    frequency: np.ndarray
-    zero_order: np.ndarray
-    robot_alone: np.ndarray
-
-    def stable_speeds(self, depth: float) -> list[tuple[float, float]]:
-        """Return the ranges of speeds at which a depth [m] and all smaller ones are stable [1/min]."""
-        is_stable = self.limit > depth
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], is_stable.astype(int), [0]])))
-        return [
-            (float(self.rpm[low]), float(self.rpm[high - 1]))
-            for low, high in zip(edges[::2], edges[1::2], strict=True)
-        ]
-
-
-def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
+def speed_chart(judgement: Judgement, report: Report) -> ChartResult:
     """Return the limits of a cut over the range of the spindle's speeds.
 
     Args:
@@ -78,39 +57,29 @@ def speed_chart(judgement: Judgement, report: Report) -> SpeedChart:
         if 0.0 < limit[k] < np.inf:
             frequency[k] = vibration_of(there.whole, cut_there.at_depth(float(limit[k]))).frequency
     is_known = ~np.isnan(limit)
-    return SpeedChart(
-        *(values[is_known] for values in (rpm, limit, frequency, zero_order, robot_alone))
+    return ChartResult(
+        rpm=tuple(rpm[is_known].tolist()),
+        limit_m=stored_limits(limit[is_known]),
+        frequency_Hz=stored_limits(frequency[is_known]),
+        zero_order_m=stored_limits(zero_order[is_known]),
+        robot_alone_m=stored_limits(robot_alone[is_known]),
     )
 
 
-def limits_over_feed(judgement: Judgement, report: Report) -> tuple[np.ndarray, np.ndarray]:
-    """Return directions of the feed [rad], (n,), and the limits with it turned there [m], (n,)."""
+def feed_chart(judgement: Judgement, report: Report) -> FeedChartResult:
+    """Return the limits of a cut with the feed turned to all directions."""
     placed, cuts = judgement.placed, judgement.cuts
     angles = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)
     limits = np.empty(_DIRECTIONS)
     for k, angle in enumerate(angles.tolist()):
         report("limits over the direction of the feed", k, _DIRECTIONS)
         limits[k] = Judgement.of(cuts, replace(placed, feed=angle)).limit
-    return angles, limits
+    return FeedChartResult(
+        feed_deg=tuple(np.rad2deg(angles).tolist()), limit_m=stored_limits(limits)
+    )
 
 
-@dataclass(frozen=True)
-class PartChart:
-    """Limits over the part, with tool and feed as at one place.
-
-    Attributes:
-        x, y: Places in the part frame [m], (a,) and (b,).
-        limit: Limits [m], infinite where there is none, NaN where the robot cannot be, (b, a).
-        least: Limits that no speed of the range falls below, by zero order [m], likewise, (b, a).
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    limit: np.ndarray
-    least: np.ndarray
-
-
-def part_chart(judgement: Judgement, report: Report) -> PartChart:
+def part_chart(judgement: Judgement, report: Report) -> PartChartResult:
     """Return the limits of a cut at places about the path, at the programmed speed."""
     cuts, placed = judgement.cuts, judgement.placed
     robot = cuts.case.robots[0]
@@ -124,7 +93,12 @@ def part_chart(judgement: Judgement, report: Report) -> PartChart:
         posture = grid.q[row, column]
         if np.isfinite(posture).all():
             limit[row, column], least[row, column] = _limits(cuts, replace(placed, q=posture))
-    return PartChart(grid.x, grid.y, limit, least)
+    return PartChartResult(
+        x_m=tuple(grid.x.tolist()),
+        y_m=tuple(grid.y.tolist()),
+        limit_m=tuple(map(stored_limits, limit)),
+        least_m=tuple(map(stored_limits, least)),
+    )
 
 
 def _limits(cuts: CaseCuts, placed: PlacedCut) -> tuple[float, float]:
@@ -136,22 +110,7 @@ def _limits(cuts: CaseCuts, placed: PlacedCut) -> tuple[float, float]:
     return judgement.limit, judgement.least
 
 
-@dataclass(frozen=True)
-class Sensitivity:
-    """Limit of a cut with another robot.
-
-    Attributes:
-        name: The difference, in words.
-        limit: Limiting depth at the programmed speed [m].
-        least: Depth that no speed of the range falls below, by zero order [m].
-    """
-
-    name: str
-    limit: float
-    least: float
-
-
-def sensitivities(judgement: Judgement) -> list[Sensitivity]:
+def sensitivities(judgement: Judgement) -> tuple[SensitivityResult, ...]:
     """Return how the limit moves with damping and stiffness of the robot's gears."""
     cuts, placed = judgement.cuts, judgement.placed
     differences = [("as in the robot file", 1.0, 1.0)]
@@ -159,7 +118,6 @@ def sensitivities(judgement: Judgement) -> list[Sensitivity]:
     differences += [(f"stiffness x {factor:g}", 1.0, factor) for factor in _STIFFNESS]
     limits = []
     for name, damping, stiffness in differences:
-        there = cuts.structure(placed, damping, stiffness)
-        other = Judgement(cuts, placed, there)
-        limits.append(Sensitivity(name, other.limit, other.least))
-    return limits
+        other = Judgement(cuts, placed, cuts.structure(placed, damping, stiffness))
+        limits.append(SensitivityResult(name=name, limit_m=other.limit, least_m=other.least))
+    return tuple(limits)

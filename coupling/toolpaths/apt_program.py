@@ -120,7 +120,7 @@ class _Reader:
         """
         word, arguments = statement.word, statement.arguments
         if tool := tool_of(statement):
-            if self.has_cut and self.tools.get(word, tool) != tool:
+            if self.has_cut and (not self.tools or self.tools.get(word, tool) != tool):
                 self.change = f"{word}/{','.join(arguments)} in line {statement.line}"[:60]
             self.tools[word] = tool
         if word == "GOTO":

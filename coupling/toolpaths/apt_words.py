@@ -12,21 +12,11 @@ NUMBER = re.compile(r"[+-]?(?:\d{1,15}(?:\.\d{0,25})?|\.\d{1,25})(?:E[+-]?\d{1,2
 # A vector may be so much longer or shorter than 1.
 _LENGTH = 0.01
 # Words that change nothing of the tip's path.
-_TEXTS = (
-    "PARTNO",
-    "PPRINT",
-    "REMARK",
-    "LETTER",
-    "TITLES",
-    "TPRINT",
-    "PAINT",
-    "DISPLY",
-    "END-OF-PATH",
-)
+_TEXTS = "PARTNO PPRINT REMARK LETTER TITLES TPRINT PAINT DISPLY END-OF-PATH"
 _TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
 _MACHINE = ("MACHIN", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND", "END")
 _SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
-_IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
+_IDLE = {*_TEXTS.split(), *_TOOLS, *_MACHINE, *_SETTINGS}
 # Words that end what is refused here, and then change nothing.
 _IDLE_WHEN_OFF = ("CYCLE", "CUTCOM", "TRACUT", "ARCSLP")
 _REPETITION = "a repetition, a jump or a call: output its statements one after the other"
@@ -49,18 +39,8 @@ _REFUSED = {
     "NURBS": "a spline: output its points as GOTO",
     "THREAD": "a thread: output its moves as GOTO",
 }
-_GEOMETRY = (
-    "GOFWD",
-    "GOLFT",
-    "GORGT",
-    "GOBACK",
-    "INDIRV",
-    "INDIRP",
-    "TLON",
-    "TLLFT",
-    "TLRGT",
-    "GO",
-)
+_DRIVEN = "GO GOFWD GOLFT GORGT GOBACK INDIRV INDIRP TLON TLLFT TLRGT"
+_GEOMETRY = frozenset(_DRIVEN.split())
 
 
 def idle_word(statement: Statement) -> str | None:

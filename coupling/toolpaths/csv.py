@@ -26,6 +26,8 @@ from coupling.toolpaths.untilted import UntiltedPath
 _UNIT_TOLERANCE = 1e-3
 # No robot reaches so far [m], or is so fast [m/s]: its path is in other units.
 _MAX_DISTANCE, _MAX_SPEED = 20.0, 10.0
+# A path that is nowhere as fast may be in other units [m/s].
+_SLOW = 1e-3
 # No path is so long [s].
 _MAX_TIME = 1e7
 _COLUMNS = ("time", *POSE_COLUMNS)
@@ -75,13 +77,16 @@ class CsvPath(ToolPathTable):
     def task(
         self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
     ) -> Task:
-        """Return the task, with a remark on columns that are left out."""
+        """Return the task, with remarks on columns that are left out, and on a tool that creeps."""
         task = super().task(part, corners, untilted)
         others = [name for name in read_header(self.file, CaseError) if name not in _COLUMNS]
-        if not others:
-            return task
-        words = shorten(", ".join(others), 80)
-        return replace(task, remarks=(f"{self.file.name}: columns left out: {words}",))
+        remarks = [f"columns left out: {shorten(', '.join(others), 80)}"] if others else []
+        ways = np.linalg.norm(np.diff(task.forming.position[0], axis=0), axis=1)
+        if (speed := float(np.max(ways / np.diff(task.forming.time)))) < _SLOW:
+            remarks.append(
+                f"the tool goes at most {1e3 * speed:.3g} mm/s: are times in seconds, places in metres?"
+            )
+        return replace(task, remarks=tuple(f"{self.file.name}: {text}" for text in remarks))
 
     def _table(self) -> np.ndarray:
         """Return time [s], position [m] and quaternion of each row, (rows, 8)."""

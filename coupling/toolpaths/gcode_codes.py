@@ -21,43 +21,22 @@ RETURNS = {
 WORK_OFFSETS = {54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 54.1, 59.1, 59.2, 59.3, 154.0} | {
     float(number) for number in (500, *range(505, 600))
 }
-# G-words that change nothing of a path of the tool's tip as such, and the letters that belong to them.
+# G-words that change nothing of a path of the tool's tip as such: stops and looks ahead, what ends
+# compensations and cycles, cutting speeds; those with letters of their own below.
+_BARE_IDLE_WORDS = """
+9 40 43 49 50.1 61 61.1 62 67 69 80 92.1 92.2 96 97 98 99 450 451 601 602 603 641 642 643 644 645
+"""
+# All of them, and the letters that belong to them.
 IDLE_G: dict[float, str] = {
+    **dict.fromkeys(map(float, _BARE_IDLE_WORDS.split()), ""),
     5.1: "QPR",  # look-ahead; with coordinates a spline
     8.0: "P",  # look-ahead, or radii on a lathe
-    9.0: "",
     15.0: "",  # polar coordinates off; with H a work offset of OKUMA's
-    40.0: "",
-    43.0: "",
-    49.0: "",
     50.0: "",  # scaling off, or the spindle's limit; with coordinates a shift
-    50.1: "",
     60.0: "",  # exact stop; with coordinates a positioning from one side
-    61.0: "",
-    61.1: "",
-    62.0: "",
     64.0: "PQR",
-    67.0: "",
-    69.0: "",
-    80.0: "",
-    92.1: "",
-    92.2: "",
-    96.0: "",
-    97.0: "",
-    98.0: "",
-    99.0: "",
     103.0: "P",
     187.0: "PE",
-    450.0: "",
-    451.0: "",
-    601.0: "",
-    602.0: "",
-    603.0: "",
-    641.0: "",
-    642.0: "",
-    643.0: "",
-    644.0: "",
-    645.0: "",
     **dict.fromkeys(sorted(WORK_OFFSETS), "P"),
 }
 # Words of which a line, and a control, takes one: its modal groups.
@@ -77,36 +56,30 @@ _GROUPS = (
 )
 _CYCLE = "a cycle", "let the post-processor write its moves out"
 _SHIFT = "a shift of the coordinates", "take it out, and give the part's frame where its origin is"
+_TO_LINES = "post-process with lines and arcs"
+_POCKET = "a circular pocket", "let the post-processor write its moves out"
+_RADIUS = "cutter radius compensation", "compensate the radius in the CAM system"
+_MACRO = "a call of a macro", "let the post-processor write its moves out"
+_PROBING = "a probing move", "take it out"
 _REFUSED: dict[float, tuple[str, str]] = {
-    5.0: ("a spline", "post-process with lines and arcs"),
-    5.2: ("a spline", "post-process with lines and arcs"),
-    5.3: ("a spline", "post-process with lines and arcs"),
-    6.2: ("a spline", "post-process with lines and arcs"),
+    **dict.fromkeys((5.0, 5.2, 5.3, 6.2), ("a spline", _TO_LINES)),
     7.0: ("diameters of a lathe", "post-process for a mill"),
     10.0: ("an offset set by the program", "take it out, and give the part's frame where its origin is"),
-    12.0: ("a circular pocket", "let the post-processor write its moves out"),
-    13.0: ("a circular pocket", "let the post-processor write its moves out"),
+    **dict.fromkeys((12.0, 13.0), _POCKET),
     16.0: ("polar coordinates", "post-process with X, Y, Z"),
-    31.0: ("a probing move", "take it out"),
     33.0: ("threading", "take it out"),
-    41.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
-    42.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
+    **dict.fromkeys((41.0, 42.0), _RADIUS),
     43.1: ("a tool length of the program", "take it out: coordinates are those of the tool's tip"),
     51.0: ("scaling", "scale in the CAM system"),
     51.1: ("a mirror", "mirror in the CAM system"),
-    52.0: _SHIFT,
-    58.0: _SHIFT,
-    59.0: _SHIFT,
+    **dict.fromkeys((52.0, 58.0, 59.0, 92.0, 92.3), _SHIFT),
     62.0: ("a mirror, or the speed in corners", "write G0 or G1 in its line"),
-    65.0: ("a call of a macro", "let the post-processor write its moves out"),
-    66.0: ("a call of a macro", "let the post-processor write its moves out"),
+    **dict.fromkeys((65.0, 66.0), _MACRO),
     53.6: ("a turn of the tool to its plane about the tip", "use G53.1"),
     68.0: ("a rotation of the coordinates", "rotate in the CAM system, or the part's frame"),
     68.3: ("a tilted plane by the tool", "use G68.2 with Euler angles, and G53.1"),
-    92.0: _SHIFT,
-    92.3: _SHIFT,
     95.0: ("feed per revolution", "post-process with G94, feed per minute"),
-    **dict.fromkeys((38.2, 38.3, 38.4, 38.5), ("a probing move", "take it out")),
+    **dict.fromkeys((31.0, 38.2, 38.3, 38.4, 38.5), _PROBING),
     **dict.fromkeys((72.0, 73.0, 74.0, 75.0, 76.0, *(float(n) for n in range(81, 90))), _CYCLE),
 }  # fmt: skip
 # M-words that are more than a function of the machine: they change what is executed, or how.
@@ -116,9 +89,10 @@ _REFUSED_M: dict[float, tuple[str, str]] = {
     89.0: ("a cycle at every point", "let the post-processor write its moves out"),
     91.0: ("machine coordinates", "take it out"),
     92.0: ("machine coordinates, or a printer's steps", "take it out"),
-    96.0: ("a call of a sub-program", "let the post-processor write its moves out"),
-    97.0: ("a call of a sub-program", "let the post-processor write its moves out"),
-    98.0: ("a call of a sub-program", "let the post-processor write its moves out"),
+    **dict.fromkeys(
+        (96.0, 97.0, 98.0),
+        ("a call of a sub-program", "let the post-processor write its moves out"),
+    ),
     99.0: ("a return to a calling program, or to the beginning", "end with M30"),
     206.0: ("an offset set by the program", "take it out"),
     220.0: ("an override of the feed", "write the feed that is meant"),
@@ -157,38 +131,10 @@ TIP_M = {128.0, 129.0}
 TIP_ON, TIP_OFF = {43.4, 43.5, 234.0}, {43.0, 49.0}
 PLANE_WORDS = {53.1, 68.2}
 # Those with a limit, a place, a current or a gain for each axis, by its letter or by I, K.
-_PRINTER_M_OF_AXES = frozenset(
-    map(
-        float,
-        (
-            201,
-            202,
-            203,
-            205,
-            207,
-            208,
-            217,
-            218,
-            240,
-            301,
-            304,
-            420,
-            566,
-            593,
-            600,
-            603,
-            701,
-            702,
-            900,
-            906,
-            907,
-            913,
-            914,
-            915,
-            970,
-        ),
-    )
-)
+_WORDS_OF_AXES = """
+201 202 203 205 207 208 217 218 240 301 304 420 566 593 600 603 701 702 900 906 907 913 914 915 970
+"""
+_PRINTER_M_OF_AXES = frozenset(map(float, _WORDS_OF_AXES.split()))
 _COORDINATES = frozenset("XYZIJK")
 # Programmed shifts of SINUMERIK and NUM, and the mirror of OKUMA, which others have without coordinates.
 _SHIFTS_BY_COORDINATES = frozenset((58.0, 59.0, 62.0))

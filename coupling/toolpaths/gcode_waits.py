@@ -7,7 +7,7 @@ from coupling.toolpaths.gcode_moves import Dwell
 from coupling.toolpaths.gcode_words import require_within
 
 _MAX_DWELL = 3600.0  # no robot waits longer [s]
-_DOUBTFUL_DWELL = 60.0  # a longer wait may be one in milliseconds [s]
+_DOUBTFUL_DWELL = 10.0  # a longer wait may be one in milliseconds [s]
 
 
 class Waits:

@@ -19,6 +19,9 @@ from coupling.toolpaths.gcode_tnc import begins_tnc_program, is_blank
 # What a file may hold at most [bytes].
 _MAX_BYTES = 64_000_000
 _WORD = re.compile(r"[A-Z][+-]?(?:\d+(?:\.\d*)?|\.\d+)")
+# Controls that end a block with ";" execute the next one, others take it for a comment.
+_WORDS = rf"(?:{_WORD.pattern})++"
+_BEHIND_SEMICOLON = re.compile(rf"{_WORDS};+(?:{_WORDS};+)*?((?=[XYZ]|[^;]*G\d){_WORDS})(?:;.*)?")
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
 # A block that an operator may switch off, "/" or "/2", behind its number or before it.
@@ -140,6 +143,11 @@ def _leave_out_rest(lines: Iterator[tuple[int, str]], where: str, notes: Reading
 
 def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
     plain = _strip_comments(line) if "(" in line or ";" in line else line
+    if ";" in line and (further := _BEHIND_SEMICOLON.fullmatch("".join(line.split()).upper())):
+        raise ValueError(
+            f"expected one block in a line, got {further[1][:20]} behind ';': write it in a line of its"
+            " own, or take the comment out"
+        )
     code = "".join(plain.split()).upper()
     if not code:
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -51,8 +52,7 @@ class ProgramPath(OrientedPath):
 def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> OrientedPoints:
     """Return start and targets of the linear moves; a way to the start by joints is left out."""
     targets: list[Pose] = []
-    feeds: list[float] = []
-    times: list[float] = []
+    passing: list[ProgramMove] = []
     linear = [number for number, move in enumerate(moves, start=1) if move.motion == "linear"]
     for number, move in enumerate(moves, start=1):
         where = move.where or f"{file.name}: motion {number}"
@@ -69,12 +69,12 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
                 )
             if not targets or not _is_same(move.pose, targets[-1]):
                 targets.append(move.pose)
-                feeds.append(speed or 0.0)
-                times.append(move.duration or math.nan)
+                passing.append(move)
+            elif move.is_stop:
+                wait = passing[-1].wait + move.wait
+                passing[-1] = replace(passing[-1], is_stop=True, wait=wait)
         elif move.motion == "joint" and len(targets) < 2:
-            targets, feeds, times = (
-                ([], [], []) if move.pose is None else ([move.pose], [0.0], [math.nan])
-            )
+            targets, passing = ([], []) if move.pose is None else ([move.pose], [move])
         elif move.motion == "joint" and number > linear[-1]:
             break  # the way back
         else:
@@ -85,8 +85,10 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     return OrientedPoints(
         poses[:, :3],
         Rotation.from_quat(poses[:, 3:]),
-        np.array(feeds),
-        duration=np.array(times),
+        np.array([move.speed or feed or 0.0 for move in passing]),
+        np.array([move.is_stop for move in passing]),
+        np.array([move.wait for move in passing]),
+        np.array([move.duration or math.nan for move in passing]),
     )
 
 

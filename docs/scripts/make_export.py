@@ -46,17 +46,21 @@ def programs() -> str:
     """Return points, bytes and loss of every case in every language."""
 
     def loss(found: ExportedProgram) -> tuple[str, ...]:
-        assert found.command is not None
-        assert found.read_back is not None
-        return tuple(map(_um, (found.command.maximum, found.read_back.maximum, found.loss)))
+        figures = found.figures
+        command, file = figures.deviation_of_command_m, figures.deviation_of_file_m
+        assert command is not None
+        assert file is not None
+        return tuple(map(_um, (command.maximum, file.maximum, figures.loss_m)))
 
     return results(
         ("case", "language"),
         {(f"`{name}`", language): (name, language) for name in CASES for language in LANGUAGES},
         lambda case: _exported(*case),
         {
-            "points": lambda found: f"{found.points} of {found.candidates}",
-            "kB": lambda found: f"{1e-3 * found.bytes:.0f}",
+            "points": lambda found: (
+                f"{found.figures.points} of {found.figures.points_on_every_cycle}"
+            ),
+            "kB": lambda found: f"{1e-3 * sum(file.bytes for file in found.figures.files):.0f}",
             "command [um]": lambda found: loss(found)[0],
             "file [um]": lambda found: loss(found)[1],
             "loss [um]": lambda found: loss(found)[2],
@@ -71,7 +75,7 @@ def cycles() -> str:
     def loss(name: str, cycle: float) -> str:
         options = ExportOptions(LANGUAGES["csv"], "joints", cycle=cycle)
         (exported,) = export_run(_run(name), options)
-        return _um(exported.loss)
+        return _um(exported.figures.loss_m)
 
     cases = {f"`{name}`": name for name in CASES} | {"`iso9283` at 1 m/s": _FAST}
     heads = {cycle: f"loss on {1e3 * cycle:.0f} ms [um]" for cycle in CYCLES}

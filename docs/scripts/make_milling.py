@@ -200,20 +200,28 @@ def lobes(path: PathStability) -> go.Figure:
     """Draw limiting depth over speed, and the frequency below it."""
     worst = path.worst
     chart = speed_chart(worst, lambda what, done, total: None)
+    rpm, limit, zero_order, robot_alone = (
+        factor * np.array(values, dtype=float)
+        for factor, values in (
+            (1.0, chart.rpm),
+            (1e3, chart.limit_m),
+            (1e3, chart.zero_order_m),
+            (1e3, chart.robot_alone_m),
+        )
+    )
     figure = make_subplots(
         rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.62, 0.38]
     )
     quick = (
-        Curve("robot alone, zero order", chart.rpm, 1e3 * chart.robot_alone, QUIET, 2, "dash")
+        Curve("robot alone, zero order", rpm, robot_alone, QUIET, 2, "dash")
         if worst.cuts.tool
-        else Curve("zero order", chart.rpm, 1e3 * chart.zero_order, SLOW_COLOR, 2, "dot")
+        else Curve("zero order", rpm, zero_order, SLOW_COLOR, 2, "dot")
     )
-    limit = np.where(np.isfinite(chart.limit), 1e3 * chart.limit, np.nan)
-    add_curves(figure, [Curve("limit", chart.rpm, limit, FAST_COLOR, 3), quick], row=1, col=1)
+    add_curves(figure, [Curve("limit", rpm, limit, FAST_COLOR, 3), quick], row=1, col=1)
     cut = worst.placed.cut
     marks = {
         "the slot": ([cut.rpm], [1e3 * cut.depth], {"symbol": "x", "size": 12, "color": MEAN}),
-        "frequency": (chart.rpm, chart.frequency, {"color": SLOW_COLOR, "size": 5}),
+        "frequency": (rpm, chart.frequency_Hz, {"color": SLOW_COLOR, "size": 5}),
     }
     for row, (name, (x, y, marker)) in enumerate(marks.items(), start=1):
         figure.add_scatter(x=x, y=y, mode="markers", name=name, marker=marker, row=row, col=1)

@@ -100,7 +100,7 @@ def errors(fmu: DrivenFmu, rng: np.random.Generator) -> dict[str, float]:
     truth = {p.name: p.value for p in motion_parameters(known.robot, (0, 1))}
     truth |= {f"encoder[{i}].lag": LAG for i in (1, 2)}
     fitted_ = [p for p in motion_parameters(known.start, (0, 1)) if truth[p.name] != 0.0]
-    lags = [p for p in sensor_parameters([0, 1]) if p.kind == "lag"]
+    lags = [p for p in sensor_parameters([0, 1]) if p.sensor == "lag"]
     fit = fit_motion(MotionProblem(fmu, known.start, (*fitted_, *lags), (moved,)))
     half = fit.blocks.half * fit.blocks.deviation
     found = zip(fit.problem.parameters, fit.x.tolist(), half.tolist(), strict=True)

@@ -181,7 +181,7 @@ def test_rows_of_a_command_of_few_cycles_are_not_solved_for(tmp_path):
     way = written(tmp_path / "way.csv", WAY)
     options = ExportOptions(LANGUAGES["csv"], "joints", cycle=0.3)
     (found,) = export_commands(command_of_table(way, "icme2008", None), options)
-    assert found.loss > options.tolerance
+    assert found.figures.loss_m > options.tolerance
     assert "expected a command of 8 cycles at least, got 3.33" in found.remark
 
 

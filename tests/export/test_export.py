@@ -120,11 +120,11 @@ def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path
     (solved,) = export_run(run, options)
     monkeypatch.setattr(exporting, "_INVERSE_TOLERANCES", ())
     (samples,) = export_run(run, options)
-    assert samples.loss > 5 * options.tolerance
-    assert solved.loss <= options.tolerance
+    assert samples.figures.loss_m > 5 * options.tolerance
+    assert solved.figures.loss_m <= options.tolerance
     loss, deviation = moved(run, csv.read(solved.files), "icme2008", 0.02)
-    assert loss == pytest.approx(solved.loss, abs=1e-9)
-    assert deviation == pytest.approx(solved.read_back.maximum, abs=1e-9)
+    assert loss == pytest.approx(solved.figures.loss_m, abs=1e-9)
+    assert deviation == pytest.approx(solved.figures.deviation_of_file_m.maximum, abs=1e-9)
 
 
 def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
@@ -133,7 +133,7 @@ def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
 
     monkeypatch.setattr(Inverter, "invert", lost)
     (found,) = export_run(runs["icme2008"], ExportOptions(LANGUAGES["csv"], "joints", cycle=0.02))
-    assert found.loss > 5e-6
+    assert found.figures.loss_m > 5e-6
     assert found.remark.endswith("command were found: joint 2: passes its limit")
 
 
@@ -145,8 +145,8 @@ def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
     (tight,) = export_run(
         runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6, shortest=0.004)
     )
-    assert tight.loss <= 1e-6 < loose.loss <= 50e-6
-    assert loose.points < tight.points
+    assert tight.figures.loss_m <= 1e-6 < loose.figures.loss_m <= 50e-6
+    assert loose.figures.points < tight.figures.points
 
 
 @pytest.mark.parametrize(
@@ -156,12 +156,12 @@ def test_no_two_targets_are_closer_than_asked(runs, asked, closest):
     rapid = LANGUAGES["rapid"]
     (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(rapid, "joints", shortest=asked))
     times = [move.duration for move in rapid.read(found.files).timed[1:]]
-    assert min(times) == pytest.approx(found.shortest, rel=1e-5)
+    assert min(times) == pytest.approx(found.figures.shortest_time_s, rel=1e-5)
     assert min(times) > closest - 1e-6
     # All are whole multiples of it but the last, which takes what is left.
     steps = np.array(times[:-1]) / closest
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
-    assert found.median == pytest.approx(np.median(times), rel=1e-5)
+    assert found.figures.median_time_s == pytest.approx(np.median(times), rel=1e-5)
     alike = [time for time in times if time < min(times) + 1e-6]
     assert found.share_of_shortest == pytest.approx(len(alike) / len(times))
 
@@ -174,12 +174,12 @@ def test_targets_are_as_far_apart_as_is_usual_or_as_the_tolerance_takes(runs, la
         options = ExportOptions(LANGUAGES[language], "joints", tolerance=tolerance)
         return export_run(runs["fanuc_r2000ic"], options)[0]
 
-    assert exported(1e-3).shortest > usual - 1e-6
+    assert exported(1e-3).figures.shortest_time_s > usual - 1e-6
     tight = exported(5e-6)
-    assert tight.loss <= 5e-6
+    assert tight.figures.loss_m <= 5e-6
     asked = ExportOptions(LANGUAGES[language], "joints", shortest=usual)
-    if export_run(runs["fanuc_r2000ic"], asked)[0].loss > 5e-6:
-        assert tight.shortest < usual - 1e-6
+    if export_run(runs["fanuc_r2000ic"], asked)[0].figures.loss_m > 5e-6:
+        assert tight.figures.shortest_time_s < usual - 1e-6
 
 
 def test_the_closest_targets_are_said_first(runs, command, tmp_path):
@@ -204,7 +204,7 @@ def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path)
         runs["abb_irb7600"], ExportOptions(LANGUAGES["rapid"], "joints", tolerance=1e-9)
     )
     accepted = re.match(r"--tolerance (\S+) accepts it", tight.advice)
-    assert 0.0 <= float(accepted[1]) - 1e6 * tight.loss < 1.0
+    assert 0.0 <= float(accepted[1]) - 1e6 * tight.figures.loss_m < 1.0
 
 
 @pytest.mark.parametrize(("cycle", "language"), [(0.004, "fanuc"), (0.012, "rapid")])
@@ -223,15 +223,17 @@ def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, lang
         cell, _ = cell_of(case.robots, models)
         command = cell.simulate(stored.joints, stored.wrench, "dynamic")
         path = cell.simulate(JointPath(fine, (lines,)), stored.wrench, "dynamic")
-    assert abs(found.loss_on_joint_lines - found.loss) > 0.05e-6
-    assert found.loss_on_joint_lines == pytest.approx(path.distance_to(command).max(), rel=5e-3)
+    assert abs(found.figures.loss_on_joint_lines_m - found.figures.loss_m) > 0.05e-6
+    assert found.figures.loss_on_joint_lines_m == pytest.approx(
+        path.distance_to(command).max(), rel=5e-3
+    )
 
 
 def test_splines_have_no_loss_on_joint_lines(runs):
     (found,) = export_run(
         runs["icme2008"], ExportOptions(LANGUAGES["krl"], "joints", tolerance=1e-3)
     )
-    assert found.loss_on_joint_lines is None
+    assert found.figures.loss_on_joint_lines_m is None
 
 
 def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs):

@@ -66,8 +66,8 @@ def test_only_gears_with_elements_have_their_variables(worn_fmu):
     assert (slip.causality, slip.variability, slip.unit) == ("parameter", "tunable", "N.m")
     assert (float(slip.start), float(slip.min)) == (FORCE.sum(), 0.0)
     assert names["elongation[4]"].causality == "output"
-    element = "element 1 of the hysteresis of joint[3]"
-    assert names["elongation[4]"].description == f"Elongation of {element}"
+    elongation = "Elongation in the gears' hysteresis: element 1 of joint[3]"
+    assert names["elongation[4]"].description == elongation
 
 
 @pytest.mark.parametrize("torque", [0.0, 250.0, -80.0])

@@ -26,5 +26,5 @@ def words_of(answer: Answer) -> str:
 def printed(answer: Answer) -> list[str]:
     """Return the lines that the terminal shows of it."""
     with console.capture() as capture:
-        print_report(console, ResultReport("", "", answer, summary=list, sections=list), False)
+        print_report(console, ResultReport("", "", answer, list), False)
     return capture.get().splitlines()

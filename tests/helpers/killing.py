@@ -232,24 +232,35 @@ def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:
     from coupling.path.deviation import Deviation
     from coupling.programs.languages import LANGUAGES
     from coupling.programs.program import ProgramFile, ProgramMove, RobotProgram
-    from coupling.results.export_result import NearestSingularity
+    from coupling.results.export_result import (
+        ExportedFileResult,
+        ExportedProgramResult,
+        NearestSingularity,
+    )
 
     start, end = (0.0,) * 6, (0.1,) * 6
     moves = (ProgramMove("joint", joints=start), ProgramMove("joint", joints=end, duration=1.0))
     none = Deviation(*[0.0] * 7)
-    exported = ExportedProgram(
+    figures = ExportedProgramResult(
         robot="forming",
-        program=RobotProgram("WAY", moves),
-        files=(ProgramFile("WAY.src", text),),
-        points_tolerance=5e-6,
-        candidates=2,
-        loss=0.0,
-        command=none,
-        read_back=none,
+        program="WAY",
+        files=(ExportedFileResult(name="WAY.src", bytes=len(text)),),
+        points=2,
+        points_on_every_cycle=2,
+        points_tolerance_m=5e-6,
+        shortest_time_s=1.0,
+        median_time_s=1.0,
+        loss_m=0.0,
+        deviation_of_command_m=none,
+        deviation_of_file_m=none,
+        base=None,
+        tool=None,
+        counted_as_controller=True,
+        nearest_singularity=NearestSingularity(time=0.0, value=1.0, kind="wrist"),
         drives=(),
-        nearest=NearestSingularity(time=0.0, value=1.0, kind="wrist"),
-        counted=True,
     )
+    files = (ProgramFile("WAY.src", text),)
+    exported = ExportedProgram(RobotProgram("WAY", moves), files, figures)
     return exported, ExportOptions(LANGUAGES["krl"], "joints")
 
 

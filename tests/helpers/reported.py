@@ -6,7 +6,7 @@ from pathlib import Path
 
 from coupling.case.case import Case
 from coupling.cli.console import console
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.run.execute import Run, run_compensation
@@ -27,5 +27,5 @@ def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:
 def on_terminal(folder: Path) -> str:
     """Return what the terminal shows of a run folder."""
     with console.capture() as said:
-        print_sections(console, run_summary(read_run(folder)))
+        print_sections(console, run_report(read_run(folder)).content)
     return said.get()

@@ -17,9 +17,9 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from coupling.errors import PlanningError
 from coupling.inverse import fit as fit_module
 from coupling.inverse.command import gear_command, rigid_command
+from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.fit import SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask, torque_impulses
-from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.kinematic_errors import KinematicErrors

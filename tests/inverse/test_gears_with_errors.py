@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.command import rigid_command
 from coupling.inverse.diagnosis import loads_along
+from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.limits import DriveLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.links import rigid_motion
 from coupling.inverse.response import AlongMotion

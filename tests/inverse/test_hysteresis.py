@@ -10,11 +10,11 @@ from linked_gear import END, INERTIA, load, simulated_miss
 from scipy.interpolate import CubicSpline
 
 from coupling.inverse.command import gear_command
+from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import solve_wind_up
-from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.parameters import Parameters

@@ -17,9 +17,9 @@ from tuned_fmu import simulate_tuned
 from coupling.case.file import load_case
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times
 from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion

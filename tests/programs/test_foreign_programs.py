@@ -142,7 +142,7 @@ def moved(language: str, line: str) -> tuple[str, str]:
 # What stands in a program, and what the message must say.
 REFUSED = {
     "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "expected ENDFOR", "got FOR"]),
-    "krl arc": (*moved("krl", "CIRC {X 1},{X 2}"), ["line 15", "got CIRC"]),
+    "krl arc": (*moved("krl", "CIRC_REL {X 1},{X 2}"), ["line 15", "got 'CIRC_REL'"]),
     "krl unknown point": ("krl", KRL, ["expected a point that has a value", "'XP1'", ".dat"]),
     "krl home in between": (
         "krl",
@@ -172,7 +172,7 @@ REFUSED = {
     "krl time zero": ("krl", "TIME_BLOCK START\nTIME_BLOCK PART=0", ["line 2", "time > 0"]),
     "krl end alone": ("krl", "TIME_BLOCK END=1", ["line 1", "expected START"]),
     "rapid loop": (*moved("rapid", "WHILE TRUE DO;"), ["line 10", "got WHILE"]),
-    "rapid arc": (*moved("rapid", "MoveC p10,p10,v100,z1,tool0;"), ["line 10", "got MoveC"]),
+    "rapid arc": (*moved("rapid", "MoveC p10,p10,v100,z1,tool0;"), ["line 10", "got tool0"]),
     "rapid brackets": (
         *moved("rapid", f"MoveL {'[' * 9000}{']' * 9000},v1,z1,tool0;"),
         ["line 10", "brackets"],

@@ -12,7 +12,9 @@ from krl_programs import POINTS, START, ZERO, places, program
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import ProgramError
+from coupling.programs.krl.reader import read
 from coupling.programs.languages import read_program
+from coupling.programs.program import ProgramFile
 
 
 def matrix(x, y, z, a, b, c) -> np.ndarray:
@@ -132,7 +134,7 @@ HALT"""
         "INTERRUPT": 2,
         "$ADVANCE": 1,
         "$OUT": 1,
-        "WAIT": 2,
+        "WAIT": 1,
         "PULSE": 1,
         "$APO": 1,
         "$ACC": 1,
@@ -315,3 +317,9 @@ def test_work_grows_in_proportion_to_length():
         program(f"{START}\n{lines}")
 
     require_proportional(read_moves)
+
+
+def test_the_routine_of_the_file_s_name_is_started_wherever_it_stands():
+    helper = f"DEF other()\n{START}\nLIN {{X 99}}\nEND"
+    started = read([ProgramFile("way.src", f"{helper}\nDEF way()\n{START}\nLIN {{X 1}}\nEND\n")])
+    assert places(started) == [[0, 0, 0], [1, 0, 0]]

@@ -218,7 +218,6 @@ def test_what_does_not_change_the_path_is_listed():
         "ConfL": 1,
         "SetDO": 1,
         "Reset": 1,
-        "WaitTime": 2,
         "WaitUntil": 1,
         "IF": 1,
         "WHILE": 1,

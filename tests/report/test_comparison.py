@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,6 @@ from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
     comparison_report,
     comparison_scene,
-    comparison_summary,
 )
 from coupling.report.comparison import Comparison, command_difference
 from coupling.report.verdict import verdict
@@ -70,7 +70,8 @@ def test_what_differs_is_found_and_nothing_else(runs):
         [runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)]
     )
     assert same.inputs() == []
-    assert [part for own in comparison_summary(same) for part in own.parts].count("Identical.") == 1
+    sections = comparison_report(same).content
+    assert [part for own in sections for part in own.parts].count("Identical.") == 1
 
 
 def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_verdict(runs):
@@ -91,7 +92,7 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
 
 def test_lines_and_page_tell_both(runs):
     found = Comparison.of(runs)
-    figures, first, second, commands, inputs = comparison_summary(found)
+    figures, first, second, *_, commands, inputs = comparison_report(found).content
     own = json.loads((runs[0] / "result.json").read_text())
     assert (first.title, second.title) == ("How first was computed", "How second was computed")
     after = format_um(own["deviation_after_m"]["maximum"])
@@ -157,17 +158,17 @@ def test_any_number_of_runs_and_what_was_measured_are_in_one_scene(runs, measure
     names = [track.name for track in comparison_scene(found).tracks]
     assert names == [
         "first: before compensation",
+        "third: after compensation",
         "first: after compensation",
         "first: measured",
         "second: after compensation",
         "second: measured",
-        "third: after compensation",
     ]
     *_, last = [track for track in comparison_scene(found).tracks if "measured" in track.name]
     assert np.linalg.norm(last.deviation, axis=1).max() == pytest.approx(5e-5, rel=0.05)
     assert found.measured[0].run.clock == pytest.approx(-0.03, abs=2e-3)
     assert "third: after compensation" in comparison_report(found).page
-    assert len(comparison_summary(found)[1].parts[0].columns) == 4
+    assert len(comparison_report(found).content[1].parts[0].columns) == 4
 
 
 def test_what_was_measured_decides_which_run_is_best(runs, measured):
@@ -175,6 +176,8 @@ def test_what_was_measured_decides_which_run_is_best(runs, measured):
     answer = comparison_answer(Comparison.of([runs[0], measured[0], runs[1], measured[1]]))
     assert answer.sentence.startswith("Of 2 runs second leaves least, up to")
     assert "measured" in answer.sentence
+    history = ["uncorrected", "first, measured", "second, measured"]
+    assert re.findall(r'text-anchor="end">([^<]*)', answer.picture)[: len(history)] == history
     words = answer.steps[0].command.split()
     assert words[:2] == ["elastic-robot", "next"]
     assert [Path(word).name for word in words[2:6]] == [

@@ -41,7 +41,7 @@ def test_terminal_and_page_tell_the_same_and_the_page_says_how_to_read_it():
     for words in (*cells, "Warning: it is hot", "Remark: it is late"):
         assert (words in said, words in text) == (True, True), words
     assert ("How to read" in said, "How to read" in text) == (False, True)
-    assert '<p class="verdict no"><b>NOT CONVERGED' in text
+    assert '<div class="verdict no"><p>NOT CONVERGED' in text
 
 
 @NEEDS_CHROMIUM

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from coupling.report.identify_answers import deflection_answer
+from coupling.report.identify_answers import deflection_answer, response_answer
 from coupling.results.identified_result import IdentifiedResult, RmsResult
+from coupling.results.modes_result import ResponseResult
+from coupling.results.response_result import (
+    LogErrorResult,
+    PostureResponseResult,
+    ResponseFitResult,
+)
 
 
 def _result(start: float | None, left_out: float | None, refusal: str = "") -> IdentifiedResult:
@@ -36,3 +42,42 @@ def test_what_was_fitted_is_not_called_a_prediction():
     sentence = deflection_answer(_result(5e-4, None), "new.toml").sentence
     assert "that was used is met to within 0.100 mm" in sentence
     assert "predicted" not in sentence
+
+
+@pytest.mark.parametrize(
+    ("start", "written", "unloaded", "is_held_out", "good"),
+    [
+        (1.0, 0.2, (), True, True),
+        (0.2, 0.2, (), True, False),
+        (1.0, 0.2, (1,), True, None),
+        (1.0, 0.2, (), False, None),
+    ],
+)
+def test_responses_are_good_only_where_others_are_predicted_better_by_loaded_gears(
+    start, written, unloaded, is_held_out, good
+):
+    error = LogErrorResult(start=start, fit=0.1, written=written)
+    response = ResponseResult(
+        name="xy", frequency_Hz=(1.0, 2.0), real_m_N=(1e-6, 2e-6), imag_m_N=(0.0, 1e-6)
+    )
+    posture = PostureResponseResult.model_construct(
+        unloaded_joints=unloaded,
+        held_out=is_held_out,
+        measured=(response,),
+        start=(response,),
+        written=(response,),
+    )
+    result = ResponseFitResult.model_construct(
+        refusal="",
+        converged=True,
+        error=LogErrorResult(start=1.0, fit=0.1, written=0.1),
+        held_out=error if is_held_out else None,
+        residual=0.1,
+        noise=0.1,
+        postures=(posture,),
+        parameters=(),
+    )
+    answer = response_answer(result, "new.toml")
+    assert answer.good is good
+    assert "force along y" in answer.picture
+    assert answer.steps[0].command == "elastic-robot init cell --robot new.toml"

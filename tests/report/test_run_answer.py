@@ -7,13 +7,20 @@ from dataclasses import replace
 import pytest
 from first_screens import GLOSSARY, words_of
 from line_case import line_case
-from outlooks import outlook
+from outlooks import deviation, outlook
 from reported import compensated
 
 from coupling.report.document import document
 from coupling.report.run_answer import RunContext, run_answer
 from coupling.results.cut_result import CutStability
-from coupling.results.outlook import DeviationInterval, DrawnDeviation
+from coupling.results.outlook import (
+    DeviationInterval,
+    DrawnDeviation,
+    DrawnFrom,
+    DrawnReplays,
+    Replay,
+    WorstReplay,
+)
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, NextStep
 from coupling.run.stored_run import read_run
@@ -128,11 +135,27 @@ def test_the_figure_expected_is_never_below_its_cause(finished):
 
 def test_a_command_expected_to_leave_more_than_none_is_not_offered(finished):
     """Though none of the small errors alone makes it worse."""
-    expected = drawn(1e-4).model_copy(update={"left_out_m": {"servos": 3e-3}})
-    found = outlook(("backlash -20 %", 1e-5, 1e-5)).model_copy(update={"expected": expected})
-    answer = answered(finished.model_copy(update={"outlook": found}), 1.0)
+    answer = answered(finished.model_copy(update={"outlook": with_servos(3e-3, None)}), 1.0)
     assert (answer.good, answer.sentence[:18]) == (False, "WORSE THAN NOTHING")
     assert not any("export" in step.command for step in answer.steps)
+
+
+def test_a_robot_that_is_off_by_more_without_the_command_makes_it_no_worse(finished):
+    """The model is off by 1.7 mm uncorrected, the robot by 4 mm, and by 3 mm under the command."""
+    figures = finished.model_copy(update={"outlook": with_servos(3e-3, 4e-3)})
+    answer = answered(figures, None)
+    assert answer.sentence.startswith("About 3.00 mm may remain on the real robot until it is")
+    assert "uncorrected it would be off by at least as much" in answer.sentence
+    assert any("export" in step.command for step in answer.steps)
+
+
+def with_servos(left: float, uncorrected: float | None) -> WorstReplay:
+    """Return what is expected of a robot whose file leaves out servos that leave so much [m]."""
+    before = None if uncorrected is None else deviation(uncorrected, uncorrected)
+    servos = Replay(name="servos", deviation=deviation(left, 0.0), uncorrected=before)
+    stated = Replay(name="drawn", deviation=deviation(1e-4, 1e-4))
+    drawn_replays = DrawnReplays(DrawnFrom(), (stated,), (servos,))
+    return WorstReplay.among(deviation(1.7e-3, 4e-4), [stated], drawn_replays)
 
 
 @pytest.mark.parametrize("kind", ["compensate", "couple"])
@@ -150,6 +173,17 @@ def test_a_run_that_has_not_converged_is_never_good(finished):
     assert answer.sentence.startswith("NOT FINISHED")
     assert answer.figures[1].value == "not known"
     assert not any("export" in step.command for step in answer.steps)
+
+
+def test_an_iteration_that_came_near_enough_is_told_to_ask_for_less(finished):
+    """It leaves a hundredth of what is allowed, or a tenth."""
+    after = finished.deviation_after_m.maximum
+    run = finished.model_copy(update={"converged": False, "outcome": "stagnated"})
+    near, far = answered(run, 100.0 * after), answered(run, 10.0 * after)
+    assert "tolerance_m = " in near.steps[0].words
+    assert near.steps[0].command == "elastic-robot compensate line.toml"
+    assert (near.good, far.good) == (False, False)
+    assert "do not send it" in far.sentence
 
 
 @pytest.mark.parametrize("kind", ["compensate", "couple"])

@@ -56,13 +56,36 @@ def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
     assert not outlook(("damping -20 %", 1.8e-3, 1e-4)).gains
 
 
+def drawn(*pairs: tuple[float, float]) -> tuple[Replay, ...]:
+    """Return replays that leave so much under the command, and under the uncorrected one [m]."""
+    return tuple(
+        Replay(name="drawn", deviation=deviation(after, 0.0), uncorrected=deviation(before, 0.0))
+        for after, before in pairs
+    )
+
+
+def test_a_command_is_compared_with_none_on_the_same_robot():
+    """A robot three times as soft leaves 2 of 3 mm, which is better; one a third as soft 0.7 of 0.3."""
+    before, replays = deviation(1e-3, 1e-3), [Replay(name="none", deviation=deviation(0.0, 0.0))]
+    soft, stiff = drawn((2e-3, 3e-3)), drawn((0.7e-3, 0.3e-3))
+    assert WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), 16 * soft)).gains
+    found = WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), 12 * soft + 4 * stiff))
+    assert not found.gains
+    assert (found.worse.deviation, found.worse.uncorrected) == (0.7e-3, 0.3e-3)
+    assert (
+        "on the same robot (drawn) it leaves 700 um, the uncorrected one 300 um" in found.sentence
+    )
+    few = DrawnReplays(DrawnFrom(), 63 * soft + stiff)
+    assert WorstReplay.among(before, replays, few).gains, "one robot of 64 is not expected"
+
+
 def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
     box = document("", [verdict(figures(outlook=bad), "measured")])
-    assert '<p class="verdict no"><b>This command may be WORSE THAN NONE' in box
+    assert '<div class="verdict no"><p>This command may be WORSE THAN NONE' in box
     assert box.index("WORSE THAN NONE") < box.index("Converged")
     box = document("", [verdict(figures(outlook=good), "measured")])
-    assert '<p class="verdict yes"><b>Converged' in box
+    assert '<div class="verdict yes"><p>Converged' in box
     assert "Sensitivity to 2 % of stiffness" in box
 
 
@@ -74,9 +97,8 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     basis = DrawnFrom(
         ("the stated stiffness of 6 gears", "84 to 100 % of the force"), ("backlash",), True
     )
-    expected = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn)))
     replays = [Replay(name="stiffness +2 %", deviation=deviation(7e-6, 1e-6))]
-    found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
+    found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, DrawnReplays(basis, tuple(drawn)))
     assert found.gains
     assert found.sentence.startswith(
         "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.7 um less a constant"

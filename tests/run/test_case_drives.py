@@ -25,7 +25,7 @@ from coupling.fmu_export.ssp import SspSystem
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.source import read_source, require_comparable
 from coupling.path.deviation import measure
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
@@ -139,7 +139,7 @@ def test_a_case_asks_for_the_command_of_a_robot_with_servos(finished, tmp_path):
     assert run.finding_of(PLANT_REPLAY).differences == ('drive = "ideal"',)
     (robot,) = stored.figures.robots
     assert robot.drive == "servo"
-    text = "\n".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)
+    text = "\n".join(str(part) for s in run_report(read_run(folder)).content for part in s.parts)
     assert "torque curve backlash, motors under their servos)" in text
     assert "its drives are ideal" not in text
     without_inertia = stored.figures.model_copy(update={"mode": "quasistatic"})

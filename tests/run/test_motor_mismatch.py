@@ -18,7 +18,7 @@ from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
@@ -109,7 +109,7 @@ def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_p
         other = changed_by_hand(case.robots[0].description, *factors)
         assert rows[name] == pytest.approx(left(other, stored, tmp_path), abs=1e-12)
         assert rows[name] > 3.0 * stored.figures.deviation_after_m.maximum
-    text = " ".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)
+    text = " ".join(str(part) for s in run_report(read_run(folder)).content for part in s.parts)
     assert re.search(r"in all motors [0-9.]+ um would remain", text)
     assert stored.figures.outlook.deviation == max(rows.values())
 

@@ -28,7 +28,7 @@ from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.process import ProcessResponse
 from coupling.report.drives import drives
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.drive_motion import DRIVE_MOTION
@@ -268,7 +268,7 @@ def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
 def test_the_report_has_the_torques_over_time(finished):
     _, folder, said = finished
     assert "Demands on the motors" in said
-    titles = [section.title for section in run_summary(read_run(folder))]
+    titles = [section.title for section in run_report(read_run(folder)).content]
     assert titles.count("Demands on the motors") == 1
 
 

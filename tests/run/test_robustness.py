@@ -20,12 +20,13 @@ from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.report.run_figures import deviation
-from coupling.report.run_report import run_summary
+from coupling.report.run_report import run_report
 from coupling.report.stored_result import write_report
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
@@ -36,6 +37,7 @@ from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.folder import write_run
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.gear_loads import diagnose_robots
@@ -66,7 +68,7 @@ def finished(tmp_path_factory) -> tuple[Case, Run, Path, str]:
             run = run_compensation(case, view.watch)
         write_run(out, case, run)
         write_report(out)
-        print_sections(console, run_summary(read_run(out)))
+        print_sections(console, run_report(read_run(out)).content)
     return case, run, out, said.get()
 
 
@@ -215,6 +217,39 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     assert after.pop("hysteresis -30 %") == {3: pytest.approx(84.0, rel=1e-15)}
     assert before == {name: {} for name in NAMES}
     assert list(after.values()) == [{3: 120.0}] * len(NAMES)
+
+
+def test_a_robot_is_told_what_remains_on_it_uncorrected(finished, tmp_path):
+    """By superposition where that is much more; else as its FMU has it, here built of that robot."""
+    case, run, _, _ = finished
+    before = run.correction.before
+    stiff, soft = (RobotDifference({"stiffness": (factor,)}) for factor in (4.0, 0.7))
+    with FmuPool("native") as fmus:
+        cell, (model,) = cell_of(case.robots, fmus)
+        command = ReplayedCommand(
+            cell,
+            (model,),
+            run.correction.joints,
+            run.correction.response.wrench,
+            run.desired,
+            run.correction,
+        )
+        replays = [
+            command.replay(name, [model.differing(difference, name)], 1.2)[0]
+            for name, difference in (("stiff", stiff), ("soft", soft))
+        ]
+    expected = []
+    for difference in (stiff, soft):
+        robot = difference.applied(case.robots[0].description, "backlash")
+        with RobotFmu(build_fmu(robot, tmp_path / "robot.fmu"), "backlash") as fmu:
+            other = cell.with_robots([SimulatedModel(robot, "backlash", fmu)])
+            path = other.simulate(before.joints, before.wrench.scaled(1.2), "dynamic")
+            expected.append(measure(path, run.desired).maximum)
+    simulated, superposed = (replay.uncorrected.maximum for replay in replays)
+    assert simulated == pytest.approx(expected[0], rel=1e-9)
+    assert replays[0].deviation.maximum > simulated, "the command takes off too much"
+    assert superposed == pytest.approx(expected[1], rel=0.05)
+    assert superposed != pytest.approx(expected[1], rel=1e-9)
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):

@@ -165,7 +165,8 @@ def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path
     judgement = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 3000.0, 1e-3))
     chart = speed_chart(judgement, lambda what, done, total: None)
     assert 20.0 < chart.rpm[0] < 6000.0
-    assert not np.isnan(chart.limit).any()
+    for rpm in chart.rpm:
+        _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, rpm, 1e-5)).vibration
     with pytest.raises(StabilityError, match="raise the speed"):
         _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 20.0, 1e-5)).vibration
 

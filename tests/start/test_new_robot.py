@@ -15,6 +15,7 @@ from coupling.check.new_case import CASE, new_case, write_case
 from coupling.check.new_robot import RobotChoice, new_robot
 from coupling.check.typical_gears import CLASSES
 from coupling.cli import main
+from coupling.files.foreign_description import is_foreign
 from coupling.files.mjcf import urdf_of_mjcf
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf_tree import read_tree
@@ -228,6 +229,30 @@ def test_a_chain_that_ends_before_a_slide_says_so(tmp_path):
     text = arm().replace('name="a5" type="revolute"', 'name="a5" type="prismatic"')
     made = new_robot(write(tmp_path, text), RobotChoice(), tmp_path)
     assert "4 joints, as 'a5' behind it is prismatic: it is carried at zero" in made.remarks[0]
+
+
+def test_an_mjcf_that_does_not_stand_upright_is_refused(tmp_path):
+    """Bodies would hang sideways under the gravity along -z that robot files have."""
+    pytest.importorskip("mujoco")
+    file = write(
+        tmp_path, MJCF.replace("<worldbody>", '<option gravity="0 -9.8 0"/><worldbody>'), "y.xml"
+    )
+    with pytest.raises(RobotFileError, match=r"gravity: expected it along -z, got 0 -9\.8"):
+        urdf_of_mjcf(Path(file))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "got"),
+    [
+        ("arm.sdf", '<sdf version="1.6"/>', "<sdf>, an SDF model: convert it to URDF"),
+        ("arm.dae", "<COLLADA/>", "<COLLADA>, a drawing: give the URDF"),
+        ("arm.usda", "#usda 1.0", "arm.usda: expected a URDF or MJCF file"),
+    ],
+)
+def test_a_robot_in_another_format_is_refused_by_its_name(tmp_path, name, text, got):
+    assert is_foreign(name)
+    with pytest.raises(RobotFileError, match=got):
+        new_robot(write(tmp_path, text, name), RobotChoice(), tmp_path)
 
 
 def test_an_mjcf_that_is_none_is_refused(tmp_path):

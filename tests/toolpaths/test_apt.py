@@ -308,3 +308,9 @@ def test_a_cut_by_another_tool_is_refused(tmp_path, line):
     assert len(read_program(file_of(tmp_path, NX + unused)).position) == 5
     with pytest.raises(CaseError, match=rf"line 18: .* one tool .* behind {line[:9]}.* in line 15"):
         read_program(file_of(tmp_path, f"{NX}{unused}GOTO/9.0,9.0,9.0\n"))
+
+
+def test_a_tool_that_is_loaded_behind_a_cut_is_another_though_the_first_has_no_name(tmp_path):
+    cut = "GOTO/10.0,0.0,0.0\n"
+    with pytest.raises(CaseError, match="one tool for all moves, got a cut behind LOADTL/1"):
+        read_program(file_of(tmp_path, f"{HEAD}GOTO/0,0,0\n{cut}LOADTL/1\nGOTO/20,0,0\n"))

@@ -104,6 +104,8 @@ def test_words_that_change_no_path_are_listed(tmp_path, line, words):
         ("M106 X20", [20.0, 0.0, 0.0]),
         ("X20 M84", [20.0, 0.0, 0.0]),
         ("X20\n\x1a", [20.0, 0.0, 0.0]),
+        ("X20;", [20.0, 0.0, 0.0]),
+        ("X20 ;P5 of tool T1", [20.0, 0.0, 0.0]),
     ],
 )  # fmt: skip
 def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
@@ -126,6 +128,8 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("G1 X=IC(5)", "a parameter or an assignment"),
         ("G4 P1 X5", "expected G4 without coordinates"),
         ("G1 X20 /G1 Y5", "a / within a line"),
+        ("G1 X20; Y5;", "one block in a line, got Y5 behind ';'"),
+        ("G90;G1 X20;G1 Y5", "one block in a line, got G1X20 behind ';'"),
         ("G1 X20 A5", "rotary axis A to stand still at 0, got A5"),
         ("G91 C2", "rotary axis C to stand still at 0, got C2"),
         ("G1 X20 W5", "got W5, a second linear axis or an increment"),
@@ -252,8 +256,8 @@ def test_axes_that_stand_still_are_left_out_and_may_not_move(tmp_path):
     ("wait", "seconds", "said"),
     [
         ("G4 P500", 500.0, "line 4: G4 P500 waits 500 s; .* milliseconds, write G4 P0.5"),
-        ("G4 P61\nG4 P100\nG4 P3", 61.0, "G4 P61 waits 61 s; .* so do 1 others"),
-        ("G4 P60", 60.0, None),
+        ("G4 P20\nG4 P100\nG4 P3", 20.0, "G4 P20 waits 20 s; .* so do 1 others"),
+        ("G4 P10", 10.0, None),
         ("G4 X1.5", 1.5, "G4 X is a wait in seconds"),
         ("G4 F2", 2.0, "G4 F is a wait in seconds"),
     ],

@@ -143,6 +143,15 @@ def test_columns_that_a_csv_path_does_not_need_are_told(tmp_path):
     )
 
 
+def test_times_in_milliseconds_are_asked_for(tmp_path):
+    """10 mm in 1000 s are 0.01 mm/s, as 10 mm in 1 s are with times in milliseconds."""
+    file = tmp_path / "path.csv"
+    file.write_text("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1000,0.01,0,0,0,0,0,1\n")
+    assert CsvPath(kind="csv", file=file).task(FLAT).remarks == (
+        "path.csv: the tool goes at most 0.01 mm/s: are times in seconds, places in metres?",
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

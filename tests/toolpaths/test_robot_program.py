@@ -17,7 +17,7 @@ POINTS = [(0, 0, 5), (0, 0, -1), (40, 0, -1), (80, 4, -1), (80, 50, -1)]
 
 
 def krl(points=POINTS, extra: str = "", speed: str = "$VEL.CP=0.05") -> str:
-    lines = [f"LIN {{X {x},Y {y},Z {z},A 0,B 90,C 0}}" for x, y, z in points[1:]]
+    lines = [f"LIN {{X {x},Y {y},Z {z},A 0,B 90,C 0}} C_DIS" for x, y, z in points[1:]]
     x, y, z = points[0]
     start = f"PTP {{X {x},Y {y},Z {z},A 0,B 90,C 0}}"
     return "\n".join(["DEF WAY()", speed, start, *lines, extra, "END"])
@@ -28,7 +28,7 @@ def rapid(points=POINTS) -> str:
     rest = f"[{half},0,{half},0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     targets = [f"[[{x},{y},{z}],{rest}" for x, y, z in points]
     first, *others = targets
-    moves = [f"MoveL {target},[50,500,5000,1000],fine,tool0;" for target in others]
+    moves = [f"MoveL {target},[50,500,5000,1000],z0,tool0;" for target in others]
     lines = [f"MoveJ {first},[50,500,5000,1000],fine,tool0;", *moves]
     return "\n".join(["MODULE way", "PROC way()", *lines, "ENDPROC", "ENDMODULE"])
 
@@ -55,6 +55,28 @@ def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
         np.testing.assert_allclose(found.position, expected.position, atol=1e-12)
         turn = found.rotations[0] * expected.rotations[0].inv()
         assert turn.magnitude().max() < 1e-9
+
+
+def test_the_same_arc_is_the_same_path_in_every_language(tmp_path):
+    """Half a circle of 20 mm behind a line that meets it along its tangent."""
+    tail = (
+        "PTP {X 0,Y -30,Z 0,A 0,B 90,C 0}\nLIN {X 0,Y 0} C_DIS\nCIRC {X 20,Y 20},{X 40,Y 0} C_DIS"
+    )
+    expected = path(tmp_path, "way.ngc", "G21 G90 F3000\nG0 X0 Y-30 Z0\nG1 Y0\nG2 X40 Y0 I20")
+    line = rapid([(0, -30, 0), (0, 0, 0)])
+    start, *_, last = line.split("\n")[3].removeprefix("MoveL ").partition(",[50")
+    via, end = (start.replace("0,0,0", place, 1) for place in ("20,20,0", "40,0,0"))
+    modul = line.replace("ENDPROC", f"MoveC {via},{end},[50{last}\nENDPROC")
+    for name, text in (
+        ("way.src", f"DEF WAY()\n$VEL.CP=0.05\n{tail}\nEND"),
+        ("way.mod", modul),
+    ):
+        found = path(tmp_path, name, text)
+        assert found.time[-1] == pytest.approx(expected.time[-1], abs=1e-5)
+        at = np.linspace(0.0, expected.time[-1] - 1e-4, 400)
+        for axis in range(3):
+            way, exact = (np.interp(at, p.time, p.position[0][:, axis]) for p in (found, expected))
+            np.testing.assert_allclose(way, exact, atol=2e-7)
 
 
 def test_the_tool_turns_evenly_with_the_way(tmp_path):
@@ -94,7 +116,7 @@ def test_a_feed_is_lower_where_the_tool_would_turn_too_fast(tmp_path):
 
 def test_points_with_a_speed_each_are_passed_without_a_rest(tmp_path):
     lines = [
-        f"$VEL.CP={0.02 + 0.001 * (k % 3)}\nLIN {{X {k},Y 0,Z 0,A 0,B 90,C 0}}"
+        f"$VEL.CP={0.02 + 0.001 * (k % 3)}\nLIN {{X {k},Y 0,Z 0,A 0,B 90,C 0}} C_VEL"
         for k in range(1, 41)
     ]
     text = "\n".join(["DEF WAY()", "PTP {X 0,Y 0,Z 0,A 0,B 90,C 0}", *lines, "END"])
@@ -132,6 +154,59 @@ def timed(language: str) -> tuple[str, str]:
     moves = ["J P[1] 100% FINE", "L P[2] 2sec FINE", "L P[3] 3000msec FINE", "L P[4] 50mm/sec FINE"]
     lines = [f"{k}: {move} ;" for k, move in enumerate(moves, start=1)]
     return "way.ls", "\n".join(["/PROG WAY", "/MN", *lines, "/POS", *data, "/END"])
+
+
+def straight(language: str, end: str, wait: str) -> tuple[str, str]:
+    """Return name and text of 100 mm at 50 mm/s, a point that ends in some way, a wait, and 100 mm."""
+    if language == "krl":
+        start, half, whole = (f"{{X {x},Y 0,Z 0,A 0,B 90,C 0}}" for x in (0, 100, 200))
+        lines = [f"PTP {start}", f"LIN {half}{end}", wait, f"LIN {whole}", "END"]
+        return "way.src", "\n".join(["DEF WAY()", "$VEL.CP=0.05", *lines])
+    if language == "rapid":
+        name, text = timed("rapid")
+        target = text.split("MoveL ")[1].partition(",v50")[0]
+        whole = target.replace("100,0,0", "200,0,0")
+        lines = [f"MoveL {target},v50,{end},tool0;", wait, f"MoveL {whole},v50,fine,tool0;"]
+        head, _, _ = text.partition("MoveL")
+        return name, "\n".join([head, *lines, "ENDPROC", "ENDMODULE"])
+    name, text = timed("fanuc")
+    head, _, data = text.partition("2: ")
+    data = data.partition("/POS")[2].replace("X = 0 mm", "X = 200 mm").replace("200", "0", 1)
+    lines = [f"2: L P[2] 50mm/sec {end} ;", f"3: {wait} ;", "4: L P[4] 50mm/sec FINE ;", "/POS"]
+    return name, head + "\n".join(lines) + data.replace("P = 60", "P = 90")
+
+
+@pytest.mark.parametrize(
+    ("language", "end", "wait", "more"),
+    [
+        ("krl", " C_DIS", "", 0.0),
+        ("krl", "", "", 0.2),
+        ("krl", " C_DIS", "WAIT SEC 0.25+0.25", 0.7),
+        ("krl", " C_DIS", "WAIT FOR $IN[1]", 0.2),
+        ("rapid", "z10", "", 0.0),
+        ("rapid", "fine", "", 0.2),
+        ("rapid", "z10", "WaitTime 0.5;", 0.7),
+        ("fanuc", "CNT100", "", 0.0),
+        ("fanuc", "FINE", "", 0.2),
+        ("fanuc", "CNT0", "", 0.2),
+        ("fanuc", "CNT100", "WAIT .50(sec)", 0.7),
+    ],
+)
+def test_a_robot_rests_at_exact_stops_and_waits_though_the_way_is_straight(
+    tmp_path, language, end, wait, more
+):
+    """200 mm at 50 mm/s take 4 s; each start with its stop costs 0.2 s."""
+    found = path(tmp_path, *straight(language, end, wait))
+    assert found.position[0, -1] == pytest.approx(PART.points(np.array([[0.2, 0.0, 0.0]]))[0])
+    assert found.time[-1] == pytest.approx(4.2 + more, abs=1e-6)
+
+
+def test_a_wait_of_an_endless_loop_is_that_of_its_first_pass(tmp_path):
+    name, text = straight("krl", " C_DIS", "WAIT SEC 1")
+    body = text.partition("0.05\n")[2].removesuffix("\nEND")
+    once, again = path(tmp_path, name, text), f"DEF WAY()\n$VEL.CP=0.05\nLOOP\nWAIT SEC 9\n{body}"
+    looped = path(tmp_path, name, f"{again}\nENDLOOP\nEND")
+    assert looped.time[-1] == pytest.approx(once.time[-1], abs=1e-12)
 
 
 @pytest.mark.parametrize("language", ["krl", "rapid", "fanuc"])

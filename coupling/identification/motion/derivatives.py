@@ -13,7 +13,7 @@ import numpy as np
 from coupling.identification.motion.driven_fmu import GearMotion
 from coupling.identification.motion.driven_motors import motor_losses, motor_torques
 from coupling.identification.motion.problem import MotionPoint, Predicted, SmoothedRecording
-from coupling.identification.motion.sensors import SensorParameter, column, torque_column
+from coupling.identification.motion.sensors import column, torque_column
 from coupling.robot.parameters import apply_values
 
 # Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
@@ -171,7 +171,7 @@ def _by_motor(
     """Return the change of a motor's torque [N m], (n,), by a number of it, or of beside it."""
     p = point.problem.parameters[k]
     part, gear_torque = base.part[:, p.joint], base.gears.torque[:, p.joint]
-    if isinstance(p, SensorParameter):
+    if p.sensor:
         return p.size * torque_column(p, smoothed.motion, part, smoothed.recording.step)
     there = apply_values(base.robot, {p.name: p.in_robot(point.x[k] + _CHANGE)})
     ends = []
@@ -187,7 +187,6 @@ def _by_sensor(
 ) -> np.ndarray:
     """Return the change of what is left of a wind-up [rad], (n,), by a number of its encoder."""
     p = point.problem.parameters[k]
-    assert isinstance(p, SensorParameter)
     return -p.size * smoothed.remove_fitted(
         column(p, smoothed.motion, base.dry[:, p.joint]), p.joint
     )

@@ -14,7 +14,6 @@ from coupling.identification.least_squares import reduced_rows
 from coupling.identification.motion.derivatives import GearSlopes, derivatives, jacobian
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.problem import MotionPoint, MotionProblem
-from coupling.identification.motion.sensors import SensorParameter
 
 # Steps of a fit at most, and of one that only shows where it leads.
 _STEPS, _FIRST_STEPS = 60, 6
@@ -151,7 +150,7 @@ def fit_motion(
 
 def _solve_sensors(problem: MotionProblem) -> np.ndarray:
     """Return the start with the sensors' numbers solved for, (P,): linear, and a lag nearly."""
-    of_sensor = np.array([isinstance(p, SensorParameter) for p in problem.parameters], dtype=bool)
+    of_sensor = np.array([bool(p.sensor) for p in problem.parameters], dtype=bool)
     x = problem.start.copy()
     if of_sensor.any():
         point = MotionPoint.of(problem.only(of_sensor), x[of_sensor])
@@ -215,9 +214,7 @@ def estimate_slow_errors(fit: MotionExperiment) -> MotionProblem:
     """
     problem, blocks = fit.problem, fit.blocks
     prior = np.array([p.prior for p in problem.parameters])
-    slow = np.array(
-        [isinstance(p, SensorParameter) and p.of_slow_error for p in problem.parameters]
-    )
+    slow = np.array([p.of_slow_error for p in problem.parameters])
     joints = np.array([p.joint for p in problem.parameters])
     for _ in range(_SIZINGS):
         blocks = replace(blocks, prior=problem.correlated / prior**2)

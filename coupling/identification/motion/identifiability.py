@@ -6,7 +6,6 @@ import numpy as np
 
 from coupling.identification.motion.fit import SUPPORTED, MotionExperiment, fit_roughly
 from coupling.identification.motion.problem import MotionProblem
-from coupling.identification.motion.sensors import SensorParameter
 
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
 # which shows that there is none.
@@ -40,9 +39,7 @@ def identifiable(fit: MotionExperiment) -> np.ndarray:
 def narrow(fit: MotionExperiment) -> np.ndarray:
     """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
     width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
-    of_slow_error = [
-        isinstance(p, SensorParameter) and p.of_slow_error for p in fit.problem.parameters
-    ]
+    of_slow_error = [p.of_slow_error for p in fit.problem.parameters]
     return np.asarray(width <= 1.0) & ~np.array(of_slow_error, dtype=bool)
 
 
@@ -75,6 +72,6 @@ def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     for k, p in enumerate(problem.parameters):
         if p.vanishes:
             allowed[k] = _NARROW
-        if isinstance(p, SensorParameter):
+        if p.sensor:
             allowed[k] = max(_OF_ITSELF * abs(x[k]), _NARROW)
     return allowed

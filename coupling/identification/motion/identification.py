@@ -29,7 +29,6 @@ from coupling.identification.motion.residuals import (
     terms_left_out,
 )
 from coupling.identification.motion.sensors import (
-    SensorParameter,
     encoder_lines,
     sensor_parameters,
     torque_parameters,
@@ -171,8 +170,7 @@ def _judge(
     absent = np.nan, [np.nan, np.nan], "the recordings hardly depend on it"
     verdicts = []
     for p in parameters:
-        is_sensor = isinstance(p, SensorParameter)
-        if isinstance(p, SensorParameter) and p.of_slow_error:
+        if p.of_slow_error:
             continue
         value, (low, high), reason = fitted.get(p.name, absent)
         verdict = ParameterResult(
@@ -182,7 +180,7 @@ def _judge(
             value=finite(value),
             low=finite(low),
             high=finite(high),
-            written=None if is_sensor else finite(p.value if reason else value),
+            written=None if p.sensor else finite(p.value if reason else value),
             identified=not reason,
             reason=reason,
             term=p.term,
@@ -215,7 +213,7 @@ def _slow_errors(fit: MotionExperiment) -> tuple[float | None, ...]:
     """Return the likely size of slow errors, of one period a turn [rad], (j,); None without encoder."""
     sizes = np.full(len(fit.problem.robot.joints), np.nan)
     for p in fit.problem.parameters:
-        if isinstance(p, SensorParameter) and p.harmonic == 1:
+        if p.harmonic == 1:
             sizes[p.joint] = p.prior * p.size
     return numbers(sizes)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,14 +14,16 @@ from elastic_robot.description import Joint, Robot
 
 # A backlash below this is none, as crossing it takes no time that counts [rad].
 _NO_BACKLASH = 1e-8
+# Numbers of sensors that add to the motor's torque.
+_OF_TORQUE = ("rest", "rate", "inertia")
 
 
 @dataclass(frozen=True)
 class MotionParameter:
-    """How a number of a robot is fitted, as the row of its kind says.
+    """How a number of a robot is fitted, as the row of its kind says, or one of its sensors.
 
     Attributes:
-        name: Name of the robot's parameter, `joint[2].stiffness`.
+        name: Name of the robot's parameter, `joint[2].stiffness`, or that of a sensor, `encoder[2].lag`.
         term: Term of the equations of motion, of which others may be numbers too.
         joint: Index of its joint; that of the last one for the payload.
         size: Usual size, in its unit: with a wider interval it is not identifiable.
@@ -34,6 +36,10 @@ class MotionParameter:
         vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
         prior: Standard deviation around the start, as the fit counts [1]; infinite if nothing is known.
+        sensor: Kind of a number that the model has not, the same in all recordings: "lag", "cosine",
+            "sine" or "loop" of the wind-up; of the torque "rest", or "rate" and "inertia" of what is
+            faster than the bandwidth; "" of a robot's.
+        harmonic: Periods in a turn of a cosine or sine, for a slow error of an encoder.
     """
 
     name: str
@@ -49,6 +55,24 @@ class MotionParameter:
     vanishes: bool = False
     most: float = 30.0
     prior: float = np.inf
+    sensor: str = ""
+    harmonic: int = 0
+
+    @classmethod
+    def of_sensor(
+        cls,
+        name: str,
+        term: str,
+        joint: int,
+        size: float,
+        unit: str,
+        sensor: str,
+        prior: float = 1.0,
+        harmonic: int = 0,
+    ) -> MotionParameter:
+        """Return a number of a sensor, about none; arguments as the attributes."""
+        of_robot = cls(name, term, joint, size, unit, 0.0, signed=True, moves_gears=False)
+        return replace(of_robot, sensor=sensor, prior=prior, harmonic=harmonic)
 
     @classmethod
     def of(cls, robot: Robot, name: str, joint: int) -> MotionParameter:
@@ -83,8 +107,13 @@ class MotionParameter:
 
     @property
     def of_torque(self) -> bool:
-        """Whether a motor's torque alone follows it."""
-        return not self.moves_gears
+        """Whether a motor's torque alone follows it, not the wind-up."""
+        return self.sensor in _OF_TORQUE if self.sensor else not self.moves_gears
+
+    @property
+    def of_slow_error(self) -> bool:
+        """Whether it is a harmonic of an encoder's slow error, whose function alone has a meaning."""
+        return self.harmonic > 0
 
     def inward(self, value: float) -> float:
         """Return what the fit counts by: parts of its usual size."""

@@ -21,7 +21,6 @@ from coupling.identification.motion.driven_motors import friction_part, motor_to
 from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import (
-    SensorParameter,
     column,
     delayed,
     fitted_columns,
@@ -165,7 +164,7 @@ class MotionProblem:
         return {
             p.name: p.in_robot(value)
             for p, value in zip(self.parameters, x.tolist(), strict=True)
-            if p.joint in joints and not isinstance(p, SensorParameter)
+            if p.joint in joints and not p.sensor
         }
 
     def predicted(
@@ -199,7 +198,7 @@ class MotionProblem:
         links = KinematicErrors.of(robot).output_angle(smoothed.motion.q) + gears.wind_up
         shares = {"gear": smoothed.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
-            if not isinstance(p, SensorParameter):
+            if not p.sensor:
                 continue
             i = p.joint
             if p.of_torque:
@@ -207,7 +206,7 @@ class MotionProblem:
                 unmodelled[:, i] += p.size * value * by_one
                 continue
             wind_up_part = p.size * value * column(p, smoothed.motion, dry[:, i])
-            if p.kind == "lag":
+            if p.sensor == "lag":
                 wind_up_part = links[:, i] - delayed(
                     links[:, i], smoothed.recording.step, p.size * value
                 )
@@ -226,7 +225,7 @@ class MotionProblem:
                 slipping = dry_friction(joint.drive)[0]
                 dry[:, i] = slipping * part[:, i]
         for p, value in zip(self.parameters, x.tolist(), strict=True):
-            if isinstance(p, SensorParameter) and p.kind == "rest":
+            if p.sensor == "rest":
                 more = p.size * value * worn(smoothed.motion, p.joint)
                 dry[:, p.joint] += more * part[:, p.joint]
         usual = [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -31,51 +30,23 @@ _PERIODS, _MOST_LINES = 20.0, 2
 _POINTS = 8
 
 
-@dataclass(frozen=True)
-class SensorParameter(MotionParameter):
-    """A number of a joint that the model has not, the same in all recordings, about none.
-
-    Attributes:
-        kind: "lag", "cosine", "sine" or "loop" of the wind-up; of the torque "rest", or "rate" and
-            "inertia" of what is faster than the bandwidth.
-        harmonic: Periods in a turn of a cosine or sine.
-    """
-
-    value: float = 0.0
-    signed: bool = True
-    moves_gears: bool = False
-    prior: float = 1.0
-    kind: str = ""
-    harmonic: int = 0
-
-    @property
-    def of_slow_error(self) -> bool:
-        """Whether it is a harmonic of an encoder's slow error, whose function alone has a meaning."""
-        return self.harmonic > 0
-
-    @property
-    def of_torque(self) -> bool:
-        """Whether it adds to the motor's torque, not to the wind-up."""
-        return self.kind in ("rest", "rate", "inertia")
-
-
-def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
+def sensor_parameters(with_link: list[int]) -> tuple[MotionParameter, ...]:
     """Return those of joints whose link's angle is measured, by their indices."""
-    parameters = []
+    parameters, sensor = [], MotionParameter.of_sensor
     for i in with_link:
         place, joint = f"encoder[{i + 1}]", i + 1
         parameters += [
-            SensorParameter(f"{place}.lag", f"lag {joint}", i, 1e-3, "s", prior=10.0, kind="lag"),
-            SensorParameter(f"{place}.loop", f"loop {joint}", i, 1e-4, "rad", kind="loop"),
+            sensor(f"{place}.lag", f"lag {joint}", i, 1e-3, "s", "lag", prior=10.0),
+            sensor(f"{place}.loop", f"loop {joint}", i, 1e-4, "rad", "loop"),
         ]
         parameters += [
-            SensorParameter(
+            sensor(
                 f"{place}.slow_error.{kind}[{k}]",
                 f"slow error {joint}",
                 i,
                 _SLOW / k,
                 "rad",
-                kind=kind,
+                kind,
                 harmonic=k,
             )
             for k in range(1, _HARMONICS + 1)
@@ -84,7 +55,7 @@ def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
     return tuple(parameters)
 
 
-def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
+def torque_parameters(robot: Robot) -> tuple[MotionParameter, ...]:
     """Return those of the torques of a robot's motors."""
     parameters = []
     for i, joint in enumerate(robot.joints):
@@ -96,12 +67,12 @@ def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
             ("fast.rate_gain", "rate loop", "rate", drive.rate_gain, "N m s/rad"),
             ("fast.inertia", "fast rotor", "inertia", drive.inertia, "kg m^2"),
         ):
-            prior = _AFTER_REST if kind == "rest" else 1.0
-            parameter = SensorParameter(
-                f"motor[{i + 1}].{name}", f"{term} {i + 1}", i, max(size, 1.0), unit, kind=kind
-            )
             # Where the file has no friction or no rate loop, their size is not known.
-            parameters.append(replace(parameter, prior=prior if size > 0.0 else np.inf))
+            prior = np.inf if size <= 0.0 else _AFTER_REST if kind == "rest" else 1.0
+            of_torque = f"motor[{i + 1}].{name}", f"{term} {i + 1}"
+            parameters.append(
+                MotionParameter.of_sensor(*of_torque, i, max(size, 1.0), unit, kind, prior=prior)
+            )
     return tuple(parameters)
 
 
@@ -112,7 +83,7 @@ def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     return CubicSpline(rows, values)(there)
 
 
-def column(parameter: SensorParameter, motion: SmoothedMotion, dry: np.ndarray) -> np.ndarray:
+def column(parameter: MotionParameter, motion: SmoothedMotion, dry: np.ndarray) -> np.ndarray:
     """Return the wind-up by a sensor's number of 1 [rad], (n,): of a lag, to first order.
 
     Args:
@@ -121,11 +92,11 @@ def column(parameter: SensorParameter, motion: SmoothedMotion, dry: np.ndarray) 
         dry: Dry friction of the joint's motor over that of the start's slipping one [1], (n,).
     """
     q = motion.q[:, parameter.joint]
-    if parameter.kind == "lag":
+    if parameter.sensor == "lag":
         return motion.qd[:, parameter.joint]
-    if parameter.kind == "cosine":
+    if parameter.sensor == "cosine":
         return np.cos(parameter.harmonic * q)
-    if parameter.kind == "sine":
+    if parameter.sensor == "sine":
         return np.sin(parameter.harmonic * q)
     return dry
 
@@ -138,7 +109,7 @@ def worn(motion: SmoothedMotion, joint: int) -> np.ndarray:
 
 
 def torque_column(
-    parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray, step: float
+    parameter: MotionParameter, motion: SmoothedMotion, part: np.ndarray, step: float
 ) -> np.ndarray:
     """Return the motor's torque by a number of 1 that adds to it [N m], (n,).
 
@@ -151,10 +122,10 @@ def torque_column(
         part: Friction of the joint's motor over its largest [1], (n,).
         step: Step of time [s].
     """
-    if parameter.kind == "rest":
+    if parameter.sensor == "rest":
         return part * worn(motion, parameter.joint)
     fast = np.pad(motion.fast[:, parameter.joint], 1, mode="edge")
-    if parameter.kind == "rate":  # as a loop of this step sees it
+    if parameter.sensor == "rate":  # as a loop of this step sees it
         return np.asarray((fast[:-2] - fast[1:-1]) / step)
     return np.asarray((fast[2:] - 2.0 * fast[1:-1] + fast[:-2]) / step**2)
 

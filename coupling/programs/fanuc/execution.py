@@ -16,7 +16,7 @@ from coupling.programs.fanuc.motion_statements import is_motion, motion_of
 from coupling.programs.fanuc.motions import TpDriver, moving_program
 from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.fanuc.syntax import TpText, split_at_comma, split_at_commas
-from coupling.programs.program import RobotProgram
+from coupling.programs.program import RobotProgram, rest_behind
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
@@ -35,6 +35,7 @@ _IF_THEN = re.compile(r"IF\b\s*(.+?)\s*THEN", _FLAGS)
 _SELECT = re.compile(r"SELECT\s+(.+)", _FLAGS)
 _CASE = re.compile(r"=\s*([^,]+?)\s*,\s*(.+)", _FLAGS)
 _ELSE_CASE = re.compile(r"ELSE\s*,\s*(.+)", _FLAGS)
+_WAIT = re.compile(r"WAIT\s+(?:([\d.]+)\s*\(?\s*sec\s*\)?|(A?R\[[^=<>]*\]))", _FLAGS)
 _TIMEOUT = re.compile(r"WAIT\b.*\bTIMEOUT\b", _FLAGS)
 
 
@@ -148,6 +149,8 @@ class FanucExecution:
                 f"{where}: expected the name of a program, got {shorten(words)!r}, which the"
                 " controller alone knows: write the name"
             )
+        elif (wait := _WAIT.fullmatch(words)) is not None:
+            self._wait(running, wait[1] or wait[2], where)
         elif (word := left_out_word(words)) is not None:
             self.notes.leave_out(word)
             if _TIMEOUT.match(words):
@@ -155,6 +158,13 @@ class FanucExecution:
         else:
             assign(running, words, where)
         return index + 1
+
+    def _wait(self, running: RunningProgram, seconds: str, where: str) -> None:
+        """Let the robot stand for a time, if it is known."""
+        value = running.value(seconds, where)
+        if isinstance(value, (Unknown, str)):
+            self.notes.leave_out("WAIT")
+        rest_behind(self.driver.moves, 0.0 if isinstance(value, (Unknown, str)) else float(value))
 
     # Flow.
 

@@ -18,6 +18,7 @@ _SPEED = re.compile(
     re.IGNORECASE,
 )
 _END = re.compile(rf"(?:FINE|(?:CNT|CD|CR)\s*(?:\d+|{_REGISTER}))(?!\w)\s*", re.IGNORECASE)
+_STOP = re.compile(r"FINE|CNT\s*0+", re.IGNORECASE)
 _WORD = re.compile(r"[^\s,]+")
 _ACTION = (
     rf"(?:P-SPS|CALL\s+\w+(?:\s*\([^()]*\))?|(?:DO|RO|GO|AO|SO|UO|WO|F){_BRACKETS}\s*=\s*"
@@ -52,7 +53,8 @@ class MotionInstruction:
         index: Expression of its number.
         speed: Expression of its speed or time.
         unit: Unit of that.
-        options: Options behind FINE or CNT.
+        is_stop: Whether it is to end at rest: FINE, or CNT0.
+        options: Options behind that.
     """
 
     letter: str
@@ -60,6 +62,7 @@ class MotionInstruction:
     index: str
     speed: str
     unit: str
+    is_stop: bool
     options: tuple[MotionOption, ...]
 
 
@@ -160,6 +163,7 @@ def motion_of(text: str, where: str) -> MotionInstruction:
         target[3],
         speed[1],
         speed[2].lower(),
+        _STOP.fullmatch(end[0].strip()) is not None,
         _options(text, end.end(), where),
     )
 

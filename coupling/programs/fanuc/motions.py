@@ -16,7 +16,7 @@ from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.frames import PoseFrames
 from coupling.programs.poses import product
-from coupling.programs.program import Motion, Pose, ProgramMove
+from coupling.programs.program import Motion, Pose, ProgramMove, rest_behind
 from coupling.programs.text import shorten
 
 _RADIANS = 0.017453292519943295
@@ -83,6 +83,8 @@ class TpDriver:
             kind: Motion = "linear" if motion.letter == "L" else "joint"
             pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
             self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
+        if motion.is_stop:
+            rest_behind(self.moves)
         registers.last = LastTarget(position, base, tool)
 
     def _target(self, running: RunningProgram, motion: MotionInstruction, where: str) -> TpPosition:

@@ -95,11 +95,9 @@ def _frames(program: RobotProgram) -> Iterator[str]:
     yield "!PAYLOAD is the one in use"
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
-        values = [
-            *numbers(1e3 * row[0, :3], MM_DECIMALS).split(","),
-            *numbers(wpr_of(row)[0], DEGREE_DECIMALS).split(","),
-        ]
-        for k, value in enumerate(values, start=1):
+        position, angles = 1e3 * row[0, :3], wpr_of(row)[0]
+        values = f"{numbers(position, MM_DECIMALS)},{numbers(angles, DEGREE_DECIMALS)}"
+        for k, value in enumerate(values.split(","), start=1):
             yield f"PR[{FRAME},{k}]={value if not value.startswith('-') else f'({value})'}"
         yield f"{word}[{FRAME}]=PR[{FRAME}]"
         yield f"{word}_NUM={FRAME}"
@@ -146,28 +144,20 @@ def _position(number: int, move: ProgramMove, angles: np.ndarray | None) -> Iter
     yield "   GP1:"
     if move.joints is not None:
         yield f"\tUF : {FRAME}, UT : {FRAME},"
-        values = [
-            f"J{i}= {format_fixed(a, DEGREE_DECIMALS)} deg"
-            for i, a in enumerate(np.rad2deg(move.joints), start=1)
-        ]
+        degrees = numbers(np.rad2deg(move.joints), DEGREE_DECIMALS).split(",")
+        values = [f"J{i}= {value} deg" for i, value in enumerate(degrees, start=1)]
         yield f"\t{', '.join(values[:3])},"
         yield f"\t{', '.join(values[3:])}"
     else:
         assert move.pose is not None
         assert angles is not None
         yield f"\tUF : {FRAME}, UT : {FRAME}, CONFIG : '{_configuration(move.configuration)}',"
-        position = zip("XYZ", move.pose[:3], strict=False)
-        yield (
-            "\t"
-            + ", ".join(
-                f"{key} = {format_fixed(1e3 * value, MM_DECIMALS)} mm" for key, value in position
-            )
-            + ","
+        places = zip(
+            "XYZ", numbers(1e3 * np.array(move.pose[:3]), MM_DECIMALS).split(","), strict=True
         )
-        turns = zip("WPR", angles, strict=True)
-        yield "\t" + ", ".join(
-            f"{key} = {format_fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns
-        )
+        turns = zip("WPR", numbers(angles, DEGREE_DECIMALS).split(","), strict=True)
+        yield f"\t{', '.join(f'{key} = {value} mm' for key, value in places)},"
+        yield f"\t{', '.join(f'{key} = {value} deg' for key, value in turns)}"
     yield "};"
 
 

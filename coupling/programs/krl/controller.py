@@ -27,7 +27,7 @@ from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # System variables that are executed.
-_SETTINGS = ("$BASE", "$TOOL", "$VEL", "$ORI_TYPE", "$IPO_MODE", "$OV_PRO")
+_SETTINGS = ("$BASE", "$TOOL", "$VEL", "$ORI_TYPE", "$CIRC_TYPE", "$IPO_MODE", "$OV_PRO")
 _FIXED = ("$NULLFRAME", "$WORLD")
 _MANUAL = frozenset(("$T1", "$T2"))
 # What INI folds ask before they switch a technology package on.
@@ -68,6 +68,7 @@ class KrlController:
         store["$BASE", ()], store["$TOOL", ()] = Unknown("$BASE"), Unknown("$TOOL")
         store["$VEL", ()], store["$OV_PRO", ()] = {}, 100
         store["$ORI_TYPE", ()], store["$IPO_MODE", ()] = "#VAR", "#BASE"
+        store["$CIRC_TYPE", ()] = "#BASE"
 
     # Expressions
 
@@ -267,6 +268,7 @@ class KrlController:
             store["$TOOL", ()],
             None if speed is None else number(speed, self.where) * share,
             store["$ORI_TYPE", ()] == "#CONSTANT",
+            store["$CIRC_TYPE", ()],
         )
 
     @contextmanager

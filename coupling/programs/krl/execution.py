@@ -184,6 +184,8 @@ class Interpreter:
             self._call(line)
 
     def _leave(self, word: str, line: KrlLine) -> None:
+        if word in ("WAIT", "HALT") and self.motions.wait(line):
+            return
         self.controller.notes.leave_out(word)
         if is_harmless_call(word):
             call, _ = leading(line.text, line.where)

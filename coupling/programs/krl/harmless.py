@@ -14,7 +14,7 @@ WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIR
 """
 _WORDS = frozenset(_STATEMENTS.split())
 _SYSTEM_WORDS = """
-$ACC $ACC_AXIS $ACC_EXTAX $ACC_CAR_TOOL $ACT_BASE $ACT_TOOL $ADVANCE $ANOUT $APO $BWDSTART $CIRC_TYPE
+$ACC $ACC_AXIS $ACC_EXTAX $ACC_CAR_TOOL $ACT_BASE $ACT_TOOL $ADVANCE $ANOUT $APO $BWDSTART
 $COLLMON_TOL_PRO $CYCFLAG $ECO_LEVEL $FILTER $FLAG $GEAR_JERK $H_POS $H_POS_TOL $JERK $LOAD $LOAD_A1
 $LOAD_A2 $LOAD_A3 $LOOP_CONT $MSG_T $OUT $OUT_C $RED_ACC $RED_VEL $SPL_VEL_MODE $TIMER $TIMER_FLAG
 $TIMER_STOP $TORQMON $TORQMON_COM $TORQMON_DEF $TORQMON_TIME $VEL_AXIS $VEL_EXTAX $VEL_PTP
@@ -32,24 +32,8 @@ _CALLS = re.compile(
 )
 # Functions in settings of the pendant's spline motions.
 _SETTINGS = re.compile(r"S(?:ACC|APO|GEAR|JERK|LOAD|VEL)\w*|USE_CM_PRO_VALUES")
-_KEYWORDS = frozenset(
-    [
-        "WAIT",
-        "FOR",
-        "SEC",
-        "AND",
-        "OR",
-        "NOT",
-        "EXOR",
-        "B_AND",
-        "B_OR",
-        "B_NOT",
-        "B_EXOR",
-        "PULSE",
-        "ANOUT",
-        "DO",
-    ]
-)
+_SPOKEN_WORDS = "WAIT FOR SEC AND OR NOT EXOR B_AND B_OR B_NOT B_EXOR PULSE ANOUT DO"
+_KEYWORDS = frozenset(_SPOKEN_WORDS.split())
 # Motions behind another statement, outside of texts.
 _MOTION = re.compile(r"(?<![#\w$.])(?:S?PTP|S?LIN|S?CIRC|SPL)(?:_REL)?\s*[ {(]", re.IGNORECASE)
 _STRING = re.compile(r'"[^"]*"')

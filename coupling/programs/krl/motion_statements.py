@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.circles import Turning
 from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.expressions import Call, Constant, Expression, Reference
 from coupling.programs.krl.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
@@ -32,16 +33,11 @@ _MOTIONS: dict[str, Motion] = {
     "SLIN": "linear",
     "SPL": "spline",
 }
-_RELATIVE: dict[str, Motion] = {
-    "PTP_REL": "joint",
-    "SPTP_REL": "joint",
-    "LIN_REL": "linear",
-    "SLIN_REL": "linear",
-    "SPL_REL": "spline",
-}
-_ARCS = ("CIRC", "SCIRC", "CIRC_REL", "SCIRC_REL")
+_RELATIVE = {f"{word}_REL": motion for word, motion in _MOTIONS.items()}
 _ROUNDED = frozenset(("C_DIS", "C_VEL", "C_ORI", "C_PTP", "C_SPL"))
+_ANGLE = re.compile(r"\s*,\s*CA\s+(.*)", re.IGNORECASE)
 _CLAUSES = re.compile(r"\bWITH\b", re.IGNORECASE)
+_WAIT = re.compile(r"WAIT\s+SEC\b(.*)", re.IGNORECASE)
 _BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
 
 
@@ -63,7 +59,7 @@ class MotionStatements:
         """Functions that execute statements, by their words."""
         return {
             **dict.fromkeys((*_MOTIONS, *_RELATIVE), self._move),
-            **dict.fromkeys(_ARCS, self._refuse_arc),
+            **dict.fromkeys(("CIRC", "SCIRC"), self._move_on_arc),
             **dict.fromkeys(("SPLINE", "PTP_SPLINE"), self._open_spline),
             "ENDSPLINE": self._close_spline,
             "TIME_BLOCK": self._time,
@@ -77,11 +73,15 @@ class MotionStatements:
         if self.motions.spline:
             raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
 
-    def _refuse_arc(self, line: KrlLine) -> None:
-        raise ProgramError(
-            f"{line.where}: expected motions to points, PTP, LIN, SPL and their like, got {line.word}:"
-            " write the arc as lines"
-        )
+    def wait(self, line: KrlLine) -> bool:
+        """Let the robot stand; return whether the program tells for how long."""
+        wait = _WAIT.fullmatch(line.text)
+        value = self.controller.valued(parse_expression(wait[1], line.where)) if wait else None
+        if value is None or isinstance(value, Unknown):
+            self.motions.rest()
+            return False
+        self.motions.rest(number(value, line.where))
+        return True
 
     # Motions
 
@@ -90,10 +90,9 @@ class MotionStatements:
         if not text.strip():
             raise ProgramError(f"{line.where}: expected a motion to a point, got {line.word}")
         target, behind = leading(text, line.where)
-        options = behind.upper().replace(",", " ").split()
-        self._require_options(options, line)
+        options = self._options(behind, line)
         try:
-            fields = self._fields(target, text, line)
+            fields = self._fields(target, line)
         except UnknownValueError as cause:
             self._leave(line, _strip_behind(text, behind), cause)
             return
@@ -104,6 +103,32 @@ class MotionStatements:
                 self._add(line, fields, options, name)
         else:
             self._add(line, fields, options, name)
+
+    def _move_on_arc(self, line: KrlLine) -> None:
+        """Go through a place to a target, or on by an angle."""
+        text, *clauses = _CLAUSES.split(line.remaining, maxsplit=1)
+        via, behind = leading(text, line.where)
+        target, behind = leading(behind.removeprefix(","), line.where)
+        turned = _ANGLE.fullmatch(behind)
+        angle, behind = leading(turned[1], line.where) if turned else (None, behind)
+        options = self._options(behind, line)
+        try:
+            fields = self._fields(via, line), self._fields(target, line)
+            turn = None if angle is None else number(angle.evaluate(self.controller), line.where)
+            with self.controller.with_state_restored():
+                if clauses:
+                    self._set(clauses[0], line)
+                settings = self._settings("linear", line)
+                # On others the controller turns the tool by rules of its own.
+                turning: Turning = "base" if line.word == "CIRC" and turn is None else "none"
+                self.motions.add_arc(*fields, turning, turn, settings, line.where)
+        except UnknownValueError as cause:
+            self._leave(line, text.strip(), cause)
+        self._end(options)
+
+    def _end(self, options: list[str]) -> None:
+        if not (self.motions.spline or _ROUNDED.intersection(options)):
+            self.motions.rest()
 
     def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
@@ -116,6 +141,7 @@ class MotionStatements:
                 self.motions.add_relative(motion, fields, in_tool, settings, line.where)
             else:
                 self.motions.add(motion, fields, settings, line.where)
+            self._end(options)
         except UnknownValueError as cause:
             self._leave(line, name, cause)
 
@@ -128,7 +154,7 @@ class MotionStatements:
                 " its number [m/s]"
             ) from cause
 
-    def _fields(self, target: Expression, text: str, line: KrlLine) -> Aggregate:
+    def _fields(self, target: Expression, line: KrlLine) -> Aggregate:
         value = target.evaluate(self.controller)
         if not isinstance(value, dict):
             raise ProgramError(
@@ -136,9 +162,10 @@ class MotionStatements:
             )
         return value
 
-    def _require_options(self, options: list[str], line: KrlLine) -> None:
-        """Refuse what a motion is made by and is not known."""
-        allowed = _ROUNDED if line.word in _MOTIONS else {*_ROUNDED, "#BASE", "#TOOL"}
+    def _options(self, behind: str, line: KrlLine) -> list[str]:
+        """Return the words behind a motion's target, all of which are known."""
+        options = behind.upper().replace(",", " ").split()
+        allowed = {*_ROUNDED, "#BASE", "#TOOL"} if line.word in _RELATIVE else _ROUNDED
         others = [word for word in options if word not in allowed]
         if others:
             raise ProgramError(
@@ -146,6 +173,7 @@ class MotionStatements:
             )
         if line.word not in ("PTP", "SPTP", "PTP_REL", "SPTP_REL"):
             self._note_rounding(options)
+        return options
 
     def _note_rounding(self, options: list[str]) -> None:
         if _ROUNDED.intersection(options):
@@ -203,6 +231,8 @@ class MotionStatements:
     def _close_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.remaining, line)
+        if not line.remaining:
+            self.motions.rest()
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []
@@ -289,7 +319,8 @@ class MotionStatements:
         controller.set_system("$BASE", null_frame())
         controller.set_system("$TOOL", controller.numbered_frame("TOOL", 1))
         controller.set_system("$ORI_TYPE", "#VAR")
-        controller.set_system("$IPO_MODE", "#BASE")
+        for name in ("$CIRC_TYPE", "$IPO_MODE"):
+            controller.set_system(name, "#BASE")
         speed = controller.valued(Reference("DEF_VEL_CP"))
         if isinstance(speed, Unknown):
             controller.set_system("$VEL", {})
@@ -316,6 +347,8 @@ class MotionStatements:
             )
         rotation = data.get("ORI_TYP", "#VAR") if isinstance(data, dict) else "#VAR"
         self.controller.set_system("$ORI_TYPE", rotation)
+        circle = data.get("CIRC_TYP", "#BASE") if isinstance(data, dict) else "#BASE"
+        self.controller.set_system("$CIRC_TYPE", circle)
 
 
 def _strip_behind(text: str, behind: str) -> str:

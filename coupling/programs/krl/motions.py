@@ -8,6 +8,7 @@ from math import radians
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
 from coupling.programs.auxiliary_axes import AuxiliaryAxes
+from coupling.programs.circles import Turning, add_arc
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.krl.values import (
     AXIS_KEYS,
@@ -20,7 +21,7 @@ from coupling.programs.krl.values import (
     describe_value,
     number,
 )
-from coupling.programs.program import Motion, ProgramMove
+from coupling.programs.program import Motion, ProgramMove, rest_behind
 from coupling.programs.unknown import Unknown
 
 
@@ -32,12 +33,14 @@ class MotionSettings:
         base, tool: Values of $BASE and $TOOL.
         speed: Speed of the path [m/s]; None where the program sets none.
         keeps_rotation: Whether lines keep the rotation of their begin ($ORI_TYPE=#CONSTANT).
+        circle: Value of $CIRC_TYPE.
     """
 
     base: Value
     tool: Value
     speed: float | None
     keeps_rotation: bool
+    circle: Value
 
 
 @dataclass
@@ -92,6 +95,30 @@ class Motions:
         self.moves.append(ProgramMove(motion, pose, speed=settings.speed, where=where))
         self._last, self._last_frames, self._has_begun, self._axes = whole, (base, tool), True, {}
 
+    def add_arc(
+        self,
+        via: Aggregate,
+        target: Aggregate,
+        turning: Turning,
+        angle: float | None,
+        settings: MotionSettings,
+        where: str,
+    ) -> None:
+        """Add an arc through a place, to a target or on by an angle [deg].  Raises as `add`."""
+        if settings.circle != "#BASE":
+            raise ProgramError(
+                f"{where}: expected $CIRC_TYPE=#BASE, got {describe_value(settings.circle)}: write lines"
+            )
+        frames = frame_of("$BASE", settings.base, where), frame_of("$TOOL", settings.tool, where)
+        place = self._whole({key: via[key] for key in "XYZ" if key in via}, frames, where)
+        self.add("linear", target, settings, where)
+        end, place = self.moves.pop(), place | {key: self._last[key] for key in "ABC"}
+        pose = pose_of_abc([number(place[key], where) for key in FRAME_KEYS])
+        pose = self.frames.express(pose, *frames, True, where)
+        add_arc(self.moves, pose, end, turning, None if angle is None else radians(angle))
+        if angle is not None:
+            self._last = {}
+
     def add_relative(
         self,
         motion: Motion,
@@ -134,6 +161,11 @@ class Motions:
                 key: number(self._last[key], where) + number(shift[key], where) for key in "XYZ"
             }
         self.add(motion, target, settings, where)
+
+    def rest(self, seconds: float = 0.0) -> None:
+        """Come to rest behind the last motion, and wait [s]."""
+        if not self._behind:
+            rest_behind(self.moves, seconds)
 
     def begin_again(self) -> None:
         """Take a motion to an unknown place as one that leads to the path again."""

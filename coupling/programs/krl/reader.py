@@ -17,7 +17,7 @@ from coupling.programs.reading import ReadingNotes
 
 
 def read(files: Sequence[ProgramFile]) -> RobotProgram:
-    """Return the program of a .src, of which the first routine is started.
+    """Return the program of a .src, of which the routine of its name, else the first one, is started.
 
     Components of a target that are left out stay what they were, as on the controller; status and turn
     are not looked at.  PTP to a point without a value, as HOME, may stand before and behind the path.
@@ -47,7 +47,9 @@ def read(files: Sequence[ProgramFile]) -> RobotProgram:
     for file in sorted(data, key=lambda file: _module_of(file) in called):
         interpreter.load(file, is_called=_module_of(file) in called)
     name = sources[0].name
-    main = [routine for routine in routines if routine.module == _module_of(sources[0])]
+    module = _module_of(sources[0])
+    main = [routine for routine in routines if routine.module == module]
+    main.sort(key=lambda routine: routine.name.upper() != module)
     if main:
         interpreter.run(main[0])
     motions = interpreter.motions.motions

@@ -32,20 +32,8 @@ _BLOCK_ENDS = {
     "SWITCH": ("ENDSWITCH",),
 }
 _BLOCK_PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
-_LONE_KEYWORDS = frozenset(
-    (
-        "ELSE",
-        "ENDIF",
-        "ENDFOR",
-        "ENDWHILE",
-        "REPEAT",
-        "LOOP",
-        "ENDLOOP",
-        "ENDSWITCH",
-        "DEFAULT",
-        "EXIT",
-    )
-)
+_LONE_WORDS = "ELSE ENDIF ENDFOR ENDWHILE REPEAT LOOP ENDLOOP ENDSWITCH DEFAULT EXIT"
+_LONE_KEYWORDS = frozenset(_LONE_WORDS.split())
 _INNER_KEYWORDS = frozenset(
     word for words in (*_BLOCK_ENDS.values(), *_BLOCK_PARTS.values()) for word in words
 )
@@ -109,7 +97,7 @@ class Routine:
         module: Name of its module, upper case.
         parameters: Names in upper case, each with whether its value alone is handed over (IN).
         lines: Statements.
-        is_global: Whether other modules may call it: GLOBAL, or the first of its module.
+        is_global: Whether other modules may call it: GLOBAL, the first of its module, or of its name.
     """
 
     name: str
@@ -166,7 +154,8 @@ def routines_of(file: ProgramFile) -> list[Routine]:
         heading = _heading(line)
         if heading is not None:
             name, parameters, is_global = heading
-            current = Routine(name, module, parameters, [], is_global or not routines)
+            is_global = is_global or not routines or name.upper() == module
+            current = Routine(name, module, parameters, [], is_global)
             routines.append(current)
         elif line.word in ("END", "ENDFCT"):
             current = None

@@ -130,10 +130,7 @@ def _aggregate(pose: Pose) -> str:
 
 
 def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | None = None) -> str:
-    values = [
-        *numbers(position, MM_DECIMALS).split(","),
-        *numbers(angles, DEGREE_DECIMALS).split(","),
-    ]
+    values = f"{numbers(position, MM_DECIMALS)},{numbers(angles, DEGREE_DECIMALS)}".split(",")
     fields = [f"{key} {value}" for key, value in zip("XYZABC", values, strict=True)]
     if posture is not None:
         fields += [f"S {posture.status}", f"T {posture.turn}"]
@@ -142,12 +139,8 @@ def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | No
 
 def _axes(move: ProgramMove) -> str:
     assert move.joints is not None
-    angles = np.rad2deg(move.joints)
-    return (
-        "{"
-        + ",".join(f"A{i + 1} {format_fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles))
-        + "}"
-    )
+    angles = numbers(np.rad2deg(move.joints), DEGREE_DECIMALS).split(",")
+    return f"{{{','.join(f'A{i} {angle}' for i, angle in enumerate(angles, start=1))}}}"
 
 
 def _share(percent: float) -> str:

@@ -12,15 +12,12 @@ from coupling.programs.rapid.memory import RapidMemory, RapidVariable, RoutineSc
 from coupling.programs.rapid.syntax import (
     Assignment,
     Block,
-    Component,
     Connect,
     DataDeclaration,
-    Element,
     Expression,
     For,
     FunctionCall,
     Jump,
-    Name,
     RapidInstruction,
     RapidRoutine,
     Return,
@@ -53,118 +50,89 @@ class Effects:
 
 def effects_of(block: Block, memory: RapidMemory, scope: RoutineScope) -> Effects:
     """Return what statements can do, and the routines that they call."""
-    effects = Effects()
-    _add(block, memory, scope, effects, set(), False)
-    return effects
+    search = _EffectSearch(memory)
+    search.add(block, scope, is_called=False)
+    return search.effects
 
 
 def effects_of_routine(routine: RapidRoutine, memory: RapidMemory, scope: RoutineScope) -> Effects:
     """Return what a routine can do, wherever it is called."""
-    effects = Effects()
-    _enter(routine, scope, memory, effects, set())
-    return effects
+    search = _EffectSearch(memory)
+    search.enter(routine, scope)
+    return search.effects
 
 
-def _add(
-    block: Block,
-    memory: RapidMemory,
-    scope: RoutineScope,
-    effects: Effects,
-    visited: set[int],
-    is_called: bool,
-) -> None:
-    for statement in block:
-        _add_statement(statement, memory, scope, effects, visited, is_called)
-        for inner in blocks_of(statement):
-            _add(inner, memory, scope, effects, visited, is_called)
+@dataclass
+class _EffectSearch:
+    """Looks through statements and the routines that they call, each once."""
 
+    memory: RapidMemory
+    effects: Effects = field(default_factory=Effects)
+    _visited: set[int] = field(default_factory=set)
 
-def _add_statement(
-    statement: Statement,
-    memory: RapidMemory,
-    scope: RoutineScope,
-    effects: Effects,
-    visited: set[int],
-    is_called: bool,
-) -> None:
-    blocker = ""
-    if isinstance(statement, Assignment):
-        _change(statement.target, memory, scope, effects)
-    elif isinstance(statement, Jump):
-        blocker = statement.word
-    elif isinstance(statement, Return) and not is_called:
-        blocker = "RETURN"
-    elif isinstance(statement, Connect):
-        blocker = "CONNECT"
-    elif isinstance(statement, RapidInstruction):
-        blocker = _add_instruction(statement, memory, scope, effects, visited)
-    for call in calls_in(statement):
-        if (routine := memory.routine(call.name, scope)) is not None:
-            _enter(routine[0], RoutineScope(routine[1]), memory, effects, visited)
+    def add(self, block: Block, scope: RoutineScope, is_called: bool) -> None:
+        """Add what statements can do."""
+        for statement in block:
+            self._add_statement(statement, scope, is_called)
+            for inner in blocks_of(statement):
+                self.add(inner, scope, is_called)
+
+    def enter(self, routine: RapidRoutine, scope: RoutineScope) -> None:
+        """Add what a routine can do; its parameters and data are its own."""
+        if id(routine) in self._visited:
+            return
+        self._visited.add(id(routine))
+        inner = [item for item in statements_in(routine.body) if isinstance(item, DataDeclaration)]
+        for name in (*(item.name for item in inner), *(item.name for item in routine.parameters)):
+            scope.data[name.upper()] = RapidVariable(_UNKNOWN_DATA)
+        for item in statements_in(routine.body):
+            if isinstance(item, For):
+                scope.data[item.name.upper()] = RapidVariable(_UNKNOWN_DATA)
+        self.add(routine.body, scope, is_called=True)
+
+    def _add_statement(self, statement: Statement, scope: RoutineScope, is_called: bool) -> None:
+        blocker = ""
+        if isinstance(statement, Assignment):
+            self._change(statement.target, scope)
+        elif isinstance(statement, Jump):
+            blocker = statement.word
+        elif isinstance(statement, Return) and not is_called:
+            blocker = "RETURN"
+        elif isinstance(statement, Connect):
+            blocker = "CONNECT"
+        elif isinstance(statement, RapidInstruction):
+            blocker = self._add_instruction(statement, scope)
+        for call in calls_in(statement):
+            routine = self.memory.routine(call.name, scope)
+            if routine is not None:
+                self.enter(routine[0], RoutineScope(routine[1]))
+            writes = routine is not None or call.name.upper() in WRITING_FUNCTIONS
             for argument in call.arguments:
-                _change(argument.value, memory, scope, effects)
-        for argument in call.arguments:
-            if call.name.upper() in WRITING_FUNCTIONS or argument.option in RETURNING:
-                _change(argument.value, memory, scope, effects)
-    if blocker and not effects.blocker:
-        effects.blocker = f"{blocker} in {statement.where.split(': ', 1)[-1]}"
+                if writes or argument.option in RETURNING:
+                    self._change(argument.value, scope)
+        if blocker and not self.effects.blocker:
+            self.effects.blocker = f"{blocker} in {statement.where.split(': ', 1)[-1]}"
 
+    def _add_instruction(self, statement: RapidInstruction, scope: RoutineScope) -> str:
+        """Add what an instruction can do, and return its name if it may change the path."""
+        word = statement.name.upper()
+        if word and (routine := self.memory.routine(word, scope)) is not None:
+            for argument in statement.arguments:
+                self._change(argument.value, scope)
+            self.enter(routine[0], RoutineScope(routine[1]))
+        elif word in STOPS:
+            self.effects.stops.append(STOPS[word])
+        elif word in COUNTING or word in LEFT_OUT or word in WRITING:
+            for argument in statement.arguments:
+                if word not in LEFT_OUT or argument.option in RETURNING:
+                    self._change(argument.value, scope)
+        else:
+            return statement.name or "a call of what a text names"
+        return ""
 
-def _add_instruction(
-    statement: RapidInstruction,
-    memory: RapidMemory,
-    scope: RoutineScope,
-    effects: Effects,
-    visited: set[int],
-) -> str:
-    """Add what an instruction can do, and return its name if it may change the path."""
-    word = statement.name.upper()
-    if word and (routine := memory.routine(word, scope)) is not None:
-        for argument in statement.arguments:
-            _change(argument.value, memory, scope, effects)
-        _enter(routine[0], RoutineScope(routine[1]), memory, effects, visited)
-    elif word in STOPS:
-        effects.stops.append(STOPS[word])
-    elif word in COUNTING or word in LEFT_OUT or word in WRITING:
-        for argument in statement.arguments:
-            if word not in LEFT_OUT or argument.option in RETURNING:
-                _change(argument.value, memory, scope, effects)
-    else:
-        return statement.name or "a call of what a text names"
-    return ""
-
-
-def _enter(
-    routine: RapidRoutine,
-    scope: RoutineScope,
-    memory: RapidMemory,
-    effects: Effects,
-    visited: set[int],
-) -> None:
-    """Add what a routine can do; its parameters and data are its own."""
-    if id(routine) in visited:
-        return
-    visited.add(id(routine))
-    inner = [item for item in statements_in(routine.body) if isinstance(item, DataDeclaration)]
-    for name in (*(item.name for item in inner), *(item.name for item in routine.parameters)):
-        scope.data[name.upper()] = RapidVariable(_UNKNOWN_DATA)
-    for item in statements_in(routine.body):
-        if isinstance(item, For):
-            scope.data[item.name.upper()] = RapidVariable(_UNKNOWN_DATA)
-    _add(routine.body, memory, scope, effects, visited, True)
-
-
-def _change(
-    target: Expression | None, memory: RapidMemory, scope: RoutineScope, effects: Effects
-) -> None:
-    while isinstance(target, Component | Element):
-        target = target.record if isinstance(target, Component) else target.array
-    if isinstance(target, Name):
-        variable = memory.variable(target.name, scope)
-        if variable is None:
-            variable = memory.undeclared(target.name)
-        if variable.storage != "CONST":
-            effects.changed.append(variable)
+    def _change(self, target: Expression | None, scope: RoutineScope) -> None:
+        if (variable := self.memory.changeable(target, scope)) is not None:
+            self.effects.changed.append(variable)
 
 
 def calls_in(part: object) -> Iterator[FunctionCall]:

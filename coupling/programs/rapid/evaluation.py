@@ -113,15 +113,8 @@ class RapidEvaluation:
 
     def forget(self, argument: Argument, word: str, scope: RoutineScope, where: str) -> None:
         """Forget data that a function or an instruction, `word`, is given to return something in."""
-        target = argument.value
-        while isinstance(target, Component | Element):
-            target = target.record if isinstance(target, Component) else target.array
-        if isinstance(target, Name):
-            variable = self.memory.variable(target.name, scope)
-            if variable is None:
-                variable = self.memory.undeclared(target.name)
-            if variable.storage != "CONST":
-                variable.set(Unknown(f"what {word} returns in {_line(where)}"))
+        if (variable := self.memory.changeable(argument.value, scope)) is not None:
+            variable.set(Unknown(f"what {word} returns in {_line(where)}"))
 
     def _placed(
         self,

@@ -15,19 +15,22 @@ class MoveForm:
     """How the arguments of a motion instruction stand.
 
     Attributes:
-        motion: Motion to the target, its first argument.
+        motion: Motion to the target.
         count: Number of its arguments.
+        targets: Number of them that are targets, the first ones: an arc goes through the first.
         tool: Place of the tool among them, from the end.
     """
 
     motion: Motion
     count: int
     tool: int = 1
+    targets: int = 1
 
 
 # Signal and value stand behind the tool; a trigger behind the speed.
 MOVES = {
     "MOVEL": MoveForm("linear", 4),
+    "MOVEC": MoveForm("linear", 5, targets=2),
     **dict.fromkeys(("MOVEJ", "MOVEABSJ"), MoveForm("joint", 4)),
     **dict.fromkeys(("MOVELDO", "MOVELAO", "MOVELGO"), MoveForm("linear", 6, tool=3)),
     **dict.fromkeys(("MOVEJDO", "MOVEJAO", "MOVEJGO"), MoveForm("joint", 6, tool=3)),
@@ -42,7 +45,7 @@ Conc TLoad Inpos SeamName T2 T3 T4 T5 T6 T7 T8 TriggData1 TriggData2 TriggData3 
 LEFT_OUT_OPTIONS = {word.upper(): f"\\{word}" for word in _OPTION_WORDS.split()}
 
 _LEFT_OUT_WORDS = """
-AccSet ActEventBuffer ActUnit AliasIO AliasIOReset BookErrNo CirPathMode ClearIOBuff ClearRawBytes
+AccSet ActEventBuffer ActUnit AliasIO AliasIOReset BookErrNo ClearIOBuff ClearRawBytes
 ClkReset ClkStart ClkStop Close CloseDir ConfJ ConfL CornerPathWarning DeactEventBuffer DeactUnit
 EOffsOff ErrLog ErrWrite FricIdInit GripLoad IDelete IDisable IEnable IError InvertDO IOBusStart
 IODisable IOEnable IPers IRMQMessage ISignalAI ISignalAO ISignalDI ISignalDO ISignalGI ISignalGO
@@ -69,12 +72,12 @@ WRITING = {word.upper(): word for word in _WRITING_WORDS.split()}
 # What stops a program; others start it again, or not.
 STOPS = {word.upper(): word for word in ("Stop", "Break", "EXIT", "ExitCycle", "SystemStopAction")}
 
-_ARC = "an arc, and arcs are not read: write its points as lines"
+_ARC = "an arc with a process or a signal: write MoveC, or its points as lines"
 _SEARCH = "a motion that ends where a signal comes: write its end as a target"
 _MOVING_FRAMES = "what moves with a conveyor, an external axis or another robot"
 _SENSOR = "a correction while the robot moves: leave it out, the path is the programmed one"
 _REFUSED_WORDS = {
-    _ARC: """MoveC MoveCDO MoveCAO MoveCGO MoveCSync TriggC ArcC ArcC1 ArcC2 ArcCStart ArcCEnd
+    _ARC: """MoveCDO MoveCAO MoveCGO MoveCSync TriggC ArcC ArcC1 ArcC2 ArcCStart ArcCEnd
         ArcC1Start ArcC1End PaintC DispC CapC TriggCIOs""",
     _SEARCH: "SearchL SearchC SearchJ SearchExtJ ArcLSearch FCPressL",
     _MOVING_FRAMES: """MoveExtJ SyncMoveOn SyncMoveOff SyncMoveUndo WaitWObj DropWObj WaitSensor

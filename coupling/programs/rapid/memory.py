@@ -9,8 +9,11 @@ from coupling.errors import ProgramError
 from coupling.programs.rapid.predefined import PREDEFINED
 from coupling.programs.rapid.statements import modules_of
 from coupling.programs.rapid.syntax import (
+    Component,
     DataDeclaration,
+    Element,
     Expression,
+    Name,
     RapidModule,
     RapidRoutine,
 )
@@ -102,6 +105,15 @@ class RapidMemory:
         return self._undeclared.setdefault(
             name.upper(), RapidVariable(Data("", Unknown(repr(name))))
         )
+
+    def changeable(self, target: Expression | None, scope: RoutineScope) -> RapidVariable | None:
+        """Return the data that an expression names, in whole or in part; None for none or constants."""
+        while isinstance(target, Component | Element):
+            target = target.record if isinstance(target, Component) else target.array
+        if not isinstance(target, Name):
+            return None
+        variable = self.variable(target.name, scope) or self.undeclared(target.name)
+        return None if variable.storage == "CONST" else variable
 
     def routine(self, name: str, scope: RoutineScope) -> tuple[RapidRoutine, RapidModule] | None:
         """Return the routine of a name and its module; None where there is none."""

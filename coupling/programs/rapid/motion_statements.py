@@ -32,7 +32,7 @@ _REFUSED_OPTIONS = {
     "SUP": "a supervision that ends a motion",
 }
 _NAMED_SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
-SETTINGS = frozenset(["PDISPSET", "PDISPOFF", "VELSET", "SINGAREA"])
+SETTINGS = frozenset(["PDISPSET", "PDISPOFF", "VELSET", "SINGAREA", "WAITTIME", "CIRPATHMODE"])
 
 
 @dataclass
@@ -77,14 +77,17 @@ class Moving:
         self._require_options(name, options, where)
         to_joints = name.upper().endswith("ABSJ")
         kind = "jointtarget" if to_joints else "robtarget"
-        target = self.evaluation.require_known(values[0], kind, scope, where)
+        *via, target = (
+            self.evaluation.require_known(value, kind, scope, where)
+            for value in values[: form.targets]
+        )
         frames = self._frames(values[-form.tool], options.get("WOBJ"), scope, where)
-        pace = self._pace(values[1], options, scope, where)
-        self._note_zone(form, values, options, scope, where)
+        pace = self._pace(values[form.targets], options, scope, where)
         if to_joints:
             self.motions.to_joints(target, frames, pace, where)
         else:
-            self.motions.to_pose(form.motion, target, frames, pace, where)
+            self.motions.to_pose(form.motion, target, frames, pace, where, *via)
+        self._note_zone(form, values, options, scope, where)
 
     def _require_options(
         self, name: str, options: dict[str, Expression | None], where: str
@@ -200,6 +203,13 @@ class Moving:
                     f" {highest:g}"
                 )
             self.motions.override, self.motions.highest = 0.01 * share, highest
+        elif word == "WAITTIME" and len(placed) == 1:
+            seconds = self.evaluation.value(placed[0], scope, where).value
+            if isinstance(seconds, Unknown):
+                self.notes.leave_out(name)
+            self.motions.rest(seconds if isinstance(seconds, float) else 0.0)
+        elif word == "CIRPATHMODE" and options:
+            self.motions.circle = ", ".join(options)
         elif word == "SINGAREA" and options:
             self._take_singular(options)
         else:

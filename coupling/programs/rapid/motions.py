@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from coupling.errors import ProgramError
 from coupling.programs.auxiliary_axes import AuxiliaryAxes
+from coupling.programs.circles import add_arc
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.poses import product
-from coupling.programs.program import HERE, Motion, Pose, ProgramMove
+from coupling.programs.program import HERE, Motion, Pose, ProgramMove, rest_behind
 from coupling.programs.rapid.predefined import HIGHEST
 from coupling.programs.rapid.values import (
     NO_AXIS,
@@ -64,6 +65,7 @@ class RapidMotions:
         displacement: Program displacement in the work object.
         override: Share of the programmed speeds, 1 for all.
         highest: Highest speed of the TCP [mm/s].
+        circle: Option of CirPathMode, how the tool turns on arcs.
     """
 
     notes: ReadingNotes
@@ -71,6 +73,7 @@ class RapidMotions:
     displacement: Pose = HERE
     override: float = 1.0
     highest: float = math.inf
+    circle: str = "PATHFRAME"
     frames: PoseFrames = field(default_factory=PoseFrames)
     widest_zone: float = 0.0
     _first: tuple[ControllerFrame, ControllerFrame] | None = None
@@ -94,27 +97,61 @@ class RapidMotions:
         self._last = None
 
     def to_pose(
-        self, motion: Motion, target: Value, frames: MoveFrames, pace: Pace, where: str
+        self,
+        motion: Motion,
+        target: Value,
+        frames: MoveFrames,
+        pace: Pace,
+        where: str,
+        via: Value | None = None,
     ) -> None:
-        """Add a motion to a robtarget.  Raises as `to_joints`."""
+        """Add a motion to a robtarget, on an arc where there is another one.  Raises as `to_joints`."""
         assert isinstance(target, tuple)
         self._note_external(target[3], where)
         base, tool = self._begin(frames, where)
-        pose = pose_of(target[:2], where)
-        if self.displacement != HERE:
-            pose = product(self.displacement, pose)
-        pose = self.frames.express(pose, base, tool, motion == "linear", where)
+        is_line = motion == "linear"
+        pose = self.frames.express(self._displaced(target[:2], where), base, tool, is_line, where)
         duration = self._duration(pace, where)
         speed = None if duration is not None else self._speed(motion, pace, pose, where)
-        self.moves.append(ProgramMove(motion, pose, None, duration, speed, where=where))
+        move = ProgramMove(motion, pose, None, duration, speed, where=where)
+        if via is None:
+            self.moves.append(move)
+        else:
+            assert isinstance(via, tuple)
+            # How the tool is held there is not looked at.
+            place = self._displaced((via[0], target[1]), where)
+            place = self.frames.express(place, base, tool, is_line, where)
+            first = len(self.moves)
+            self._add_arc(place, move)
+            if duration is None:
+                speed = self._speed(motion, pace, self.moves[first].pose or pose, where)
+                self.moves[first:] = [replace(chord, speed=speed) for chord in self.moves[first:]]
         self._last = pose
+
+    def _displaced(self, target: Value, where: str) -> Pose:
+        pose = pose_of(target, where)
+        return pose if self.displacement == HERE else product(self.displacement, pose)
+
+    def _add_arc(self, via: Pose, end: ProgramMove) -> None:
+        if self.circle != "PATHFRAME":
+            raise ProgramError(
+                f"{end.where}: expected CirPathMode\\PathFrame, got \\{self.circle.capitalize()}: write"
+                " lines"
+            )
+        add_arc(self.moves, via, end, "path")
 
     def displace(self, displacement: Pose) -> None:
         """Set the program displacement of the next motions."""
         self.displacement = displacement
 
+    def rest(self, seconds: float = 0.0) -> None:
+        """Come to rest behind the last motion, and wait [s]."""
+        rest_behind(self.moves, seconds)
+
     def note_zone(self, zone: Value, radius: float | None) -> None:
-        """Note how far from its target a motion may stay."""
+        """Note how far from its target the last motion may stay, or that it stops there."""
+        if isinstance(zone, tuple) and zone[0] is True:
+            self.rest()
         if radius is None and isinstance(zone, tuple) and zone[0] is False:
             radius = zone[1] if isinstance(zone[1], float) else None
         self.widest_zone = max(self.widest_zone, radius or 0.0)

@@ -31,19 +31,8 @@ _HEADER = re.compile(r"^[ \t]*%%%[ \t]*$.*?^[ \t]*%%%[ \t]*$", re.DOTALL | re.MU
 _STORAGES = ("CONST", "PERS", "VAR")
 _HANDLERS = ("BACKWARD", "ERROR", "UNDO")
 _ROUTINE_ENDS = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
-_CLOSING = frozenset(
-    [
-        "ENDPROC",
-        "ENDFUNC",
-        "ENDTRAP",
-        "ENDMODULE",
-        "ENDIF",
-        "ENDFOR",
-        "ENDWHILE",
-        "ENDTEST",
-        "ENDRECORD",
-    ]
-)
+_CLOSING_WORDS = "ENDPROC ENDFUNC ENDTRAP ENDMODULE ENDIF ENDFOR ENDWHILE ENDTEST ENDRECORD"
+_CLOSING = frozenset(_CLOSING_WORDS.split())
 # Statements in each other, at most.
 _MAX_NESTING = 30
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from elastic_robot.description import Joint
 from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING, TORQUE
-from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
+from elastic_robot.fmi.variables import SYMMETRIC, Block, Group, Variable, along, group, numbered
 
 LARGEST = sys.float_info.max
 
@@ -21,155 +21,84 @@ def limits_of(variable: Variable) -> tuple[float, float]:
 
 def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
     """Return the inputs by block: load, drives, contact spring, contact, motors' torques."""
+    on_tool, of_anchor = "on the tool at the TCP, base axes", "of the spring's anchor, base axes"
+    rate, over_step = "Rate over the step", "over the step"
+    stiffness = "Stiffness of the spring from TCP to anchor, base axes, force by length"
+    normal = "Normal of the contact's plane, out of it to the robot's side, base axes"
+    motor = "Torque of the motor over the step, at the gear's output"
+    motors = {
+        f"torque_cmd[{i}]": f"drive {i}"
+        for i, joint in enumerate(joints, start=1)
+        if joint.drive is not None
+    }
 
-    def block(variables: list[Variable], *arrays: Array) -> Block:
-        return Block("input", "continuous", tuple(variables), arrays=arrays)
+    def block(*groups: Group) -> Block:
+        return Block.of("input", "continuous", *groups)
 
-    def drives(name: str, unit: str, text: str, all_text: str) -> Block:
-        variables = [
-            Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
-            for i in range(1, len(joints) + 1)
-        ]
-        return block(variables, Array(name, all_text, len(joints)))
+    def drives(name: str, unit: str, text: str) -> Block:
+        parts = numbered(name, (f"drive {i + 1}" for i in range(len(joints))))
+        return block(group(name, unit, f"{text} at the step's start", parts, 0.0))
 
-    def limited(angles: Block) -> Block:
-        # Inputs start at 0, which is in their range whatever the drive's.
-        limits = [
-            variable
-            if joint.limits is None
-            else replace(
-                variable, minimum=min(joint.limits[0], 0.0), maximum=max(joint.limits[1], 0.0)
-            )
-            for variable, joint in zip(angles.variables, joints, strict=True)
-        ]
-        return replace(angles, variables=tuple(limits))
-
-    def along(
-        array: str,
-        prefix: str,
-        unit: str,
-        text: str,
-        behind: str,
-        start: Sequence[float] = (0.0,) * 3,
-    ) -> Block:
-        """Return a vector: `text`, an axis, and what is behind it in the descriptions."""
-        variables = [
-            Variable(f"{prefix}{c}", unit, f"{text} {c} {behind}", initial)
-            for c, initial in zip(AXES, start, strict=True)
-        ]
-        return block(variables, Array(array, f"{text} {behind}: x, y, z", 3))
-
-    on_tool = "on the tool at the TCP"
-    of_anchor = "of the spring's anchor, base axes,"
-    of_contact = "of the contact's plane, out of it to the robot's side, base axes"
-    stiffness = "Stiffness of the spring from TCP to anchor, base axes"
     return {
         "wrench": block(
-            [
-                Variable(
-                    f"{name}.{c}", unit, f"{text}, {c}, {on_tool}, base axes", 0.0, nominal=nominal
-                )
-                for name, unit, text, nominal in (
-                    ("force", "N", "Force", FORCE),
-                    ("moment", "N.m", "Moment", MOMENT),
-                )
-                for c in AXES
-            ],
-            Array("force", f"Force {on_tool}: x, y, z in base axes", 3),
-            Array("moment", f"Moment {on_tool}: x, y, z in base axes", 3),
+            group("force", "N", f"Force {on_tool}", along("force."), 0.0, FORCE),
+            group("moment", "N.m", f"Moment {on_tool}", along("moment."), 0.0, MOMENT),
         ),
-        "q_cmd": limited(
-            drives(
-                "q_cmd",
-                "rad",
-                "Angle at the step's start",
-                "Angles of the drives at the step's start",
+        "q_cmd": _limited(drives("q_cmd", "rad", "Angle"), joints),
+        "qd_cmd": drives("qd_cmd", "rad/s", "Rate"),
+        "qdd_cmd": drives("qdd_cmd", "rad/s2", "Acceleration"),
+        "anchor": block(
+            group("anchor.position", "m", f"Position {of_anchor}", along("anchor."), 0.0)
+        ),
+        "anchor_velocity": block(
+            group(
+                "anchor.velocity",
+                "m/s",
+                f"Velocity {of_anchor}, {over_step}",
+                along("anchor.v"),
+                0.0,
             )
         ),
-        "qd_cmd": drives(
-            "qd_cmd", "rad/s", "Rate at the step's start", "Rates of the drives at the step's start"
-        ),
-        "qdd_cmd": drives(
-            "qdd_cmd",
-            "rad/s2",
-            "Acceleration at the step's start",
-            "Accelerations of the drives at the step's start",
-        ),
-        "anchor": along(
-            "anchor.position", "anchor.", "m", "Position", f"{of_anchor} at the step's start"
-        ),
-        "anchor_velocity": along(
-            "anchor.velocity", "anchor.v", "m/s", "Velocity", f"{of_anchor} over the step"
-        ),
         "anchor_stiffness": block(
-            [
-                Variable(
-                    f"anchor.k{c}",
-                    "N/m",
-                    f"{stiffness}: force {c[0]} by its length {c[1]}",
-                    0.0,
-                    nominal=SPRING,
-                )
-                for c in SYMMETRIC
-            ],
-            Array("anchor.stiffness", f"{stiffness}: {', '.join(SYMMETRIC)}", 6),
+            group("anchor.stiffness", "N/m", stiffness, along("anchor.k", SYMMETRIC), 0.0, SPRING)
         ),
         "wrench_rate": block(
-            [
-                Variable(
-                    f"{name}_rate.{c}",
-                    unit,
-                    f"Rate of {name}.{c} over the step",
-                    0.0,
-                    nominal=nominal,
-                )
-                for name, unit, nominal in (
-                    ("force", "N/s", FORCE),
-                    ("moment", "N.m/s", MOMENT),
-                )
-                for c in AXES
-            ],
-            Array("force_rate", "Rate of force over the step: x, y, z in base axes", 3),
-            Array("moment_rate", "Rate of moment over the step: x, y, z in base axes", 3),
+            group("force_rate", "N/s", f"{rate} of the force", along("force_rate."), 0.0, FORCE),
+            group(
+                "moment_rate", "N.m/s", f"{rate} of the moment", along("moment_rate."), 0.0, MOMENT
+            ),
         ),
         "contact": block(
-            [
-                Variable(f"contact.{name}", unit, text, start, minimum=0.0, nominal=nominal)
-                for name, unit, text, start, nominal in (
-                    (
-                        "stiffness",
-                        "N/m",
-                        "Stiffness of the contact of the TCP with the plane through the anchor, 0: none",
-                        0.0,
-                        SPRING,
-                    ),
-                    ("dissipation", "s/m", "Damping of the contact by its force", 0.0, None),
-                    ("radius", "m", "Radius of the sphere at the TCP that touches", 0.0, RADIUS),
-                    ("friction", "1", "Coefficient of friction of the contact", 0.0, None),
+            *(
+                group("", unit, "Contact", {f"contact.{name}": text}, start, nominal, minimum=0.0)
+                for name, unit, start, nominal, text in (
+                    ("stiffness", "N/m", 0.0, SPRING, "stiffness of TCP against plane, 0: none"),
+                    ("dissipation", "s/m", 0.0, None, "damping by its force"),
+                    ("radius", "m", 0.0, RADIUS, "radius of the sphere at the TCP that touches"),
+                    ("friction", "1", 0.0, None, "coefficient of friction"),
                     (
                         "slip_speed",
                         "m/s",
-                        "Speed, above zero, below which friction falls with it",
                         SLIP_SPEED,
                         SLIP_SPEED,
+                        "speed below which friction falls",
                     ),
                 )
-            ]
+            )
         ),
-        "contact_normal": along(
-            "contact.normal", "contact.n", "1", "Normal", of_contact, (0.0, 0.0, 1.0)
+        "contact_normal": block(
+            group("contact.normal", "1", normal, along("contact.n"), (0.0, 0.0, 1.0))
         ),
-        "torque_cmd": block(
-            [
-                Variable(
-                    f"torque_cmd[{i}]",
-                    "N.m",
-                    f"Torque of the motor of drive {i} over the step, at the gear's output",
-                    0.0,
-                    nominal=TORQUE,
-                )
-                for i, joint in enumerate(joints, start=1)
-                if joint.drive is not None
-            ]
-        ),
+        "torque_cmd": block(group("", "N.m", motor, motors, 0.0, TORQUE)),
     }
+
+
+def _limited(angles: Block, joints: Sequence[Joint]) -> Block:
+    """Return the angles of drives with their limits, and 0, at which inputs start, within them."""
+    limits = [
+        variable
+        if joint.limits is None
+        else replace(variable, minimum=min(joint.limits[0], 0.0), maximum=max(joint.limits[1], 0.0))
+        for variable, joint in zip(angles.variables, joints, strict=True)
+    ]
+    return replace(angles, variables=tuple(limits))

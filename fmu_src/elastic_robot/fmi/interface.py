@@ -21,7 +21,7 @@ from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
-from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
+from elastic_robot.fmi.variables import Block, Names, Variable, along, group
 from elastic_robot.motors import DRIVES
 from elastic_robot.motors import IDEAL as IDEAL
 from elastic_robot.parameters import Parameters
@@ -111,95 +111,68 @@ def with_joint_names(block: Block, robot: Robot) -> Block:
 
 def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
     parameters, names = Parameters.of(robot), chain.elastic_names
-    curves = tuple(TORQUE_CURVES)
+    motors = {i: joint.drive for i, joint in enumerate(robot.joints, start=1) if joint.drive}
 
-    def tunable(variables: list[Variable], *arrays: Array) -> Block:
-        return Block("parameter", "tunable", tuple(variables), arrays=arrays)
-
-    def either(choices: Names) -> str:
-        return f"{', '.join(choices[:-1])} or {choices[-1]}"
-
-    def choice(name: str, choices: Names, text: str, start: str) -> Variable:
-        return Variable(name, "", text, start, choices=choices)
+    def tunable(*variables: Variable) -> Block:
+        return Block("parameter", "tunable", variables)
 
     def elastic(key: str, unit: str, text: str, values: np.ndarray) -> list[Variable]:
         return [
-            Variable(
-                f"{name}.{key}",
-                unit,
-                f"{text} of {name}",
-                float(value),
-                minimum=0.0,
-                nominal=float(value) or None,
-            )
+            _positive(f"{name}.{key}", unit, f"{text} of {name}", float(value))
             for name, value in zip(names, values, strict=True)
         ]
 
+    def choice(name: str, choices: Names, start: str) -> Variable:
+        text = f"{', '.join(choices[:-1])} or {choices[-1]}"
+        return Variable(name, "", text, start, choices=choices)
+
     backlash = elastic("backlash", "rad", "Half width of the backlash", parameters.backlash)
     slip = elastic("hysteresis", "N.m", "Slip torque of the hysteresis", parameters.hysteresis)
+    friction = "Friction at rest of the motor of"
+    trajectory = "CSV or NPZ file of the joint motion (time, q1.., qd1.., qdd1..); empty: q_cmd"
+    tolerance = "Error allowed at the TCP over a path; 0: by the experiment's tolerance"
     return {
-        "gravity": tunable(
-            [
-                Variable(
-                    f"gravity.{c}", "m/s2", f"Gravity {c}, base axes", float(value), nominal=10.0
-                )
-                for c, value in zip(AXES, robot.gravity, strict=True)
-            ],
-            Array("gravity", "Gravity: x, y, z in base axes", 3),
+        "gravity": Block.of(
+            "parameter",
+            "tunable",
+            group("gravity", "m/s2", "Gravity, base axes", along("gravity."), robot.gravity, 10.0),
         ),
         "stiffness": tunable(
-            elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
+            *elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
         ),
-        "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
-        "backlash": tunable([backlash[k] for k in chain.torsions]),
-        "hysteresis": tunable([slip[k] for k in chain.elements.gears]),
+        "damping": tunable(*elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
+        "backlash": tunable(*(backlash[k] for k in chain.torsions)),
+        "hysteresis": tunable(*(slip[k] for k in chain.elements.gears)),
         "friction": tunable(
-            [
-                Variable(
+            *(
+                _positive(
                     f"joint[{i}].friction",
                     "N.m",
-                    f"Friction at rest of the motor of joint[{i}], at the gear's output",
-                    float(joint.drive.friction),
-                    minimum=0.0,
-                    nominal=joint.drive.friction or None,
+                    f"{friction} joint[{i}], at the gear's output",
+                    float(drive.friction),
                 )
-                for i, joint in enumerate(robot.joints, start=1)
-                if joint.drive is not None
-            ]
+                for i, drive in motors.items()
+            )
         ),
         "tolerance": Block(
             "parameter",
             "fixed",
-            (
-                Variable(
-                    "tcp_tolerance",
-                    "m",
-                    "Error allowed at the TCP over a path; 0: by the experiment's tolerance",
-                    0.0,
-                    minimum=0.0,
-                    nominal=TOLERANCE,
-                ),
-            ),
+            (Variable("tcp_tolerance", "m", tolerance, 0.0, minimum=0.0, nominal=TOLERANCE),),
         ),
         "strings": Block(
             "parameter",
             "fixed",
             (
-                Variable(
-                    "trajectory",
-                    "",
-                    "CSV or NPZ file of the joint motion (time, q1.., qd1.., qdd1..); empty: q_cmd",
-                    "",
-                ),
-                choice(
-                    "torque_curve",
-                    curves,
-                    either(curves),
-                    TORQUE_CURVE_DEFAULT,
-                ),
-                choice("mode", MODES, either(MODES), MODES[0]),
-                choice("initial_state", INITIAL_STATES, either(INITIAL_STATES), INITIAL_STATES[0]),
-                choice("drive", DRIVES, either(DRIVES), DRIVES[0]),
+                Variable("trajectory", "", trajectory, ""),
+                choice("torque_curve", tuple(TORQUE_CURVES), TORQUE_CURVE_DEFAULT),
+                choice("mode", MODES, MODES[0]),
+                choice("initial_state", INITIAL_STATES, INITIAL_STATES[0]),
+                choice("drive", DRIVES, DRIVES[0]),
             ),
         ),
     }
+
+
+def _positive(name: str, unit: str, text: str, value: float) -> Variable:
+    """Return a parameter that is not negative, and usually as large as at the start."""
+    return Variable(name, unit, text, value, minimum=0.0, nominal=value or None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.sizes import (
@@ -16,7 +16,17 @@ from elastic_robot.fmi.sizes import (
     RATE,
     TORQUE,
 )
-from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
+from elastic_robot.fmi.variables import (
+    POSE,
+    SYMMETRIC,
+    TIME,
+    Block,
+    Group,
+    Names,
+    along,
+    group,
+    numbered,
+)
 
 
 @dataclass(frozen=True)
@@ -91,209 +101,150 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     """
 
     def block(
-        variables: list[Variable],
-        *arrays: Array,
+        *groups: Group,
         follows: Names = STEP,
         starts_from: Names = REST,
         exchanged: Names = (*HELD, TIME, "deflection"),
         elementwise: Names = (),
         tuned: Names = TUNABLE,
     ) -> Block:
-        return Block(
-            "output",
-            "continuous",
-            tuple(variables),
-            follows,
-            starts_from,
-            arrays,
-            tuple(
-                dict.fromkeys((*exchanged, *(key for key, at in MOVED.items() if at in exchanged)))
-            ),
-            elementwise,
+        moved = (key for key, at in MOVED.items() if at in exchanged)
+        return replace(
+            Block.of("output", "continuous", *groups),
+            follows=follows,
+            starts_from=starts_from,
+            exchanged=tuple(dict.fromkeys((*exchanged, *moved))),
+            elementwise=elementwise,
             tuned=tuned,
         )
 
     def state(
-        name: str, unit: str, texts: Mapping[int, str], text: str, starts_from: Names = REST
+        name: str, unit: str, text: str, parts: Mapping[str, str], *starts_from: str
     ) -> Block:
-        """Return the block of a state: texts by number, and that of all of them."""
-        nominal = STATES[name].nominal
-        return block(
-            [
-                Variable(f"{name}[{k}]", unit, description, nominal=nominal)
-                for k, description in texts.items()
-            ],
-            Array(name, text, len(texts)),
-            starts_from=starts_from,
-            exchanged=(name,),
-            elementwise=(name,),
-        )
+        """Return the block of a state."""
+        states = group(name, unit, text, parts, nominal=STATES[name].nominal)
+        return block(states, starts_from=starts_from, exchanged=(name,), elementwise=(name,))
 
     def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
-        return state(
-            name,
-            unit,
-            {i: f"{text} of the motor of joint[{i}] where it moves by itself" for i in motors},
-            f"{text}s of the motors, in the order of the joints that have one",
-            starts_from,
-        )
+        parts = {f"{name}[{i}]": f"joint[{i}]" for i in motors}
+        return state(name, unit, f"{text} of motors that move by themselves", parts, *starts_from)
 
-    def pose(
-        group: str,
-        text: str,
-        follows: Names = STEP,
-        starts_from: Names = REST,
-        exchanged: Names = ("q_cmd", TIME, "deflection"),
-        tuned: Names = TUNABLE,
-    ) -> Block:
-        position = [
-            Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
-        ]
-        orientation = [
-            Variable(
-                f"{group}.{c}",
-                "1",
-                f"Unit quaternion of {text}, component {c[1]}: tool axes to base axes",
-                minimum=-1.0,
-                maximum=1.0,
-            )
-            for c in POSE[3:]
-        ]
+    def pose(name: str, text: str, **dependencies: Names) -> Block:
+        direction = f"Unit quaternion of {text}, tool axes to base axes"
+        place, turn = along(f"{name}."), along(f"{name}.", POSE[3:])
         return block(
-            position + orientation,
-            Array(f"{group}.position", f"Position of {text}: x, y, z in base axes", 3),
-            Array(
-                f"{group}.orientation",
-                f"Unit quaternion of {text}: x, y, z, w; tool axes to base axes",
-                4,
-            ),
-            follows=follows,
-            starts_from=starts_from,
-            exchanged=exchanged,
-            tuned=tuned,
+            group(f"{name}.position", "m", f"Position of {text}, base axes", place),
+            group(f"{name}.orientation", "1", direction, turn, minimum=-1.0, maximum=1.0),
+            **{"exchanged": ("q_cmd", TIME, "deflection"), **dependencies},
         )
 
     def torques(name: str, text: str, commanded: Names = ()) -> Block:
         joints = chain.elastic_joint[chain.torsions] + 1
+        parts = {f"{name}[{i}]": f"joint[{i}]" for i in joints}
         return block(
-            [
-                Variable(f"{name}[{i}]", "N.m", f"Torque of {text}, joint[{i}]", nominal=TORQUE)
-                for i in joints
-            ],
-            Array(
-                name, f"Torques of {text}, in the order of the joints that have one", len(joints)
-            ),
+            group(name, "N.m", text, parts, nominal=TORQUE),
             starts_from=tuple(dict.fromkeys((*REST, *commanded, "friction"))),
             exchanged=(*commanded, *STATES),
         )
 
+    # Without motors that move by themselves drives follow their commands alone.
+    driven: dict[str, Names] = {
+        "follows": STEP if motors else COMMANDS,
+        "tuned": TUNABLE if motors else (),
+    }
+
     def drives(name: str, unit: str, text: str, command: str) -> Block:
-        count = chain.joint_count
+        parts = numbered(name, (f"drive {i + 1}" for i in range(chain.joint_count)))
         return block(
-            [
-                Variable(f"{name}[{i}]", unit, f"{text} at the gear's output of drive {i}")
-                for i in range(1, count + 1)
-            ],
-            Array(name, f"{text}s of the drives at their gears' output", count),
-            follows=STEP if motors else COMMANDS,
+            group(name, unit, f"{text} of the drive at the gear's output", parts),
             starts_from=(command, "strings", TIME),
             exchanged=(command, TIME),
             elementwise=() if motors else (command,),
-            tuned=TUNABLE if motors else (),
+            **driven,
         )
 
     # What motors feel of their gears' torque follows the place in a kinematic error.
     felt = ("q_cmd", TIME) if len(chain.kinematic_errors.joint) else ()
-    apart = "TCP minus rigid TCP"
-    rotation_text = "Rotation vector from the rigid to the elastic tool"
-    compliance = "Static compliance of the TCP on the anchor's spring and the contact"
-    of_contact = "of the contact on the tool, base axes"
+    compliance = "Static compliance of the TCP on the anchor's spring and the contact, base axes"
     names = chain.elastic_names
+    elements = (f"element {number} of {names[gear]}" for gear, number in chain.elements.places)
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
         "velocity": block(
-            [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES]
-            + [
-                Variable(f"tcp.w{c}", "rad/s", f"Angular velocity {c} of the tool, base axes")
-                for c in AXES
-            ],
-            Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
-            Array("tcp.angular_velocity", "Angular velocity of the tool: x, y, z in base axes", 3),
+            group("tcp.velocity", "m/s", "Velocity of the TCP, base axes", along("tcp.v")),
+            group(
+                "tcp.angular_velocity",
+                "rad/s",
+                "Angular velocity of the tool, base axes",
+                along("tcp.w"),
+            ),
             starts_from=(*REST, "qd_cmd"),
             exchanged=("q_cmd", "qd_cmd", TIME, *MOTION),
         ),
         "rigid": pose(
             "rigid",
             "the TCP with undeflected joints",
-            follows=STEP if motors else COMMANDS,
             starts_from=("q_cmd", "strings", TIME),
             exchanged=("q_cmd", TIME),
-            tuned=TUNABLE if motors else (),
+            **driven,
         ),
         "deviation": block(
-            [
-                Variable(f"deviation.{prefix}{c}", unit, f"{text}, {c}, base axes", nominal=nominal)
-                for prefix, unit, text, nominal in (
-                    ("", "m", apart, DEVIATION),
-                    ("r", "rad", rotation_text, ANGLE),
-                )
-                for c in AXES
-            ],
-            Array("deviation.position", f"{apart}: x, y, z in base axes", 3),
-            Array("deviation.rotation", f"{rotation_text}: x, y, z in base axes", 3),
+            group(
+                "deviation.position",
+                "m",
+                "TCP minus rigid TCP, base axes",
+                along("deviation."),
+                nominal=DEVIATION,
+            ),
+            group(
+                "deviation.rotation",
+                "rad",
+                "Rotation vector from the rigid to the elastic tool, base axes",
+                along("deviation.r"),
+                nominal=ANGLE,
+            ),
             exchanged=("q_cmd", TIME, "deflection"),
         ),
         "compliance": block(
-            [
-                Variable(
-                    f"compliance.{c}",
-                    "m/N",
-                    f"{compliance}: displacement {c[0]} by force {c[1]}, base axes",
-                    nominal=COMPLIANCE,
-                )
-                for c in SYMMETRIC
-            ],
-            Array(
+            group(
                 "compliance",
-                f"{compliance} in base axes, displacement by force: {', '.join(SYMMETRIC)}",
-                6,
-            ),
+                "m/N",
+                f"{compliance}, displacement by force",
+                along("compliance.", SYMMETRIC),
+                nominal=COMPLIANCE,
+            )
         ),
         "deflection": state(
-            "deflection",
-            "rad",
-            {k: f"Elastic angle of {name}" for k, name in enumerate(names, start=1)},
-            "Elastic angles, in the order of the stiffness parameters",
+            "deflection", "rad", "Elastic angle", numbered("deflection", names), *REST
         ),
         "deflection_rate": state(
             "deflection_rate",
             "rad/s",
-            {k: f"Rate of elastic angle of {name}" for k, name in enumerate(names, start=1)},
-            "Rates of the elastic angles",
-            starts_from=(),
+            "Rate of elastic angle",
+            numbered("deflection_rate", names),
         ),
         "elongation": state(
             "elongation",
             "rad",
-            {
-                k: f"Elongation of element {number} of the hysteresis of {names[gear]}"
-                for k, (gear, number) in enumerate(chain.elements.places, start=1)
-            },
-            "Elongations of the elements of the gears' hysteresis, in the order of the gears",
+            "Elongation in the gears' hysteresis",
+            numbered("elongation", elements),
+            *REST,
         ),
         "contact_force": block(
-            [
-                Variable(f"contact.f{c}", "N", f"Force {c} {of_contact}", nominal=FORCE)
-                for c in AXES
-            ],
-            Array("contact.force", f"Force {of_contact}: x, y, z", 3),
+            group(
+                "contact.force",
+                "N",
+                "Force of the contact on the tool, base axes",
+                along("contact.f"),
+                nominal=FORCE,
+            ),
             starts_from=(*REST, "anchor_velocity", "qd_cmd"),
             exchanged=CONTACT,
         ),
-        "gear_torque": torques("gear_torque", "the gear on its link"),
+        "gear_torque": torques("gear_torque", "Torque of the gear on its link"),
         "motor_torque": torques(
             "motor_torque",
-            "the motor at its gear's output",
+            "Torque of the motor at its gear's output",
             (*COMMANDS, "torque_cmd", TIME) if motors else felt,
         ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),

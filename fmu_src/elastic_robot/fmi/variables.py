@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 AXES = ("x", "y", "z")
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -62,6 +64,54 @@ class Array:
     size: int
 
 
+class Group(NamedTuple):
+    """Variables of one quantity, and the array that they are, or None."""
+
+    variables: tuple[Variable, ...]
+    array: Array | None
+
+
+def group(
+    array: str,
+    unit: str,
+    text: str,
+    parts: Mapping[str, str],
+    start: float | Sequence[float] | None = None,
+    nominal: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+) -> Group:
+    """Return the variables of a quantity.
+
+    Args:
+        array: Name of the array that they are; "" where each stands alone.
+        unit, text, start, nominal, minimum, maximum: As of `Variable`; `start` by variable or for all.
+        parts: Part of the quantity that each is, by name.
+
+    Example:
+        >>> force = group("force", "N", "Force on the tool", along("force."), 0.0)
+        >>> force.variables[1].text, force.array.text
+        ('Force on the tool: y', 'Force on the tool: x, y, z')
+    """
+    starts = start if isinstance(start, Sequence) else [start] * len(parts)
+    variables = tuple(
+        Variable(name, unit, f"{text}: {part}", initial, minimum, maximum, nominal)
+        for (name, part), initial in zip(parts.items(), starts, strict=True)
+    )
+    whole = Array(array, f"{text}: {', '.join(parts.values())}", len(parts))
+    return Group(variables, whole if array else None)
+
+
+def along(prefix: str, entries: Names = AXES) -> dict[str, str]:
+    """Return the entries of a vector or matrix by the names of their variables."""
+    return {f"{prefix}{entry}": entry for entry in entries}
+
+
+def numbered(name: str, parts: Iterable[str]) -> dict[str, str]:
+    """Return parts by the names `name[1]`, `name[2]` and so on."""
+    return {f"{name}[{k}]": part for k, part in enumerate(parts, start=1)}
+
+
 @dataclass(frozen=True)
 class Block:
     """Consecutive variables of one kind.
@@ -94,3 +144,10 @@ class Block:
     derivative_of: str = ""
     is_event_indicator: bool = False
     tuned: Names = ()
+
+    @classmethod
+    def of(cls, causality: str, variability: str, *groups: Group) -> Block:
+        """Return the block of some quantities."""
+        variables = tuple(variable for part in groups for variable in part.variables)
+        arrays = tuple(part.array for part in groups if part.array is not None)
+        return cls(causality, variability, variables, arrays=arrays)

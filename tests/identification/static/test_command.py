@@ -90,7 +90,8 @@ def test_a_plan_is_a_table_to_fill_in(command, tmp_path):
     target = tmp_path / "plan.csv"
     done = command("identify", "--plan", "--robot", START, "--count", 3, "-o", target)
     assert done.returncode == 0, done.stderr
-    assert "joint[6].stiffness" in done.stdout
+    assert "3 poses and loads are planned" in done.stdout
+    assert "joint[6].stiffness" in target.with_suffix(".html").read_text()
     text = target.read_text()
     refused = command("identify", target, "--robot", START)
     assert refused.returncode == 2

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import ceil
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
 
 from coupling.errors import PlanningError
-from coupling.inverse.rows import CommandRows
+from coupling.inverse.rows import CommandRows, stretches
 from coupling.inverse.spline import UniformSpline
 
 # A link that its drive's limits keep so far from its motion does not follow the path at all [rad].
@@ -18,8 +20,18 @@ _LOST = 1e-3
 # What a command keeps back of a limit, so that rounding does not pass it.
 _HAIR = 1e-7
 
+# A stretch begins and ends so long before and after the limits bind [s]; doubled where no command
+# within the limits joins the one outside.
+_MARGIN = 0.2
+
 _QUANTITIES = ("angle", "rate", "acceleration")
 _UNITS = ("rad", "rad/s", "rad/s^2")
+
+Unknowns = TypeVar("Unknowns")
+
+
+class NoCommandError(Exception):
+    """No command within the limits leads from one end to the other."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,36 @@ class DriveLimits:
             beyond = np.maximum(points - high, low - points)
             np.maximum.at(worst, rows.indices[rows.indptr[:-1]], beyond)
         return worst
+
+    def keep(
+        self,
+        best: Unknowns,
+        command_of: Callable[[Unknowns], UniformSpline],
+        solve: Callable[[Unknowns, int, int], Unknowns | None],
+    ) -> Unknowns:
+        """Return the best unknowns within the limits: they change on stretches where these bind.
+
+        Args:
+            best: The best unknowns without limits.
+            command_of: Function that gives the command of unknowns.
+            solve: Function that gives the best ones where only those between two intervals may change;
+                None where no command there keeps to the limits.
+
+        Raises:
+            NoCommandError: If none does.
+        """
+        command, unknowns, is_whole = command_of(best), best, False
+        degree, count = command.degree, len(command.coefficients) - command.degree
+        margin = max(ceil(_MARGIN / command.spacing), 4 * degree)
+        while (over := self.excess(command_of(unknowns)) > 0.0).any():
+            if is_whole:
+                raise NoCommandError
+            is_whole = margin >= count
+            for begin, end in stretches(over, margin, count, degree).tolist():
+                solved = solve(unknowns, begin, end)
+                unknowns = unknowns if solved is None else solved
+            margin *= 2
+        return unknowns
 
     def rows(self, command: UniformSpline) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
         """Return D, low, high of the limits of a change c (n,):  low <= D c <= high [rad], (rows,)."""
