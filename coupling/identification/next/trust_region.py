@@ -104,7 +104,7 @@ class PlausibleRobots:
         self._steps = [np.zeros(len(self.x)), *prior, *-prior]
 
     def worse_places(self, command: JointPath) -> np.ndarray:
-        """Return whether a robot would be worse under a command, at every time of the update [1], (n,)."""
+        """Return whether a robot would be worse under a command, at the times [1], (n,)."""
         limit = _WORSE * self.update.squares + self.options.random**2
         worse = np.zeros(len(limit), dtype=bool)
         for number, step in enumerate(self._steps):
