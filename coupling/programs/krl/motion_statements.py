@@ -79,7 +79,9 @@ class MotionStatements:
         value = self.controller.valued(parse_expression(wait[1], line.where)) if wait else None
         is_known = value is not None and not isinstance(value, Unknown)
         if is_known or is_stop:
-            self.motions.rest(number(value, line.where) if is_known and value is not None else 0.0)
+            self.motions.come_to_rest(
+                number(value, line.where) if is_known and value is not None else 0.0
+            )
         return is_known
 
     # Motions
@@ -127,7 +129,7 @@ class MotionStatements:
 
     def _end(self, options: list[str]) -> None:
         if not (self.motions.spline or _ROUNDED.intersection(options)):
-            self.motions.rest()
+            self.motions.come_to_rest()
 
     def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
@@ -231,7 +233,7 @@ class MotionStatements:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.remaining, line)
         if not line.remaining:
-            self.motions.rest()
+            self.motions.come_to_rest()
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []

@@ -162,7 +162,7 @@ class Motions:
             }
         self.add(motion, target, settings, where)
 
-    def rest(self, seconds: float = 0.0) -> None:
+    def come_to_rest(self, seconds: float = 0.0) -> None:
         """Come to rest behind the last motion, and wait [s]."""
         if not self._behind:
             rest_behind(self.moves, seconds)
