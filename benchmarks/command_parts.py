@@ -25,7 +25,7 @@ PARTS = {
     "coupling.inverse.diagnosis": {"diagnose": "gears", "diagnosed": "gears"},
     "coupling.run.exact_command": {"exact_command": "inverse"},
     "coupling.store.evaluated_process": {"EvaluatedProcess.evaluate": "process"},
-    "coupling.run.drawn_plants": {"drawn_replays": "drawn robots"},
+    "coupling.run.expected_robots": {"drawn_replays": "drawn robots"},
     "coupling.identification.runs.fit": {"Fitter.fit": "fit"},
     "coupling.place.screen": {"Screen.figures": "screen"},
     "coupling.place.coarse_screen": {"CoarseScreen.figures": "screen"},

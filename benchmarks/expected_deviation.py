@@ -32,8 +32,8 @@ from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
-from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
+from coupling.run.expected_robots import DRAWN_ROBOTS
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.plant import coupled_on
 from docs.scripts.page import replace as replace_part

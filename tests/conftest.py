@@ -37,7 +37,7 @@ from places import HELPERS, HOSTS, REFERENCE
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu import worker
 from coupling.fmu_export.build import build_fmu
-from coupling.run import drawn_plants
+from coupling.run import expected_robots
 from elastic_robot.description import Robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
@@ -100,14 +100,14 @@ def started_workers() -> Iterator[None]:
 def drawn_robots() -> Iterator[None]:
     """Runs replay their command on drawn robots, as users' runs do."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drawn_plants, "drawn_replays", REPLAYS)
+        patch.setattr(expected_robots, "drawn_replays", REPLAYS)
         yield
 
 
 @pytest.fixture(scope="module")
 def few_drawn_robots(drawn_robots: None) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drawn_plants, "draw_counts", lambda *_: (8, 2))
+        patch.setattr(expected_robots, "draw_counts", lambda *_: (8, 2))
         yield
 
 

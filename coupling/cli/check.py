@@ -134,7 +134,7 @@ def _time(case: Case, each: float | None) -> str:
 
     from coupling.check.run_effort import estimate_run
     from coupling.process.base import marched
-    from coupling.run.drawn_plants import draw_counts
+    from coupling.run.expected_robots import draw_counts
     from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:

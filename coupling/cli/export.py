@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -134,6 +135,9 @@ def export(
             for line in _lines(program, options, len(programs) > 1):
                 console.print(line)
         console.print(f"Programs: {folders[language]}")
+    if file is None and len(commands) == 1:
+        learning = ("elastic-robot", "next", str(source), "measured.csv", "-o", f"{source}_next")
+        console.print(f"Run it, measure the tool's path, and go on: {shlex.join(learning)}")
     if any(
         program.figures.loss_m > languages[language].tolerance
         for language, programs in exports.items()
@@ -182,8 +186,7 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
     figures = program.figures
     size, shortest = sum(file.bytes for file in figures.files), 1e3 * figures.shortest_time_s
     who = f"{figures.robot} robot: " if several else ""
-    if not options.language.dense:
-        yield from _spacing(program, options)
+    yield f"{who}{_verdict(program, options)}"
     yield (
         f"{who}{', '.join(file.name for file in program.files)}: {figures.points} points of"
         f" {figures.points_on_every_cycle}, {size} bytes, at least {shortest:.0f} ms apart"
@@ -197,10 +200,8 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
             f"  deviation: {format_um(under_command.maximum)} um under the command,"
             f" {format_um(under_file.maximum)} um under the program, read back; {loss}"
         )
-    if figures.loss_m > options.tolerance:
-        yield (
-            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: {program.advice}"
-        )
+    if not options.language.dense:
+        yield f"  {_spacing(program)}"
     if figures.loss_on_joint_lines_m is not None:
         yield (
             f"  loss if the controller does not smooth, drives straight from set point to set point:"
@@ -220,16 +221,30 @@ def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> I
         )
 
 
-def _spacing(program: ExportedProgram, options: ExportOptions) -> Iterator[str]:
-    """Yield how close the targets are, and whether that is closer than is usual."""
-    usual, shortest = options.language.shortest, program.figures.shortest_time_s
-    text = (
-        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * shortest:.0f} ms"
-        f" apart, the closest, the median {1e3 * program.figures.median_time_s:.0f} ms"
-    )
-    if shortest < usual - 1e-6:
-        yield (
-            f"Warning: {text}: a controller may not plan them in time: --shortest-ms {1e3 * usual:.0f}"
+def _verdict(program: ExportedProgram, options: ExportOptions) -> str:
+    """Return whether a program does what the command does, and whether a controller can follow it."""
+    loss, most = format_um(program.figures.loss_m), f"{1e6 * options.tolerance:g}"
+    if program.figures.loss_m > options.tolerance:
+        return (
+            f"NOT KEPT: expected a loss of at most {most} um (--tolerance), got {loss} um:"
+            f" {program.advice}"
         )
-    else:
-        yield f"{text} (--shortest-ms)"
+    usual, shortest = options.language.shortest, program.figures.shortest_time_s
+    if not options.language.dense and shortest < usual - 1e-6:
+        return (
+            f"NOT CERTAIN: a controller may not plan targets {1e3 * shortest:.0f} ms apart in time:"
+            f" --shortest-ms {1e3 * usual:.0f}"
+        )
+    return (
+        f"KEPT: read back and simulated, the program does what the command does within {loss} um,"
+        f" {most} are allowed (--tolerance)."
+    )
+
+
+def _spacing(program: ExportedProgram) -> str:
+    """Return how close the targets are."""
+    return (
+        f"{100 * program.share_of_shortest:.0f} % of the targets are"
+        f" {1e3 * program.figures.shortest_time_s:.0f} ms apart, the closest, the median"
+        f" {1e3 * program.figures.median_time_s:.0f} ms (--shortest-ms)"
+    )

@@ -120,7 +120,7 @@ def _run(
 
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
-    words = None if despite_chatter else (kind, name_path(file))
+    words = None if despite_chatter else (kind, name_path(file), "-o", str(folder))
     with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
         finished = run_to_folder(
             file, folder, overwrite, evaluations, kind, work, view.watch, words

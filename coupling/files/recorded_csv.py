@@ -18,6 +18,8 @@ _MAX_BYTES = 500_000_000
 _SEPARATORS = (";", "\t", ",", "|", None)
 # Lines above a table at most, and rows by which its separator is found.
 _ABOVE, _LOOKED_AT = 200, 40
+# Changes of a text at most that tells groups of rows apart.
+_GROUPS = 8
 # Fewest columns of numbers: time or a number, and three coordinates.
 _FEWEST = 3
 _NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?")
@@ -64,7 +66,7 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
         except ValueError as cause:
             raise error(f"{path}: column {name}: {cause}") from cause
         if values is None:
-            texts.append(name)
+            texts.append(f"{name}{_describe_changes(cells)}")
             continue
         for mark in ",.":
             cell = next((cell for cell in cells if mark in cell and ":" not in cell), None)
@@ -86,6 +88,14 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     left_out = [f"{skipped} lines above the table"] if skipped > 0 else []
     left_out += [f"the texts {', '.join(texts)}"] if texts else []
     return RecordedTable(path, columns, units, tuple(left_out))
+
+
+def _describe_changes(cells: Sequence[str]) -> str:
+    """Return where a text that stands for groups of rows changes; "" for one that does not, or often."""
+    rows = [k for k in range(1, len(cells)) if cells[k] != cells[k - 1]]
+    if not 0 < len(rows) <= _GROUPS:
+        return ""
+    return f" (changes to {cells[rows[0]][:40]!r} in row {rows[0] + 1})"
 
 
 def _text(path: Path, error: type[Exception]) -> str:

@@ -9,18 +9,17 @@ from functools import cached_property
 import numpy as np
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
+from coupling.inverse.gear_path import cubic_pieces
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
+from coupling.inverse.torque_impulses import torque_impulses
 from coupling.native.desk_library import loaded_library
 from coupling.native.desk_robot import address, finite_numbers, numbers
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
-from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
 # Angles of the link that are computed at once.
 _CHUNK = 50_000
-# Samples that a spline of a torque goes through at least.
-_FEWEST_SAMPLES = 4
 # The wind-up is known at the quarters of a step; the polynomial through them at points of each half.
 _QUARTERS = 0.25 * np.arange(5)
 _FINE = np.array(
@@ -51,45 +50,6 @@ class DriveStruct(ctypes.Structure):
             )
         ),
     )
-
-
-class _SampledTorque(ctypes.Structure):
-    """er_sampled_torque of desk/impulse.h."""
-
-    _fields_ = (
-        ("count", ctypes.c_int64),
-        ("spacing", ctypes.c_double),
-        ("torque", ctypes.c_void_p),
-        ("work", ctypes.c_void_p),
-    )
-
-
-def torque_impulses(spacing: float, torque: np.ndarray, steps: int, length: float) -> np.ndarray:
-    """Return the impulses of a torque over steps from its first sample on [N m s], (steps,).
-
-    Args:
-        spacing: Distance of the samples [s].
-        torque: Samples of the torque, four or more [N m], (k,); a cubic spline goes through them, and
-            behind the last one it stays.
-        steps: Number of steps.
-        length: Length of a step [s].
-
-    Raises:
-        ValueError: If there are fewer than four samples, or one is not finite.
-
-    Example:
-        >>> torque_impulses(0.5, np.array([0.0, 0.25, 1.0, 2.25, 4.0]), 2, 1.0).round(12).tolist()
-        [0.333333333333, 2.333333333333]
-    """
-    samples = finite_numbers("torque", torque, (len(torque),))
-    if len(samples) < _FEWEST_SAMPLES:
-        raise ValueError(f"expected {_FEWEST_SAMPLES} samples or more, got {len(samples)}")
-    work, impulse = np.empty_like(samples), np.empty(steps)
-    sampled = _SampledTorque(len(samples), spacing, address(samples), address(work))
-    loaded_library().er_impulses(
-        ctypes.byref(sampled), ctypes.c_int64(steps), ctypes.c_double(length), address(impulse)
-    )
-    return impulse
 
 
 @dataclass(frozen=True)
@@ -370,35 +330,6 @@ class GearDrive:
 
 def _piece_shapes(count: int) -> tuple[tuple[int, ...], ...]:
     return (count - 1,), (count,), (count, 4)
-
-
-def cubic_pieces(curve: TorqueCurve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the torque curve of one gear as p cubics.
-
-    Returns:
-        Rising angles, the last ones of their pieces [rad], (p - 1,); the angle from which each piece
-        counts [rad], (p,); coefficients of 1, t, t^2, t^3 [N m], t from there [rad], (p, 4).
-
-    Example:
-        >>> from elastic_robot.torque_curves import BacklashCurve
-        >>> cubic_pieces(BacklashCurve(np.array([1e4]), np.array([1e-3])))[2][:, 1]
-        array([10000.,     0., 10000.])
-    """
-    if isinstance(curve, SplineCurve):
-        knots = curve.knots[0][np.isfinite(curve.knots[0])]
-        pieces = slice(0, len(knots) + 1)
-        return knots, curve.origins[0, pieces], curve.cubics[0, pieces]
-    (edges,) = curve.bend_angles
-    knots = edges[np.isfinite(edges)]
-    if not len(knots):
-        (slope,) = curve.slope(np.zeros(1))
-        return knots, np.zeros(1), np.array([[0.0, slope, 0.0, 0.0]])
-    low, high = knots
-    slopes = [float(curve.slope(np.array([x]))[0]) for x in (low - 1.0, 0.0, high + 1.0)]
-    cubics = [[0.0, slope, 0.0, 0.0] for slope in slopes]
-    # On its edges a backlash has no stiffness.
-    knots = np.array([np.nextafter(low, -np.inf), high])
-    return knots, np.array([low, 0.0, high]), np.array(cubics)
 
 
 def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The law of one gear, a polyline, along which its path is followed in C.
+"""The law of one gear, as a polyline along which its path is followed in C, and as cubics.
 
 A law is the torque of a gear's spring and its elements over the wind-up from a place of its path on,
 
@@ -18,6 +18,7 @@ import numpy as np
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.native.desk_library import loaded_library
 from coupling.native.desk_robot import address, finite_numbers, numbers
+from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TorqueCurve
 
 # Chords of a spring that bends, between two of its knots.
@@ -148,3 +149,32 @@ class GearLaw:
         if not followed:
             raise MemoryError("the law of a gear does not fit into memory")
         return angle, rate
+
+
+def cubic_pieces(curve: TorqueCurve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the torque curve of one gear as p cubics.
+
+    Returns:
+        Rising angles, the last ones of their pieces [rad], (p - 1,); the angle from which each piece
+        counts [rad], (p,); coefficients of 1, t, t^2, t^3 [N m], t from there [rad], (p, 4).
+
+    Example:
+        >>> from elastic_robot.torque_curves import BacklashCurve
+        >>> cubic_pieces(BacklashCurve(np.array([1e4]), np.array([1e-3])))[2][:, 1]
+        array([10000.,     0., 10000.])
+    """
+    if isinstance(curve, SplineCurve):
+        knots = curve.knots[0][np.isfinite(curve.knots[0])]
+        pieces = slice(0, len(knots) + 1)
+        return knots, curve.origins[0, pieces], curve.cubics[0, pieces]
+    (edges,) = curve.bend_angles
+    knots = edges[np.isfinite(edges)]
+    if not len(knots):
+        (slope,) = curve.slope(np.zeros(1))
+        return knots, np.zeros(1), np.array([[0.0, slope, 0.0, 0.0]])
+    low, high = knots
+    slopes = [float(curve.slope(np.array([x]))[0]) for x in (low - 1.0, 0.0, high + 1.0)]
+    cubics = [[0.0, slope, 0.0, 0.0] for slope in slopes]
+    # On its edges a backlash has no stiffness.
+    knots = np.array([np.nextafter(low, -np.inf), high])
+    return knots, np.array([low, 0.0, high]), np.array(cubics)

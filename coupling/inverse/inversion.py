@@ -133,14 +133,14 @@ class MovingRobot:
         """Half width of the backlash of each gear [rad], (gears,): 0 where its curve has none."""
         tabled = [table is not None for table in self._gears.tables]
         curve = self._curve_class
-        own = curve.has_backlash & ~(curve.takes_tables & np.array(tabled, dtype=bool))
-        return np.where(own, self._gears.backlash, 0.0)
+        with_backlash = curve.has_backlash & ~(curve.takes_tables & np.array(tabled, dtype=bool))
+        return np.where(with_backlash, self._gears.backlash, 0.0)
 
     @property
     def held_in_backlash(self) -> np.ndarray:
         """Torque up to which unloaded elements hold each gear in its backlash [N m], (gears,)."""
         pairs = zip(self.elements, self.backlash, strict=True)
-        return np.array([own.torque(np.minimum(own.slip_angle, b)) for own, b in pairs])
+        return np.array([gear.torque(np.minimum(gear.slip_angle, b)) for gear, b in pairs])
 
     @property
     def damping_in_backlash(self) -> np.ndarray:
@@ -148,12 +148,16 @@ class MovingRobot:
         return damping_in_backlash(self._gear_curve, self._gears.damping)
 
     def invert(
-        self, wanted: DesiredMotion, controller: Controller, limits: JointLimits, progress: Progress
+        self,
+        desired: DesiredMotion,
+        controller: Controller,
+        limits: JointLimits,
+        progress: Progress,
     ) -> InverseSolution:
         """Return the command that keeps the tool on its path.
 
         Args:
-            wanted: Desired motion of the robot.
+            desired: Desired motion of the robot.
             controller: Controller that takes the command.
             limits: Limits of its drives.
             progress: Function called with what is being done, and how much of it is done.
@@ -161,15 +165,15 @@ class MovingRobot:
         Raises:
             PlanningError: If the path asks for more than the drives can do, or is too short.
         """
-        between = InterpolatedPath(wanted.path)
-        rows = self._rows(wanted.path, controller, between.at_rest)
-        task = LinkTask.of(between, wanted.rigid, wanted.wrench, rows.end)
+        between = InterpolatedPath(desired.path)
+        rows = self._rows(desired.path, controller, between.at_rest)
+        task = LinkTask.of(between, desired.rigid, desired.wrench, rows.end)
         links = solve_links(
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
         smooth = task.wrench
         del task
-        gears = partial(self._gear_motion, links.theta, smooth, wanted.wrench)
+        gears = partial(self._gear_motion, links.theta, smooth, desired.wrench)
         command, reversals = self._command(links.theta, gears, rows, limits, progress)
         return InverseSolution(command, links, reversals, smooth)
 
@@ -189,14 +193,14 @@ class MovingRobot:
             self.model.yielding_inertia(theta.at(seldom)),
         )
 
-    def task(self, wanted: DesiredMotion) -> LinkTask:
+    def task(self, desired: DesiredMotion) -> LinkTask:
         """Return the desired motion of the links from the first time of a path to its last.
 
         Args:
-            wanted: Desired motion of the robot.
+            desired: Desired motion of the robot.
         """
-        end = float(wanted.path.time[-1])
-        return LinkTask.of(InterpolatedPath(wanted.path), wanted.rigid, wanted.wrench, end)
+        end = float(desired.path.time[-1])
+        return LinkTask.of(InterpolatedPath(desired.path), desired.rigid, desired.wrench, end)
 
     def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> CommandRows:
         start, end = float(path.time[0]), float(path.time[-1])
@@ -277,8 +281,8 @@ class MovingRobot:
             theta: Angles of the chain, (1, angles).
             wrench: Wrench on the robot, (1, 6).
         """
-        chain, rest = self.model.chain, np.zeros_like(theta)
-        static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
+        chain, no_rate = self.model.chain, np.zeros_like(theta)
+        static = -self.model.load(theta, no_rate, no_rate, wrench)[0, self.model.gears]
         wind_up, parameters = self._at_rest(static), self.model.parameters
         dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
         unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
@@ -287,20 +291,19 @@ class MovingRobot:
             output = theta[0, chain.drive].copy()
             output[self.model.gear_joint] -= wind_up
             try:
-                rest = equilibrium(dynamics, self.curve, output, ToolLoad(wrench[0]), unloaded)
+                x = equilibrium(dynamics, self.curve, output, ToolLoad(wrench[0]), unloaded)
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 wind_up = wind_up - _ASIDE
                 continue
-            found = rest[chain.torsions]
-            moved, wind_up = np.abs(found - wind_up).max(initial=0.0), found
-            if moved < _SAME:
+            change, wind_up = np.abs(x[chain.torsions] - wind_up), x[chain.torsions]
+            if change.max(initial=0.0) < _SAME:
                 break
-            # Where gears push each other over two states take turns: the last try would find this one.
+            # Where gears push each other over two states take turns: the last try would find this.
             if number % 2:
-                if np.abs(found - two_before).max() < _SAME:
+                if np.abs(wind_up - two_before).max() < _SAME:
                     break
-                two_before = found
+                two_before = wind_up
         return wind_up
 
     def _command(
@@ -321,13 +324,13 @@ class MovingRobot:
             link = UniformSpline(
                 theta.start, theta.spacing, theta.coefficients[:, [index]], theta.degree
             )
-            own = limits.of_joint(joint)
+            of_joint = limits.of_joint(joint)
             if joint not in gear_of:
-                command = rigid_command(link, rows, own, errors)
+                command = rigid_command(link, rows, of_joint, errors)
             else:
                 motion = motion or gears()
                 task, passages = self._gear_task(motion, gear_of[joint], link, errors)
-                command = gear_command(task, rows, own)
+                command = gear_command(task, rows, of_joint)
                 reversals += passages
             columns[:, joint] = command.coefficients[:, 0]
             progress("drives", count + 1, chain.joint_count)

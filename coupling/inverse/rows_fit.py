@@ -70,14 +70,14 @@ class RowsFit:
     Attributes:
         drive: The drive; None where the joint is at its command.
         rows: The controller's rows.
-        wanted: Command at the `dense_times` [rad], (n,).
+        desired: Command at the `dense_times` [rad], (n,).
         begins: q [rad], q' and maybe q'' of the motor at the first time, with which the command begins.
         ends: q' [rad/s] and maybe q'' of the motor at the last time, none where it is at rest.
     """
 
     drive: Drive | None
     rows: CommandRows
-    wanted: np.ndarray
+    desired: np.ndarray
     begins: tuple[float, ...]
     ends: tuple[float, ...] = ()
 
@@ -109,38 +109,38 @@ class RowsFit:
         size = (forgets + degree + 1) * parts
         coefficients = np.zeros((forgets + 2 * degree + 1, 1))
         coefficients[degree] = 1.0
-        one = UniformSpline(0.0, 1.0, coefficients, degree).at(np.arange(size) / parts)[:, 0]
-        return one, self._weighted(one)
+        spline = UniformSpline(0.0, 1.0, coefficients, degree).at(np.arange(size) / parts)[:, 0]
+        return spline, self._weighted(spline)
 
     @cached_property
     def _hessian(self) -> np.ndarray:
         """Diagonals of the matrix of a spline without ends, the middle one first [1], (w,)."""
         parts, size = _parts(self.rows), len(self._basis[0])
-        one, weighted = self._basis
+        spline, weighted = self._basis
         return np.array(
             [
-                weighted[k:] @ weighted[: size - k] + _ITSELF**2 * (one[k:] @ one[: size - k])
+                weighted[k:] @ weighted[: size - k] + _ITSELF**2 * (spline[k:] @ spline[: size - k])
                 for k in range(0, size, parts)
             ]
         )
 
     def _right(self) -> np.ndarray:
         """Return the right-hand side [rad], for all rows and those beside them."""
-        parts, (one, weighted) = _parts(self.rows), self._basis
+        parts, (spline, weighted) = _parts(self.rows), self._basis
         step, pad = self.rows.cycle / parts, self._pad
         time = step * np.arange(1, 3 * pad * parts + 1)
         angle, rate, bend = (*self.begins, 0.0)[:3]
         past = -time[: 2 * pad * parts][::-1]
         before = angle + rate * past + 0.5 * bend * past**2
         rate, bend = (*self.ends, 0.0, 0.0)[:2]
-        behind = self.wanted[-1] + rate * time + 0.5 * bend * time**2
-        values = np.concatenate([before, self.wanted, behind])
+        behind = self.desired[-1] + rate * time + 0.5 * bend * time**2
+        values = np.concatenate([before, self.desired, behind])
 
         def seen_by(splines: np.ndarray, signal: np.ndarray) -> np.ndarray:
             return np.lib.stride_tricks.sliding_window_view(signal, len(splines))[::parts] @ splines
 
         right = seen_by(weighted, self._weighted(values))
-        alone = seen_by(one[: (self.rows.degree + 1) * parts], values)  # it is zero behind
+        alone = seen_by(spline[: (self.rows.degree + 1) * parts], values)  # it is zero behind
         right += _ITSELF**2 * alone[: len(right)]
         # Coefficient m begins at row m - degree, here behind 2 pad others; the first one is m = -pad.
         first, count = pad - self.rows.degree, self.rows.coefficients + 2 * pad
@@ -150,14 +150,14 @@ class RowsFit:
     def _conditions(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows and values of what the command does at its ends, (c, coefficients), (c,) [rad]."""
         rows, size = self.rows, self.rows.coefficients
-        wanted = [(0, order, value) for order, value in enumerate(self.begins)]
-        wanted += [(1, order, 0.0) for order in rows.still(1)]
-        matrix = np.zeros((len(wanted), size))
-        for row, (side, order, _) in zip(matrix, wanted, strict=True):
+        conditions = [(0, order, value) for order, value in enumerate(self.begins)]
+        conditions += [(1, order, 0.0) for order in rows.still(1)]
+        matrix = np.zeros((len(conditions), size))
+        for row, (side, order, _) in zip(matrix, conditions, strict=True):
             first = 0 if side == 0 else rows.count - 1
             weights = stencil(np.array([float(side)]), rows.degree, order)[0]
             row[first : first + rows.degree + 1] = weights
-        return matrix, np.array([value * rows.cycle**order for _, order, value in wanted])
+        return matrix, np.array([value * rows.cycle**order for _, order, value in conditions])
 
     def best(self, limits: DriveLimits) -> np.ndarray:
         """Return the coefficients of the best command within limits [rad], (coefficients,).
@@ -167,13 +167,15 @@ class RowsFit:
         """
         pad, size = self._pad, self.rows.coefficients
         right, (conditions, values) = self._right(), self._conditions
-        held = np.zeros((len(right), len(values)))
-        held[pad : pad + size] = conditions.T
+        columns = np.zeros((len(right), len(values)))
+        columns[pad : pad + size] = conditions.T
         band = np.repeat(self._hessian[:, None], len(right), axis=1)
-        solved = solveh_banded(band, np.column_stack([right, held]), lower=True)[pad : pad + size]
-        free, by_held = solved[:, 0], solved[:, 1:]
-        pull = np.linalg.solve(conditions @ by_held, values - conditions @ free)
-        best: np.ndarray = free + by_held @ pull
+        solved = solveh_banded(band, np.column_stack([right, columns]), lower=True)[
+            pad : pad + size
+        ]
+        free, by_condition = solved[:, 0], solved[:, 1:]
+        pull = np.linalg.solve(conditions @ by_condition, values - conditions @ free)
+        best: np.ndarray = free + by_condition @ pull
 
         def solve(now: np.ndarray, begin: int, end: int) -> np.ndarray | None:
             return self._limited(limits, best, now, slice(begin, end + self.rows.degree))
@@ -182,7 +184,7 @@ class RowsFit:
 
     def missed(self, coefficients: np.ndarray) -> np.ndarray:
         """Return W of what a command gives too much, at the dense times [rad], (n,)."""
-        given, missed = self._spline(coefficients), -self.wanted
+        given, missed = self._spline(coefficients), -self.desired
         for here, times in dense_chunks(self.rows):
             missed[here] += given.at(times)[:, 0]
         return self._weighted(missed)
@@ -195,9 +197,9 @@ class RowsFit:
         None where none of them keep to the limits.
         """
         size, diagonals = part.stop - part.start, self._hessian
-        beside = range(min(len(diagonals), size))
+        offsets = range(min(len(diagonals), size))
         upper = sparse.diags_array(
-            [np.full(size - k, diagonals[k]) for k in beside], offsets=beside
+            [np.full(size - k, diagonals[k]) for k in offsets], offsets=offsets
         )
         around = np.append(diagonals[:0:-1], diagonals)
         gradient = np.convolve(now - best, around)[len(diagonals) - 1 :][part]

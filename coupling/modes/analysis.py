@@ -22,7 +22,6 @@ from coupling.results.modes_result import (
     ModesResult,
     PartModesResult,
     PlaceModesResult,
-    ResponseResult,
 )
 from coupling.results.run_result import three
 from elastic_robot.description import Robot
@@ -145,7 +144,7 @@ def _result(
     response = modes.response(frequency)
     pairs = dict.fromkeys([*(2 * axis for axis in _AXES), *(m.name for m in measured)])
     computed = [
-        _response(MeasuredResponse(pair, frequency, response[:, i, j]))
+        MeasuredResponse(pair, frequency, response[:, i, j]).stored
         for pair in pairs
         for i, j in [(_AXES.index(pair[0]), _AXES.index(pair[1]))]
     ]
@@ -156,17 +155,8 @@ def _result(
         loads=loads,
         places=tuple(places),
         computed=tuple(computed),
-        measured=tuple(map(_response, measured)),
+        measured=tuple(each.stored for each in measured),
         version=elastic_robot.__version__,
-    )
-
-
-def _response(response: MeasuredResponse) -> ResponseResult:
-    return ResponseResult(
-        name=response.name,
-        frequency_Hz=tuple(response.frequency.tolist()),
-        real_m_N=tuple(response.compliance.real.tolist()),
-        imag_m_N=tuple(response.compliance.imag.tolist()),
     )
 
 

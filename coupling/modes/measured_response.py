@@ -8,8 +8,8 @@ velocity or acceleration over force, and its directions as numbers of axes.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from coupling.errors import StabilityError
 from coupling.files.bounded_file import require_bounded
 from coupling.files.csv_table import read_header, read_table
 from coupling.files.extras import extra
+from coupling.results.modes_result import ResponseResult
 
 _FREQUENCY = "frequency_Hz"
 _COLUMN = re.compile(r"([xyz])([xyz])_(real|imag)_m_N")
@@ -28,6 +29,21 @@ _MOST = 200_000_000
 _UFF_TYPE, _FRF, _FORCE = 58, 4, 13
 _DERIVED = {8: 0, 11: 1, 12: 2}
 _AXES = {1: "x", 2: "y", 3: "z"}
+# Labels of units, without brackets, blanks and signs of powers: none, or of metres, seconds, newtons.
+_SI = re.compile("none|null|unknown|n|(1/n)?(m(/s(2|/s)?)?)?(/n)?")
+_SIGNS = re.compile(r"[\s()*^]")
+# UFF164: the system of units by its number, metres and newtons.
+_UNITS_TYPE, _SI_SYSTEM = 164, 1
+# What else numbers may be: a factor and how often they were derived make displacement over force of it.
+_READINGS = (
+    ("motion and force have opposite signs", -1.0, 0),
+    ("they are in mm/N", 1e-3, 0),
+    ("they are in um/N", 1e-6, 0),
+    ("they are of accelerations in g", 9.80665, 0),
+    ("they are velocities over force", 1.0, 1),
+    ("they are accelerations over force", 1.0, 2),
+    ("they are accelerations over force, of opposite signs", -1.0, 2),
+)
 
 
 @dataclass(frozen=True)
@@ -43,6 +59,34 @@ class MeasuredResponse:
     name: str
     frequency: np.ndarray
     compliance: np.ndarray
+
+    @property
+    def stored(self) -> ResponseResult:
+        """It as results have it."""
+        return ResponseResult(
+            name=self.name,
+            frequency_Hz=tuple(self.frequency.tolist()),
+            real_m_N=tuple(self.compliance.real.tolist()),
+            imag_m_N=tuple(self.compliance.imag.tolist()),
+        )
+
+
+def other_readings(
+    measured: Sequence[MeasuredResponse],
+) -> Iterator[tuple[str, tuple[MeasuredResponse, ...]]]:
+    """Yield in words what else the numbers of responses may be, and the responses of that."""
+    yield (
+        "their imaginary parts have the opposite sign",
+        tuple(replace(r, compliance=r.compliance.conj()) for r in measured),
+    )
+    for words, factor, derived in _READINGS:
+        yield (
+            words,
+            tuple(
+                replace(r, compliance=r.compliance * factor / (2j * np.pi * r.frequency) ** derived)
+                for r in measured
+            ),
+        )
 
 
 def is_of_responses(file: Path) -> bool:
@@ -101,9 +145,18 @@ def _read_uff(file: Path) -> tuple[MeasuredResponse, ...]:
     pyuff = extra("pyuff", "uff", f"{file}: a file of type UFF58")
     try:
         uff = pyuff.UFF(str(file))
-        sets = [uff.read_sets(k) for k, kind in enumerate(uff.get_set_types()) if kind == _UFF_TYPE]
+        kinds = list(enumerate(uff.get_set_types()))
+        sets = [uff.read_sets(k) for k, kind in kinds if kind == _UFF_TYPE]
+        systems = [
+            _number(uff.read_sets(k), "units_code") for k, kind in kinds if kind == _UNITS_TYPE
+        ]
     except Exception as cause:  # pyuff raises bare exceptions of many kinds
         raise StabilityError(f"{file}: expected a file of type UFF58, got: {cause}") from cause
+    if any(system != _SI_SYSTEM for system in systems):
+        raise StabilityError(
+            f"{file}: expected metres and newtons (units code {_SI_SYSTEM} of its set 164), got"
+            f" {systems}: convert it"
+        )
     return tuple(
         response for number, content in enumerate(sets, start=1)
         if (response := _of_set(content, f"{file}: set {number}")) is not None
@@ -111,14 +164,33 @@ def _read_uff(file: Path) -> tuple[MeasuredResponse, ...]:
 
 
 def _of_set(content: dict[str, object], where: str) -> MeasuredResponse | None:
-    """Return the compliance of a set; None where it is no frequency response of a motion by a force."""
-    derived = _DERIVED.get(_number(content, "ordinate_spec_data_type"))
-    is_by_force = _number(content, "orddenom_spec_data_type") == _FORCE
-    if _number(content, "func_type") != _FRF or derived is None or not is_by_force:
+    """Return the compliance of a set; None where it is no frequency response.
+
+    Raises:
+        StabilityError: If it is one, but not of a motion by a force along axes, in SI units.
+    """
+    if _number(content, "func_type") != _FRF:
         return None
+    codes = [_number(content, f"{key}_spec_data_type") for key in ("ordinate", "orddenom")]
+    derived = _DERIVED.get(codes[0])
+    if derived is None or codes[1] != _FORCE:
+        raise StabilityError(
+            f"{where}: expected displacement (code 8), velocity (11) or acceleration (12) over force"
+            f" ({_FORCE}), got the codes {codes[0]} over {codes[1]}: set them, or leave the set out"
+        )
     directions = [_number(content, key) for key in ("rsp_dir", "ref_dir")]
     if any(abs(axis) not in _AXES for axis in directions):
-        return None
+        raise StabilityError(
+            f"{where}: expected directions of response and force of 1 to 3, or -1 to -3, for x, y and z,"
+            f" got {directions[0]} and {directions[1]}: set them, or leave the set out"
+        )
+    for key in ("ordinate", "orddenom"):
+        unit = str(content.get(f"{key}_axis_units_lab", "")).strip()
+        if not _SI.fullmatch(_SIGNS.sub("", unit.lower()).replace("\u00b2", "2")):
+            raise StabilityError(
+                f"{where}: expected values in m, m/s, m/s^2 and N, or no unit, got {unit!r}: convert"
+                " them"
+            )
     frequency, values = np.asarray(content["x"], float), np.asarray(content["data"], complex)
     above = frequency > 0.0
     frequency, values = _rising(frequency[above], where), values[above]

@@ -15,12 +15,11 @@ from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, StabilityError
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
-from coupling.place.placing import Placing
-from coupling.place.screen import ScreenFigures
+from coupling.place.placing import Placing, setting_keys
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
 from coupling.results.cut_result import CutStability
-from coupling.results.gear_result import GearDiagnosis
+from coupling.results.placement_result import SettingResult
 from coupling.run.gear_loads import diagnose_robots, wanted_of
 from coupling.stability.path_stability import stability_in_brief
 
@@ -40,25 +39,23 @@ class EvaluatedSetting:
     Attributes:
         setting: By `NAMES` [m], [rad], (9,).
         content: Text of its case file.
-        figures: Its figures at the strongest places of the path; margins those of `gears`, too.
+        result: Its figures at the strongest places of the path; margins those of its gears, too.
+        refusals: Reasons for which it is not admitted.
         placed: Its robot.
         motion: Path, joint angles and wrench there.
-        stability: Whether its milling cut chatters; None of another process.
     """
 
     setting: np.ndarray
     content: str
-    figures: ScreenFigures
-    cost: float
-    gears: tuple[GearDiagnosis, ...]
+    result: SettingResult
+    refusals: tuple[str, ...]
     placed: PlacedRobot
     motion: DesiredMotion
-    stability: CutStability | None = None
 
     @property
     def depth_over_limit(self) -> float:
         """Programmed depth over the limiting one [1]; infinite where the cut chatters."""
-        cut = self.stability
+        cut = self.result.stability
         if cut is not None and not cut.stable:
             return np.inf
         return 0.0 if cut is None else cut.depth_m / cut.limit_m
@@ -106,10 +103,26 @@ def evaluate_setting(
     # Tilts that spring back where a load ends are in the diagnosis alone.
     exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held_torque
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
-    cost = float(placing.goal.cost(figures)[0])
-    return EvaluatedSetting(
-        setting, content, figures, cost, gears, case.robots[0], desired_motion, _stability(case)
+    goal, refused = placing.goal, placing.goal.demands.refusals(figures)
+    result = SettingResult(
+        setting=setting_keys(setting),
+        admitted=bool(goal.demands.admits(figures)[0]),
+        cost_m=float(goal.cost(figures)[0]),
+        moved_m=float(goal.deviation(figures)[0]),
+        exposure_m=float(goal.demands.exposure(figures)[0]),
+        compliance_m_N=float(figures.compliance[0]),
+        conditioning=float(figures.conditioning[0]),
+        limit_margin_rad=float(figures.limit_margin[0]),
+        rate_share=float(figures.rate_share[0]),
+        motor_share=float(figures.motor_share[0]),
+        gears=tuple(
+            gear.model_copy(update={"swing": swing})
+            for gear, swing in zip(gears, figures.swing[0].tolist(), strict=True)
+        ),
+        stability=_stability(case),
     )
+    refusals = tuple(what for what, wrong in refused.items() if wrong[0])
+    return EvaluatedSetting(setting, content, result, refusals, case.robots[0], desired_motion)
 
 
 def _stability(case: Case) -> CutStability | None:

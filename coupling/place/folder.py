@@ -14,7 +14,7 @@ from coupling.files.written_files import claim_file
 from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
-from coupling.place.placing import Placing, setting_keys
+from coupling.place.placing import setting_keys
 from coupling.place.settings import NAMES
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.placement_result import (
@@ -67,7 +67,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     """Return the figures of a placement."""
     placing, ranges = placement.placing, placement.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
-    goal = placing.goal
+    goal, present = placing.goal, placement.present
     return PlacementResult(
         case=placing.case.name,
         robot=placing.robot.name,
@@ -83,16 +83,9 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
         filling=placing.case.place.settings,
         refused=placement.refused,
         present_setting=setting_keys(placing.present),
-        present=None
-        if placement.present is None
-        else _setting(placing, placement.present, placement.expected[0]),
+        present=None if present is None else _expecting(present, placement.expected[0]),
         best=tuple(
-            _setting(
-                placing,
-                evaluated,
-                placement.expected[1] if number == 1 else None,
-                placed_file(number),
-            )
+            _expecting(evaluated, placement.expected[1] if number == 1 else None, number)
             for number, evaluated in enumerate(placement.best, start=1)
         ),
         maps=tuple(map(_map_result, placement.maps)),
@@ -100,38 +93,18 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     )
 
 
+def _expecting(
+    evaluated: EvaluatedSetting, expected: ExpectedDeviation | None, number: int | None = None
+) -> SettingResult:
+    """Return the figures of a setting with what is expected in it, and its case file by its number."""
+    file = None if number is None else placed_file(number)
+    return evaluated.result.model_copy(update={"file": file, "expected": expected})
+
+
 def _map_result(part_map: PartMap) -> MapResult:
     height, width = part_map.deviation.shape
     return MapResult(
         setting=part_map.name, across=part_map.across, up=part_map.up, shape=(height, width)
-    )
-
-
-def _setting(
-    placing: Placing,
-    evaluated: EvaluatedSetting,
-    expected: ExpectedDeviation | None,
-    file: str | None = None,
-) -> SettingResult:
-    figures, goal = evaluated.figures, placing.goal
-    return SettingResult(
-        file=file,
-        setting=setting_keys(evaluated.setting),
-        admitted=bool(goal.demands.admits(figures)[0]),
-        cost_m=evaluated.cost,
-        moved_m=float(goal.deviation(figures)[0]),
-        expected=expected,
-        exposure_m=float(goal.demands.exposure(figures)[0]),
-        compliance_m_N=float(figures.compliance[0]),
-        conditioning=float(figures.conditioning[0]),
-        limit_margin_rad=float(figures.limit_margin[0]),
-        rate_share=float(figures.rate_share[0]),
-        motor_share=float(figures.motor_share[0]),
-        gears=tuple(
-            gear.model_copy(update={"swing": swing})
-            for gear, swing in zip(evaluated.gears, figures.swing[0].tolist(), strict=True)
-        ),
-        stability=evaluated.stability,
     )
 
 

@@ -122,11 +122,10 @@ def best_of(
         except PlanningError as error:
             reasons.append(str(error))
             continue
-        if np.isfinite(evaluated.cost):
+        if np.isfinite(evaluated.result.cost_m):
             settings_found.append(evaluated)
         else:
-            refused = placing.goal.demands.refusals(evaluated.figures)
-            reasons += [what for what, wrong in refused.items() if wrong[0]]
+            reasons += evaluated.refusals
         if len(settings_found) == tried:
             break
     if not settings_found:
@@ -135,9 +134,9 @@ def best_of(
             f" none: {reasons[0]}"
         )
     if by_stability:
-        settings_found.sort(key=lambda setting: (setting.depth_over_limit, setting.cost))
+        settings_found.sort(key=lambda setting: (setting.depth_over_limit, setting.result.cost_m))
         return tuple(settings_found[:count])
-    return tuple(sorted(settings_found, key=lambda setting: setting.cost))
+    return tuple(sorted(settings_found, key=lambda setting: setting.result.cost_m))
 
 
 def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:

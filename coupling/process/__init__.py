@@ -13,10 +13,10 @@ from coupling.process.base import (
 )
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import ExternalProgram, ExternalTable
+from coupling.process.external_fmu import ProcessFmu, ProcessFmuTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.measured import MeasuredWrench, MeasuredWrenchTable
 from coupling.process.milling_table import MillingForceTable
-from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 from coupling.process.sheet_fem_table import SheetFemTable
 
 PROCESSES: dict[str, type[ProcessSchema]] = {

@@ -16,7 +16,8 @@ import numpy as np
 from coupling.native.desk_library import loaded_library
 from coupling.native.desk_robot import address, numbers
 
-# Height above the surface up to which an edge rubs, about its radius [m].
+# Height above the surface up to which an edge rubs, and feed below which it ploughs less: about its
+# radius [m].
 _RUBS = 5e-6
 # Passes whose surfaces a tooth may meet: of so many turns, or so many at least.
 _TURNS, _FEWEST = 2, 8
@@ -126,12 +127,22 @@ class Engagement:
             thickness is h = max(0, chip_f sin(phi) + chip_n cos(phi)).
         start, end: Engaged angles phi, within 0 and pi [rad], (n,).
         depth: Axial [m], >= 0, (n,).
+        edge_share: Part of the edge force that acts [1], (n,) or one for all.
     """
 
     chip: np.ndarray
     start: np.ndarray
     end: np.ndarray
     depth: np.ndarray
+    edge_share: np.ndarray | float = 1.0
+
+
+def edge_share(feed: np.ndarray) -> np.ndarray:
+    """Return the part of the edge force that acts at ways of the tool from tooth to tooth [m], (n,).
+
+    An edge ploughs what the feed brings under it: a tool that stands has none left.
+    """
+    return np.minimum(feed / _RUBS, 1.0)
 
 
 @dataclass(frozen=True)
@@ -162,7 +173,7 @@ class _Engagement(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_int64) for name in ("count", "arcs")),
-        *((name, ctypes.c_void_p) for name in ("time", "feed", "start", "end", "depth")),
+        *((name, ctypes.c_void_p) for name in ("time", "feed", "start", "end", "depth", "share")),
     )
 
 
@@ -195,7 +206,8 @@ def tooth_wrench(
     force = np.array([K.K_tc, K.K_rc, K.K_ac, K.K_te, K.K_re, K.K_ae])
     of_mill = [np.ascontiguousarray(values) for values in (cutter.tips, delay, further, force)]
     arc = (numbers("arcs", values, (count,)) for values in (cut.start, cut.end, cut.depth))
-    of_cut = [numbers("time", time, (count,)), numbers("feed", feed, (count, 2)), *arc]
+    share = np.full(count, cut.edge_share)
+    of_cut = [numbers("time", time, (count,)), numbers("feed", feed, (count, 2)), *arc, share]
     moved = numbers("way", way.time, (points,)), numbers("way", way.points, (points, 2))
     mill = _Mill(
         *(*delay.shape, cutter.radius, cutter.lag, cutter.speed, _RUBS), *map(address, of_mill)
@@ -225,6 +237,7 @@ def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engageme
     """
     K, R = coefficients, cutter.radius
     a, b = cut.chip.T
+    K_te, K_re, K_ae = (cut.edge_share * edge for edge in (K.K_te, K.K_re, K.K_ae))
 
     def over_arc(integral: np.ndarray) -> np.ndarray:
         return integral[1] - integral[0]
@@ -238,15 +251,15 @@ def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engageme
     # Chip thickness times 1, sin and cos, over the arc.
     h, h_sin, h_cos = a * sin + b * cos, a * sin_sin + b * sin_cos, a * sin_cos + b * cos_cos
     tangential, tangential_sin, tangential_cos = (
-        K.K_tc * h + K.K_te * angle,
-        K.K_tc * h_sin + K.K_te * sin,
-        K.K_tc * h_cos + K.K_te * cos,
+        K.K_tc * h + K_te * angle,
+        K.K_tc * h_sin + K_te * sin,
+        K.K_tc * h_cos + K_te * cos,
     )
-    radial_sin, radial_cos = K.K_rc * h_sin + K.K_re * sin, K.K_rc * h_cos + K.K_re * cos
+    radial_sin, radial_cos = K.K_rc * h_sin + K_re * sin, K.K_rc * h_cos + K_re * cos
     axial, axial_sin, axial_cos = (
-        K.K_ac * h + K.K_ae * angle,
-        K.K_ac * h_sin + K.K_ae * sin,
-        K.K_ac * h_cos + K.K_ae * cos,
+        K.K_ac * h + K_ae * angle,
+        K.K_ac * h_sin + K_ae * sin,
+        K.K_ac * h_cos + K_ae * cos,
     )
     along, across = -tangential_cos - radial_sin, tangential_sin - radial_cos
     middle = 0.5 * cut.depth

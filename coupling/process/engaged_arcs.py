@@ -69,34 +69,6 @@ class ArcsOverTime(Protocol):
 
 
 @dataclass(frozen=True)
-class StatedArcs:
-    """One arc all along a path, whose sides and surface are raw stock; its depth follows the path.
-
-    Attributes:
-        time: Times of the path [s], (n,).
-        depth: Depth of the tip below the raw surface [m], (n,); negative above it.
-        start, end: Angles from the left of the feed, clockwise [rad]; 0 and pi are no sides.
-    """
-
-    time: np.ndarray
-    depth: np.ndarray
-    start: float
-    end: float
-
-    def at(self, time: np.ndarray) -> Arcs:
-        """Return the arc at times [s], (m,)."""
-        shape = (len(time), 1)
-        return Arcs(
-            np.full(shape, self.start),
-            np.full(shape, self.end),
-            np.interp(time, self.time, self.depth)[:, None],
-            np.full(shape, -1.0 if self.start > 0.0 else np.nan),
-            np.full(shape, -1.0 if self.end < np.pi else np.nan),
-            np.full(shape, -1.0),
-        )
-
-
-@dataclass(frozen=True)
 class RemovedStock:
     """What a cutter meets along a path that removes its stock, which is computed when it is asked for.
 
@@ -146,7 +118,12 @@ class RemovedStock:
                 stock.remove(begin, end, number)
             volume = before - stock.volume()
         return Removal(
-            middles, feeds, np.diff(arc_length(points[:, :2])), _table(middles, rows), volume
+            middles,
+            0.5 * (points[1:, 2] + points[:-1, 2]),
+            feeds,
+            np.diff(arc_length(points[:, :2])),
+            _table(middles, rows),
+            volume,
         )
 
 
@@ -156,6 +133,7 @@ class Removal:
 
     Attributes:
         time: Times in the middle of the pieces [s], (k,).
+        height: Heights of the tip there in the part [m], (k,).
         feed: Unit vectors along the feed in the part's x-y plane, (k, 2).
         length: Lengths of the pieces in that plane [m], (k,).
         arcs: Arcs in their middle.
@@ -163,6 +141,7 @@ class Removal:
     """
 
     time: np.ndarray
+    height: np.ndarray
     feed: np.ndarray
     length: np.ndarray
     arcs: Arcs
@@ -190,6 +169,58 @@ class Removal:
         count = np.count_nonzero(self.arcs.is_cut, axis=1)
         straight = np.sum(self.feed[1:] * self.feed[:-1], axis=1) > np.cos(_STRAIGHT)
         return np.append((count[1:] == count[:-1]) & straight, False)
+
+
+@dataclass(frozen=True)
+class StatedArcs:
+    """One arc all along a path, whose sides are raw stock; as deep as the stock that the path removes.
+
+    Attributes:
+        removed: Stock that the cutter meets.
+        start, end: Angles from the left of the feed, clockwise [rad]; 0 and pi are no sides.
+    """
+
+    removed: RemovedStock
+    start: float
+    end: float
+
+    def at(self, time: np.ndarray) -> Arcs:
+        """Return the arc at times [s], (m,)."""
+        top, made = self._tops
+        middles, shape = self.removed.removal.time, (len(time), 1)
+        piece = np.searchsorted(0.5 * (middles[1:] + middles[:-1]), time)
+        depth = top[piece] - np.interp(time, self.removed.time, self.removed.tips[:, 2])
+        return Arcs(
+            np.full(shape, self.start),
+            np.full(shape, self.end),
+            np.where(np.isnan(depth), 0.0, depth)[:, None],
+            np.full(shape, -1.0 if self.start > 0.0 else np.nan),
+            np.full(shape, -1.0 if self.end < np.pi else np.nan),
+            made[piece, None],
+        )
+
+    @cached_property
+    def _tops(self) -> tuple[np.ndarray, np.ndarray]:
+        """Heights of the stock over each piece of the way [m], and when they were made [s], (k,) each.
+
+        Of the arcs there the one of the largest section on the stated side counts; where there is none
+        on that side, of all.  Above the raw stock it is the raw surface, nan where nothing is left.
+        """
+        removal, surface = self.removed.removal, self.removed.raw.surface
+        met, height = removal.arcs, removal.height
+        low, high = np.clip([met.start, met.end], self.start, self.end)
+        stated, whole = (
+            np.where(met.is_cut, (np.cos(begin) - np.cos(end)) * met.depth, 0.0)
+            for begin, end in ((low, high), (met.start, met.end))
+        )
+        section = np.where(stated.any(axis=1, keepdims=True), stated, whole)
+        row, deepest = np.arange(len(height)), np.argmax(section, axis=1)
+        cuts, above = section.any(axis=1), height >= surface
+        top = np.where(above, surface, np.nan)
+        return (
+            np.where(cuts, met.depth[row, deepest] + height, top),
+            np.where(cuts, met.top_made[row, deepest], np.where(above, -1.0, np.nan)),
+        )
 
 
 @dataclass(frozen=True)

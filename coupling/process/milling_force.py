@@ -17,10 +17,11 @@ from coupling.process.cutting_force import (
     CuttingCoefficients,
     Engagement,
     Way,
+    edge_share,
     mean_wrench,
     tooth_wrench,
 )
-from coupling.process.engaged_arcs import ArcsOverTime, StatedArcs
+from coupling.process.engaged_arcs import ArcsOverTime
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
 SAMPLES_PER_TOOTH = 6
@@ -87,8 +88,7 @@ class Milling:
 
         Where the tool stands or plunges it is the direction of the last feed, or of the first.
         """
-        velocity = np.gradient(self.tips[:, :2], self.desired.time, axis=0)
-        speed = np.linalg.norm(velocity, axis=1)
+        velocity, speed = self._velocity, self._speed
         moving = speed > _STANDING
         last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
         at = np.where(last < 0, int(np.argmax(moving)), last)
@@ -98,6 +98,16 @@ class Milling:
         """Return the directions of the desired feed at times [s], (m,): of the step there, (m, 2)."""
         rows = np.searchsorted(self.desired.time, time)
         return self._feed[np.minimum(rows, len(self._feed) - 1)]
+
+    @cached_property
+    def _velocity(self) -> np.ndarray:
+        velocity: np.ndarray = np.gradient(self.tips[:, :2], self.desired.time, axis=0)
+        return velocity
+
+    @cached_property
+    def _speed(self) -> np.ndarray:
+        speed: np.ndarray = np.linalg.norm(self._velocity, axis=1)
+        return speed
 
     @cached_property
     def _feed(self) -> np.ndarray:
@@ -125,6 +135,8 @@ class Milling:
         leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
         offset = now - interpolate_rows(time, self.desired.time, self.tips)
+        feed_per_tooth = np.interp(time, self.desired.time, self._speed) * self.cutter.tooth_period
+        share = edge_share(feed_per_tooth)
         arcs = self.engaged.at(time)
 
         def extra_offset(since: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -145,7 +157,7 @@ class Milling:
                 )
                 for angle, since in ((arcs.start, arcs.start_made), (arcs.end, arcs.end_made))
             )
-            yield rows, Engagement(chip[rows], start, np.maximum(start, end), depth)
+            yield rows, Engagement(chip[rows], start, np.maximum(start, end), depth, share[rows])
 
     def _shifted_angle(
         self, angle: np.ndarray, more: np.ndarray, leftward: np.ndarray
@@ -210,8 +222,7 @@ class ToothPassing(MillingForce):
         cutter = self.milling.cutter
         step = min(cutter.tooth_period / SAMPLES_PER_TOOTH, _LONGEST)
         # Side and floor that a level meets were made by the one before.
-        length = cutter.memory if isinstance(self.milling.engaged, StatedArcs) else np.inf
-        return ProcessMemory(step, cutter.period, cutter.turn_period, length)
+        return ProcessMemory(step, cutter.period, cutter.turn_period, np.inf)
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""

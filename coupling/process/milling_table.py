@@ -192,24 +192,25 @@ class MillingForceTable(ProcessSchema):
             desired=task.forming,
             cutter=cutter,
             coefficients=self._coefficients(rates, cutter.tooth_period),
-            engaged=self.engaged(task, self.engagement),
+            engaged=self._engaged(task),
         )
         return FORCES[self.force](milling, identity=self.identity(task))
 
-    def engaged(self, task: Task, engagement: str) -> ArcsOverTime:
-        """Return the arcs of the cutter along a task's path under one of the engagements."""
+    def _engaged(self, task: Task) -> ArcsOverTime:
+        """Return the arcs of the cutter along a task's path."""
         time, radius = task.forming.time, 0.5 * self.cutter_diameter_m
         tips = task.part.coordinates(task.forming.position[0])
-        if engagement == "stock":
-            low, high = (None, None) if self.stock_m is None else map(np.array, self.stock_m)
-            raw = RawStock(self.surface_z_m, low, high)
-            return RemovedStock(time, tips, raw, radius, self.raster_m)
+        low, high = (None, None) if self.stock_m is None else map(np.array, self.stock_m)
+        raw = RawStock(self.surface_z_m, low, high)
+        removed = RemovedStock(time, tips, raw, radius, self.raster_m)
+        if self.engagement == "stock":
+            return removed
         width = np.clip((self.radial_depth_m or self.cutter_diameter_m) / radius, 0.0, 2.0)
         arc = float(np.arccos(1.0 - width))
         start, end = {"slot": (0.0, np.pi), "up": (0.0, arc), "down": (np.pi - arc, np.pi)}[
-            engagement
+            self.engagement
         ]
-        return StatedArcs(time, self.surface_z_m - tips[:, 2], start, end)
+        return StatedArcs(removed, start, end)
 
     def _speed(self, programmed: ProgrammedSpindle | None) -> float:
         """Return the speed of the spindle [1/min]: the case's, or the program's."""

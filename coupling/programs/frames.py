@@ -1,12 +1,12 @@
-"""Base and tool of a program's poses: all are expressed in those of its first pose."""
+"""Base and tool of a program's poses: all are expressed in those of its first line."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from coupling.errors import ProgramError
 from coupling.programs.poses import inverse, product
-from coupling.programs.program import Pose
+from coupling.programs.program import Pose, ProgramMove
 
 # Components of two unit quaternions x, y, z, w that are one but for single precision.
 _QUATERNION_TOLERANCE = 1e-6
@@ -28,20 +28,38 @@ class ControllerFrame:
 
 @dataclass
 class PoseFrames:
-    """Expresses the poses of a program in base and tool of the first one.
+    """Expresses the poses of a program in base and tool of its first line.
 
     Attributes:
-        base, tool: Frames of the first pose; None before it.
+        base, tool: Frames of the first line, before it those of the first pose; None before that.
     """
 
     base: ControllerFrame | None = None
     tool: ControllerFrame | None = None
     _last: tuple[Pose, ControllerFrame] | None = field(default=None, repr=False)
+    _has_line: bool = field(default=False, repr=False)
+
+    def begin_line(
+        self, moves: list[ProgramMove], base: ControllerFrame, tool: ControllerFrame, where: str
+    ) -> None:
+        """Take base and tool of the first line, and express the moves in them that led there.
+
+        Raises:
+            ProgramError: If these are in others, and the program does not tell them all.
+        """
+        is_first, self._has_line = not self._has_line, True
+        if not is_first or self.base is None or self.tool is None:
+            return
+        before, self.base, self.tool = (self.base, self.tool), base, tool
+        for number, move in enumerate(moves):
+            if move.pose is not None and before != (base, tool):
+                pose = self.express(move.pose, *before, False, where)
+                moves[number] = replace(move, pose=pose)
 
     def express(
         self, pose: Pose, base: ControllerFrame, tool: ControllerFrame, linear: bool, where: str
     ) -> Pose:
-        """Return a pose in base and tool of the first pose.
+        """Return a pose in base and tool of the path.
 
         Args:
             pose: Pose of the tool in the base.

@@ -75,18 +75,6 @@ def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
     return rapid_reader.read(file.text, file.name, {other.name: other.text for other in others})
 
 
-def _read_csv(files: Sequence[ProgramFile]) -> RobotProgram:
-    file = _require_single_file(files, ".csv")
-    return csv_rows.read(file.text, file.name)
-
-
-def _require_single_file(files: Sequence[ProgramFile], ending: str) -> ProgramFile:
-    matching = [file for file in files if file.name.lower().endswith(ending)]
-    if len(matching) != 1:
-        raise ProgramError(f"program: expected one file {ending}, got {len(matching)}")
-    return matching[0]
-
-
 LANGUAGES = {
     language.name: language
     for language in (
@@ -130,7 +118,7 @@ LANGUAGES = {
         Language(
             "csv",
             csv_rows.write,
-            _read_csv,
+            lambda files: csv_rows.read(files[0].text, files[0].name),
             ".csv",
             "spline",
             csv_rows.LONGEST_NAME,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, degrees, hypot, radians, sin
+from math import acos, atan2, cos, degrees, hypot, radians, sin
 
 from coupling.programs.program import Pose
 
@@ -34,6 +34,12 @@ def inverse(a_from_b: Pose) -> Pose:
     turn = (-x, -y, -z, w)
     px, py, pz = _rotate(turn, a_from_b[:3])
     return (-px, -py, -pz, *_upright(turn))
+
+
+def turn_between(a: Pose, b: Pose) -> float:
+    """Return the angle between two rotations [rad]."""
+    along = abs(sum(x * y for x, y in zip(a[3:], b[3:], strict=True)))
+    return 2.0 * acos(min(along, 1.0))
 
 
 def pose_of_zyx(position_mm: Sequence[float], angles_deg: Sequence[float]) -> Pose:

@@ -11,13 +11,13 @@ import numpy as np
 
 from coupling.check.robot_findings import RobotFindings
 from coupling.report.colours import AFTER, BEFORE
+from coupling.report.drives import drives_table
 from coupling.report.expected import expected_words
 from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
 from coupling.results.cut_result import WILL_CHATTER
-from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
 from coupling.results.scene import Scene, SceneLine
 from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
@@ -200,7 +200,7 @@ def _of_robot(robot: RobotFindings, loads: str) -> list[Section]:
     ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.clearance.free.items())
     sentences = (
         f"Path: {robot.path_length:.3f} m in {robot.path.time[-1]:.1f} s.",
-        joint_table(robot.demands),
+        drives_table(robot.demands),
         f"Possible shift of the whole path [mm], base axes: {ways}.",
         f"Smallest conditioning {robot.clearance.conditioning:.3f} (1/|J^-1|, 0 is singular; place"
         " requires 0.03).",
@@ -298,45 +298,3 @@ def _rows_of(robot: RobotFindings) -> np.ndarray:
     """Return the rows of a path that are drawn: straight lines between them are within a millimetre."""
     path = robot.path
     return rows_within(path.time, path.position[0], np.full(3, _SEEN), 2 * PARTS)
-
-
-def joint_table(demands: Sequence[DriveMotion]) -> Table:
-    """Return angles, rates and accelerations of joints beside their limits."""
-
-    def degrees(value: float | None) -> str:
-        if value is None or not np.isfinite(value):
-            return "none"
-        return f"{np.rad2deg(value).round(1) + 0.0:.1f}"
-
-    rows = [
-        (
-            f"joint {demand.joint}",
-            *map(
-                degrees,
-                (
-                    *demand.range_rad,
-                    *demand.range_limit_rad,
-                    demand.margin,
-                    demand.rate_rad_s,
-                    demand.rate_limit_rad_s,
-                    demand.acceleration_rad_s2,
-                    demand.acceleration_limit_rad_s2,
-                ),
-            ),
-            ", ".join(demand.exceeded) or "-",
-        )
-        for demand in demands
-    ]
-    columns = (
-        *("", "lowest", "highest", "from", "to", "margin"),
-        *("rate", "limit", "acceleration", "limit", "BEYOND LIMIT"),
-    )
-    groups = [
-        ("", 1),
-        ("angle [deg]", 2),
-        ("limits [deg]", 3),
-        ("[deg/s]", 2),
-        ("[deg/s²]", 2),
-        ("", 1),
-    ]
-    return Table(columns, rows, groups=groups)

@@ -23,7 +23,6 @@ from coupling.report.run_figures import tolerance_rule
 from coupling.report.run_scene import part_frame, run_scene, track
 from coupling.report.style import DrawnLine, length_unit, over_time
 from coupling.report.verdict import verdict
-from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Note, Part, Section, Table
@@ -205,11 +204,6 @@ def _of_robot(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> 
     """Return the sections of one robot in all runs."""
     whose, mark = _whose(comparison, robot)
     paths = list(_paths(comparison, robots))
-    views = [
-        PathView(path.name, path.desired, path.actual, path.part)
-        for path in paths
-        if path.is_shown and path.dash != "dot"
-    ]
     return [
         Section(
             f"Deviation along the path{whose}",
@@ -217,7 +211,6 @@ def _of_robot(comparison: Comparison, robot: str, robots: list[StoredRobot]) -> 
             f"deviation{mark}",
             [_deviations(paths, comparison)],
         ),
-        Section(f"The part from above{whose}", [_ABOVE], f"above{mark}", from_above(views)),
         *_commands(comparison, robot, robots),
     ]
 
@@ -318,8 +311,4 @@ _MEASURED = Note(
 _ALONG = Note(
     "Distance between actual and desired TCP at equal times; dotted: before; dashed: measured. Names"
     " above show and hide curves."
-)
-_ABOVE = Note(
-    "The last paths and what was measured, along their part's z axis, coloured by the deviation normal"
-    " to the part, positive away from it, all on one scale."
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees
 
 import numpy as np
@@ -9,7 +10,7 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
 from coupling.report.style import Keys, curve, drawn, row, rows
-from coupling.results.run_result import RunResult
+from coupling.results.drive_result import DriveMotion
 from coupling.results.section import Note, Table
 from coupling.run.stored_run import StoredRobot
 
@@ -86,8 +87,8 @@ def _limits(
     ]
 
 
-def drives_table(figures: RunResult) -> Table:
-    """Return what the command asks of the drives, beside their limits."""
+def drives_table(demands: Sequence[DriveMotion]) -> Table:
+    """Return what a motion asks of the drives, beside their limits."""
     rows = [
         (
             f"joint {drive.joint}",
@@ -98,12 +99,13 @@ def drives_table(figures: RunResult) -> Table:
             f"{degrees(drive.acceleration_rad_s2):.3g}",
             *_limit(drive.acceleration_rad_s2, drive.acceleration_limit_rad_s2),
             f"{drive.acceleration_time_s:.3f}",
+            ", ".join(drive.exceeded) or "-",
         )
-        for drive in figures.command.drives
+        for drive in demands
     ]
     header = (
-        *("command", "angle [deg]", "limits", "rate [deg/s]", "limit", "used"),
-        *("acceleration [deg/s\u00b2]", "limit", "used", "at t = [s]"),
+        *("", "angle [deg]", "limits", "rate [deg/s]", "limit", "used"),
+        *("acceleration [deg/s\u00b2]", "limit", "used", "at t = [s]", "BEYOND LIMIT"),
     )
     return Table(header, rows)
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from math import hypot
 
 from coupling.report.identify_figures import (
-    agreement,
     amplification,
     arrows,
-    intervals,
     residuals,
 )
 from coupling.report.parameter_table import in_digits, parameter_table
@@ -34,9 +32,7 @@ def deflection_sections(result: IdentifiedResult) -> list[Section]:
             "arrows",
             scene=arrows(result, factor),
         ),
-        Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(result)]),
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(result)]),
-        Section("Intervals", [_INTERVALS], "intervals", [intervals(result)]),
     ]
 
 
@@ -116,13 +112,9 @@ def _further(result: IdentifiedResult) -> list[Section]:
     return [Section("Further parameters", [text, _FURTHER, table])]
 
 
-_AGREEMENT = Note("Displacements along the base axes.")
 _RESIDUALS = Note(
     "Distance of the measured point from its prediction by the fit of all rows, and by a fit of all"
     " other rows."
-)
-_INTERVALS = Note(
-    "Bars to the right edge have no upper limit: the data do not distinguish the joint from a rigid one."
 )
 _LOOPS = Note(
     "Leave-one-out: predicted by a fit of all other loops; last column: with gears without hysteresis."

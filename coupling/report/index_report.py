@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import os
+import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -15,12 +18,16 @@ from coupling.report.document import document
 from coupling.report.report_file import name_path, write_page
 from coupling.report.result_report import ResultReport
 from coupling.report.stored_result import figures_file, read_result, report_of
-from coupling.results.section import Answer, Card, KeyFigure, NextStep, Section
+from coupling.results.section import Answer, Card, KeyFigure, NextStep, Note, Section
 from coupling.run.stored_run import StoredRun
 
 INDEX = "index.html"
 # Folders in each other that are looked into.
 _DEPTH = 3
+# Runs that are overlaid at most.
+_OVERLAID = 4
+# How a page begins that a command has written, within so many characters.
+_MARK, _HEAD = '<meta name="generator" content="elastic-robot">', 2000
 _GOES_ON = "a command is at work there, or was stopped; given again, it goes on from what is kept."
 
 
@@ -70,8 +77,10 @@ def write_index(folder: Path, file: Path | None = None) -> Path:
 
 
 def entries_of(folder: Path) -> list[IndexedResult]:
-    """Return the results in a folder and in folders of it, the last changed first."""
-    return sorted(_entries(folder, _DEPTH), key=lambda entry: -entry.changed)
+    """Return the results in a folder and in folders of it: the last changed first, damaged ones last."""
+    return sorted(
+        _entries(folder, _DEPTH), key=lambda entry: (entry.report is None, -entry.changed)
+    )
 
 
 def _entries(folder: Path, depth: int) -> Iterator[IndexedResult]:
@@ -102,11 +111,11 @@ def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
     verdicts = [None if entry.report is None else entry.report.answer.good for entry in entries]
     good, bad = verdicts.count(True), verdicts.count(False)
     steps = [NextStep("Open the page of a result below.")]
-    if pair := _last_pair(entries):
-        compare = ("compare", *(name_path(entry.folder) for entry in pair))
-        steps.append(NextStep.by("Overlay runs of one case, here its last two:", *compare))
+    if last := _last_runs(entries):
+        compare = ("compare", *(name_path(entry.folder) for entry in last))
+        steps.append(NextStep.by("Overlay runs of one case, here its last ones:", *compare))
     return Answer(
-        sentence=f"{folder}: {len(entries)} results, {good} of them good.",
+        sentence=f"{good} of {len(entries)} results in {folder} are good enough.",
         good=(bad == 0 and good == len(entries)) or (None if bad == 0 else False),
         figures=(
             KeyFigure("Good", str(good), "within the tolerance, or without chatter"),
@@ -117,13 +126,13 @@ def index_answer(folder: str, entries: Sequence[IndexedResult]) -> Answer:
     )
 
 
-def _last_pair(entries: Sequence[IndexedResult]) -> list[IndexedResult]:
-    """Return the last two runs of the case that was run last, of those that were run twice."""
+def _last_runs(entries: Sequence[IndexedResult]) -> list[IndexedResult]:
+    """Return the last runs of the case that was run last, of those that were run twice."""
     runs: dict[tuple[str, str], list[IndexedResult]] = {}
     for entry in entries:
         if entry.is_run and entry.report is not None:
             runs.setdefault((entry.report.case, entry.report.kind), []).append(entry)
-    return next((alike[1::-1] for alike in runs.values() if len(alike) > 1), [])
+    return next((alike[_OVERLAID - 1 :: -1] for alike in runs.values() if len(alike) > 1), [])
 
 
 def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> str:
@@ -146,9 +155,24 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
         for entry in entries
     ]
     sections = [Section("", cards)]
+    if links := [Note(title, _link(page, beside)) for title, page in _other_pages(beside, _DEPTH)]:
+        sections.append(Section("Other pages", links))
     if names := [str(place.relative_to(beside)) for place in beside.glob(f"*{UNFINISHED}")]:
         sections.append(Section("Not finished", [f"{', '.join(sorted(names))}: {_GOES_ON}"]))
     return document(folder, sections, index_answer(folder, entries))
+
+
+def _other_pages(folder: Path, depth: int) -> Iterator[tuple[str, Path]]:
+    """Yield title and file of pages of commands that write no folder, such as identify and check."""
+    for place in sorted(folder.iterdir()):
+        if place.is_dir() and not place.is_symlink() and depth > 1:
+            yield from _other_pages(place, depth - 1)
+        elif place.suffix == ".html" and place.name not in (REPORT, INDEX) and place.is_file():
+            with suppress(OSError), place.open(encoding="utf-8", errors="replace") as stream:
+                head = stream.read(_HEAD)
+                title = re.search("<title>(.*?)</title>", head, re.DOTALL)
+                if _MARK in head and title is not None:
+                    yield html.unescape(title[1]), place
 
 
 def _link(page: Path, beside: Path) -> str:

@@ -7,10 +7,9 @@ import plotly.graph_objects as go
 
 from coupling.errors import sentence
 from coupling.path.length_text import format_um
-from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.intervals import interval_figure
+from coupling.report.colours import AFTER, BEFORE
 from coupling.report.parameter_table import parameter_table
-from coupling.report.style import DrawnLine, over_time, rule
+from coupling.report.style import DrawnLine, over_time
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 from coupling.results.section import UM, Note, Section, Table
 from coupling.run.gear_check import gear_sections
@@ -22,7 +21,7 @@ def learned_figures(result: LearnedResult) -> list[Section]:
     Args:
         result: The content of learned.json.
     """
-    residual_figures = [
+    return [
         Section(
             f"Residual: {run.measured}",
             [_left_note(result)],
@@ -30,10 +29,6 @@ def learned_figures(result: LearnedResult) -> list[Section]:
             [_residual_figure(run)],
         )
         for number, run in enumerate(result.runs)
-    ]
-    return [
-        *residual_figures,
-        Section("Intervals", [_INTERVALS], "intervals", [_intervals(result)]),
     ]
 
 
@@ -48,7 +43,7 @@ def learned_summary(result: LearnedResult) -> list[Section]:
     return [
         Section("", [words], good=not result.refusal),
         Section("", _sizes(result)),
-        Section("Parameters", [_parameters(result)]),
+        Section("Parameters", [_parameters(result), _INTERVALS]),
         *gear_sections(result.gears),
     ]
 
@@ -91,20 +86,6 @@ def _residual_figure(run: LearnedRunResult) -> go.Figure:
         DrawnLine("learned robot", AFTER, run.time, UM * np.array(run.left_learned_m)),
     ]
     return over_time(lines, "distance [um]", 360, "time of the run [s]", {"rangemode": "tozero"})
-
-
-def _intervals(result: LearnedResult) -> go.Figure:
-    rows = [
-        p.model_copy(update={"value": p.factor, "low": p.factor_low, "high": p.factor_high})
-        for p in result.parameters
-    ]
-    return interval_figure(
-        rows,
-        ("identifiable, 95 % interval", "not identifiable"),
-        24,
-        {"title": "factor of the robot file's value"},
-        shapes=[rule("x", 1.0, color=DESIRED, width=1)],
-    )
 
 
 def _left_note(result: LearnedResult) -> Note:

@@ -113,6 +113,7 @@ def modes_answer(result: ModesResult) -> Answer:
             NextStep.by(
                 "Measure with a hammer, and see both:",
                 *("modes", result.source, *at_posture, "--measured", "hammer.csv"),
+                *("-o", "results/modes_measured"),
             ),
             NextStep.by(
                 "Put what was measured into the robot file:",

@@ -119,13 +119,13 @@ def _sentence(
         return (
             "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
             f" {in_words(worse.uncorrected)} uncorrected and by {in_words(worse.deviation)} under this"
-            " command, by what is not known well of robot and force."
+            f" command, by what is not known well of robot and force{_beside(context.tolerance)}."
         )
     if worse is not None:
         return (
             "WORSE THAN NOTHING is possible: what is not known well of robot and force may leave"
-            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.uncorrected)} on the same robot:"
-            " do not send this command to a robot."
+            f" {in_words(worse.deviation)}, uncorrected {in_words(worse.uncorrected)} on the same robot"
+            f"{_beside(context.tolerance)}: do not send this command to a robot."
         )
     if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
         return (
@@ -140,6 +140,11 @@ def _sentence(
             " identified. How much the part allows is not stated."
         )
     return expected_sentence(expected, context.tolerance)
+
+
+def _beside(tolerance: float | None) -> str:
+    """Return a tolerance [m], as the end of a sentence; empty where it is not stated."""
+    return "" if tolerance is None else f"; your tolerance is {in_words(tolerance)}"
 
 
 def _is_enough(figures: RunResult, context: RunContext) -> bool:
@@ -215,7 +220,7 @@ def _steps(
         ask = 1.5 * figures.deviation_after_m.maximum
         yield NextStep.by(
             f"Ask for less: tolerance_m = {ask:.1g} in [compensation] of {context.case}; then again:",
-            *("compensate", context.case),
+            *("compensate", context.case, "-o", folder, "--overwrite"),
         )
         return
     if not figures.converged:
@@ -259,7 +264,8 @@ def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
             context.tolerance,
         )
     reason = _reason(figures, None)
-    steps = [NextStep.by("Correct the command:", "compensate", context.case)]
+    correction = ("compensate", context.case, "-o", f"{context.folder}_corrected")
+    steps = [NextStep.by("Correct the command:", *correction)]
     if context.tolerance is None:
         steps.insert(0, state_tolerance(context.case))
     if len(figures.robots) == 1:

@@ -34,7 +34,6 @@ from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
-from coupling.report.views import PathView, from_above
 from coupling.report.workpiece_figures import tool_envelope
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
@@ -142,9 +141,8 @@ def run_warnings(figures: RunResult) -> list[Section]:
 def _robot_sections(run: StoredRun, robot: StoredRobot) -> list[Section]:
     """Return the sections on one robot of a run and its tool."""
     figures, part, case = robot.figures, real_part(robot.figures, case_of(run)), case_content(run)
-    views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     along_text = [_deviation_note(robot)] + ([_FLANKS] if figures.reversals else [])
-    demands = (DRIVES_NOTE, drives_table(figures))
+    demands = (DRIVES_NOTE, drives_table(figures.command.drives))
     tolerance = tolerance_of(run)
     along, on_part = (
         draw(robot, tolerance) for draw in (run_figures.deviation, run_figures.components)
@@ -152,7 +150,6 @@ def _robot_sections(run: StoredRun, robot: StoredRobot) -> list[Section]:
     return [
         *_of_process(run, robot, part, case),
         *robot_head(run, robot),
-        Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section("Deviation along the path", along_text, "deviation", [along]),
         Section("Deviation on the part", [_PART_AXES], "axes", [on_part]),
         *check_sections(figures),
@@ -218,10 +215,6 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     return over_time(lines, "gap [mm]", 320, shapes=[level])
 
 
-_ABOVE = Note(
-    "The path along the part's z axis, coloured by the deviation normal to the part, positive away from"
-    " it, all on one scale."
-)
 _FLANKS = Note(
     "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
     " each gear are labelled where they can be seen."

@@ -12,8 +12,9 @@ from coupling.path.frame import Frame
 from coupling.report.static_scene import stills
 from coupling.results.scene import Scene, ScenePart, SceneRobot
 
-# Steps in which lengths, angles and times are written: a tenth of what thinning leaves.
-_METRE, _DEVIATION, _RADIAN, _TIME = 1e-5, 1e-9, 1e-4, 1e-3
+# Steps in which lengths, angles and times are written: a tenth of what thinning leaves; that of a
+# deviation as a part of the largest one, and the finest [m].
+_METRE, _DEVIATION, _RADIAN, _TIME, _FINEST = 1e-5, 1e-3, 1e-4, 1e-3, 1e-9
 _COMPONENTS = ("normal to the part", "along the feed", "across", "distance")
 _POINTER = "Drag to turn, two fingers or the right button to shift, wheel to zoom."
 _KEYS = (
@@ -106,8 +107,8 @@ def scene_numbers(scene: Scene) -> dict[str, Any]:
                 "robot": track.robot,
                 "time": _rounded(track.time, _METRE),
                 "desired": _rounded(track.desired, _METRE),
-                "deviation": _rounded(track.deviation, _DEVIATION),
-                "signed": _rounded(track.signed, _DEVIATION),
+                "deviation": _rounded(track.deviation, _step_of(track.deviation)),
+                "signed": _rounded(track.signed, _step_of(track.signed)),
             }
             for track in scene.tracks
         ],
@@ -164,6 +165,12 @@ def _rounded_for_colour(values: np.ndarray) -> np.ndarray:
     """Return values in as many digits as colours tell, a thousandth of their span."""
     span = float(np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf))
     return np.round(values, 3 - int(np.floor(np.log10(span)))) if span > 0.0 else values
+
+
+def _step_of(deviation: np.ndarray) -> float:
+    """Return the step of rounding that is not seen beside the largest deviation [m], (n, 3)."""
+    largest = float(np.abs(deviation).max(initial=_FINEST))
+    return max(10.0 ** np.floor(np.log10(_DEVIATION * largest)), _FINEST)
 
 
 def _pose(frame: Frame) -> list[float]:

@@ -110,7 +110,8 @@ def stability_answer(result: StabilityResult) -> Answer:
             NextStep.by("Or find a place where it is stable:", *place),
         ]
         if result.instead_of is not None:
-            words = (*result.instead_of, "--despite-chatter")
+            # The folder holds what this page shows.
+            words = (*result.instead_of, "--despite-chatter", "--overwrite")
             steps.append(NextStep.by("Or compute it as it is, chattering:", *words))
     elif tolerance is None:
         sentence = (

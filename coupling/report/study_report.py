@@ -54,7 +54,6 @@ def _sections(study: StoredStudy) -> list[Section]:
     ]
     if figures.ordered:
         sections += [
-            Section("Sensitivity", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
     return sections
@@ -191,31 +190,6 @@ def distribution(study: StoredStudy) -> go.Figure:
     across = {"title": "deviation [um]", "rangemode": "tozero"}
     up = {"title": "robots below [%]", "range": [0, 100]}
     return drawn(traces, xaxis=across, yaxis=up, shapes=[level])
-
-
-def influence(study: StoredStudy) -> go.Figure:
-    """Share of each parameter in the variance of the deviation."""
-    entries = study.figures.ordered[::-1]
-    traces = [
-        {
-            "type": "bar",
-            "y": [entry.name for entry, _ in entries],
-            "x": [100.0 * shares[name].share for _, shares in entries],
-            "orientation": "h",
-            "name": words,
-            "marker": {"color": color},
-        }
-        for name, words, color in (("rms", "rms", DESIRED), ("maximum", "max", AFTER))
-    ]
-    return drawn(
-        traces,
-        170 + 46 * len(entries),
-        margin={"l": 10},
-        xaxis={"title": "share of the variance [%]", "range": [0, 100]},
-        yaxis={},
-        legend={"traceorder": "reversed"},
-        barmode="group",
-    )
 
 
 def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:

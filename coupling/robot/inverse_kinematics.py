@@ -25,6 +25,8 @@ from elastic_robot.kinematics import tcp_jacobian
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _POSE_TOLERANCE = 1e-10
 _MAX_ITERATIONS = 100
+# Remedy where a pose cannot be taken.
+_MOVE = ": move the part (position_m in [part]), or find a place for it with elastic-robot place"
 # A tool that stays farther away from its place is out of reach [m].
 _AWAY = 1e-5
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
@@ -212,8 +214,8 @@ class InverseKinematics:
         farthest = int(np.argmax(np.abs(q - guess))) + 1
         raise PlanningError(
             f"{where}: the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
-            f" the tool stays {1e3 * away:.3g} mm away (joint {farthest} moved farthest)"
-            f"{few_joints(len(q))}"
+            f" the tool stays {1e3 * away:.0f} mm away (joint {farthest} moved farthest)"
+            f"{few_joints(len(q)) or _MOVE}"
         )
 
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
@@ -251,7 +253,7 @@ class InverseKinematics:
             degrees = np.rad2deg([angles[k, i], low[i], high[i]])
             raise PlanningError(
                 f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
-                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg"
+                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}"
             )
 
 

@@ -8,8 +8,8 @@ from coupling.results.run_result import RunResult
 from coupling.results.section import Section
 from coupling.run.check import Check
 from coupling.run.cut_check import CUT_STABILITY
-from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.drive_motion import DRIVE_MOTION
+from coupling.run.expected_robots import DRAWN_ROBOTS
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS
 from coupling.run.plant import PLANT_REPLAY

@@ -97,7 +97,7 @@ def cut_warnings(case: Case, cut: CutResult) -> Iterator[str]:
         cut.cutting_speed_m_s, milling.coefficients.K_tc, table.cutting_data
     )
     if isinstance(milling.engaged, StatedArcs):
-        yield from _of_stated_arcs(case, milling, table)
+        yield from _of_stated_arcs(milling, milling.engaged, table)
 
 
 def _of_cutting_speed(speed: float, tangential: float, data: CuttingData | None) -> Iterator[str]:
@@ -113,12 +113,14 @@ def _of_cutting_speed(speed: float, tangential: float, data: CuttingData | None)
         )
 
 
-def _of_stated_arcs(case: Case, milling: Milling, table: MillingForceTable) -> Iterator[str]:
+def _of_stated_arcs(
+    milling: Milling, engaged: StatedArcs, table: MillingForceTable
+) -> Iterator[str]:
     """Yield a sentence where a stated engagement is not what the path meets of its stock."""
     time = milling.desired.time
-    stated = milling.engaged.at(time)
+    stated = engaged.at(time)
     # Raw stock on the side that is stated is not known: only what the path removes twice is.
-    met = table.engaged(case.task, "stock").at(time)
+    met = engaged.removed.at(time)
     radius = milling.cutter.radius
     removes, assumed = met.section(radius), stated.section(radius)
     if table.engagement in ("up", "down"):

@@ -24,7 +24,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.outlook import DrawnDeviation
-from coupling.run.drawn_plants import ExpectedRobots, drawn_replays
+from coupling.run.expected_robots import ExpectedRobots, drawn_replays
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.replayed_command import ReplayedCommand
 from coupling.run.robustness import replayed

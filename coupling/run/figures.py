@@ -24,9 +24,9 @@ from coupling.results.run_result import (
     ToothPassingResult,
 )
 from coupling.run.cut_check import CUT_STABILITY
-from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import Run
+from coupling.run.expected_robots import DRAWN_ROBOTS
 from coupling.run.gear_check import GEAR_LOADS
 from coupling.run.path_checks import TOOL_GAP, UNLOADED_PATHS
 from coupling.run.plant import PLANT_REPLAY

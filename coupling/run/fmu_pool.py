@@ -62,6 +62,11 @@ class FmuPool:
         file = build_fmu(robot, self._file(), BuildOptions(self.kind))
         return self._load(robot, torque_curve, file, drive)
 
+    def inverter(self, robot: Robot, torque_curve: str, drive: str = IDEAL) -> Inverter:
+        """Return what inverts a robot, as `of`."""
+        moving, model = MovingRobot(robot, torque_curve), self.of(robot, torque_curve, drive)
+        return Inverter(moving, model.fmu, _POLISH[self.kind], drive)
+
     def side_by_side(self, fmu: RobotFmu) -> tuple[RobotFmu, ...]:
         """Return a robot's FMU and others of it that run beside it, as far as there are processors."""
         if fmu not in self._beside:
@@ -98,8 +103,7 @@ def cell_of(
     for placed in robots:
         planner = InverseKinematics(placed.description, placed.home, models.watch)
         model = models.of(placed.description, placed.torque_curve, placed.drive)
-        moving = MovingRobot(placed.description, placed.torque_curve)
-        inverter = Inverter(moving, model.fmu, _POLISH[models.kind], placed.drive)
+        inverter = models.inverter(placed.description, placed.torque_curve, placed.drive)
         members.append(
             Member(
                 placed.name,

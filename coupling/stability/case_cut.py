@@ -20,8 +20,8 @@ from coupling.process.engaged_arcs import Arcs, StatedArcs
 from coupling.process.milling_force import ActualTip, Milling, MillingForce
 from coupling.process.milling_table import MillingForceTable
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.stability.cut import ProcessDamping, ShallowArc, SteadyCut
 from coupling.stability.fitted_response import fitted_modes
+from coupling.stability.steady_cut import ProcessDamping, ShallowArc, SteadyCut
 from coupling.stability.structure import Structure, ToolMode
 from elastic_robot.linearisation import Linearisation
 

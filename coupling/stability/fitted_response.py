@@ -11,17 +11,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.optimize import nnls
 
 from coupling.errors import StabilityError
-from coupling.modes.measured_response import MeasuredResponse
+from coupling.modes.measured_response import MeasuredResponse, other_readings
 from coupling.stability.structure import ToolMode
 
 # Modes at most, and how often their poles are moved.
 _MOST, _ROUNDS = 6, 30
 # A fit is good whose error is this part of the response, rms, and no fit may be worse than the last.
-_GOOD, _WORST = 0.02, 0.3
+_GOOD, _WORST, _GOOD_READING = 0.02, 0.3, 0.15
 # Modes that move the tip by less than this part of the softest one are noise.
 _SIGNIFICANT = 1e-3
+# Stiffness of the softest mode of a tool, slender ones and those of heavy spindles included [N/m].
+_SOFTEST, _STIFFEST = 1e5, 1e10
 
 
 def fitted_modes(responses: Sequence[MeasuredResponse], where: str) -> list[ToolMode]:
@@ -44,21 +47,44 @@ def fitted_modes(responses: Sequence[MeasuredResponse], where: str) -> list[Tool
     compliance = np.mean(
         [np.interp(frequency, each.frequency, each.compliance) for each in direct], axis=0
     )
-    best: tuple[float, list[ToolMode]] | None = None
+    error, modes = _few_modes(frequency, compliance)
+    if error <= _WORST and _is_of_tool(modes):
+        return modes
+    read = ""
+    for words, (reading,) in other_readings([MeasuredResponse("xx", frequency, compliance)]):
+        other_error, other_modes = _few_modes(frequency, reading.compliance)
+        if other_error < _GOOD_READING and _is_of_tool(other_modes):
+            read = f"; modes of a tool follow it if {words}"
+            break
+    if error > _WORST:
+        raise StabilityError(
+            f"{where}: expected a response that {_MOST} modes at most follow, got one that they miss by"
+            f" {100.0 * error:.0f} %{read}: correct it, or give [[stability.tool_mode]] instead"
+        )
+    softest = min(mode.stiffness for mode in modes)
+    raise StabilityError(
+        f"{where}: expected a softest mode of {_SOFTEST:g} to {_STIFFEST:g} N/m, as tools have, got"
+        f" {softest:.3g} N/m{read}: its unit is displacement over force, m/N"
+    )
+
+
+def _is_of_tool(modes: Sequence[ToolMode]) -> bool:
+    """Return whether a tool may have modes, by the stiffness of the softest one."""
+    return bool(modes) and _SOFTEST <= min(mode.stiffness for mode in modes) <= _STIFFEST
+
+
+def _few_modes(frequency: np.ndarray, compliance: np.ndarray) -> tuple[float, list[ToolMode]]:
+    """Return the error of the best fit of a response, over it, and the modes of that fit."""
+    best: tuple[float, list[ToolMode]] = 1.0, []
     for count in range(1, _MOST + 1):
         if 4 * count > len(frequency):
             break
         fit = _fit(2j * np.pi * frequency, compliance, count)
-        if fit is not None and (best is None or fit[0] < best[0]):
+        if fit is not None and fit[0] < best[0]:
             best = fit
-        if best is not None and best[0] < _GOOD:
+        if best[0] < _GOOD:
             break
-    if best is None or best[0] > _WORST:
-        raise StabilityError(
-            f"{where}: expected a response that {_MOST} modes at most follow, got one that they miss by"
-            f" {100.0 * (1.0 if best is None else best[0]):.0f} %: give [[stability.tool_mode]] instead"
-        )
-    return best[1]
+    return best
 
 
 def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list[ToolMode]] | None:
@@ -80,7 +106,10 @@ def _fit(s: np.ndarray, compliance: np.ndarray, count: int) -> tuple[float, list
     system = weight[:, None] * shape
     rows = np.vstack([system.real, system.imag])
     values = np.concatenate([(weight * compliance).real, (weight * compliance).imag])
-    share, *_ = np.linalg.lstsq(rows, values, rcond=None)
+    # The tip goes where it is pushed: no mode has a negative stiffness.
+    scale = float(np.linalg.norm(values))
+    lengths = np.linalg.norm(rows, axis=0)
+    share = nnls(rows / lengths, values / scale)[0] * scale / lengths
     error = float(np.linalg.norm(rows @ share - values) / np.linalg.norm(values))
     soft = share / size**2
     is_significant = soft > _SIGNIFICANT * soft.max(initial=0.0)

@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 
 from coupling.errors import StabilityError
-from coupling.stability.cut import Channel, SteadyCut
 from coupling.stability.spectral_element import ElementRule, element_rule
+from coupling.stability.steady_cut import Channel, SteadyCut
 from coupling.stability.structure import WRENCH, Structure
 
 # Points of an element: so many, and more for each radian of the fastest mode within it.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from coupling.stability.cut import SteadyCut
 from coupling.stability.floquet import NEUTRAL, growth_of
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 from coupling.stability.zero_order import ZeroOrder
 

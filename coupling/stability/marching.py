@@ -14,7 +14,7 @@ import numpy as np
 
 from coupling.errors import StabilityError
 from coupling.process.cutting_force import wrench_of_edge
-from coupling.stability.cut import SteadyCut
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 
 # Steps in a tooth period at least, and in a period of the fastest mode.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.stability.cut import SteadyCut
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 
 # Frequencies of the border: between these shares of the slowest and the fastest mode, and how many.

@@ -23,7 +23,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample, StudySource
-from coupling.run.drawn_plants import ExpectedRobots
+from coupling.run.expected_robots import ExpectedRobots
 from coupling.run.stored_run import CASE, StoredRun, read_run
 from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 from coupling.study.folder import (

@@ -114,16 +114,11 @@ _PRINTER_M = frozenset(
     )
 )  # fmt: skip
 # What they mean on mills of five axes, where the machine's axes are named.
+_SHORTEST = "take it out, and name them in shortest of [tool_path.rotary]"
 _OF_ROTARY_AXES = {
     114.0: ("another kinematics", "take it out, and write coordinates in [tool_path.rotary]"),
-    116.0: (
-        "a feed of rotary axes in millimetres",
-        "take it out, and post-process with feeds of the tip, under M128",
-    ),
-    126.0: (
-        "the shortest way of rotary axes",
-        "take it out, and name them in shortest of [tool_path.rotary]",
-    ),
+    116.0: ("a feed of rotary axes in millimetres", "take it out, and write feeds of the tip"),
+    126.0: ("the shortest way of rotary axes", _SHORTEST),
 }
 # Heidenhain's words from which on X, Y, Z are the tool's tip in the part, and to which.
 TIP_M = {128.0, 129.0}

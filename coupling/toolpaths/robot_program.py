@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -13,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
-from coupling.programs.program import Pose, ProgramMove, RobotProgram
+from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import format_counts
 
@@ -21,7 +20,7 @@ _MAX_SPEED = 10.0  # no robot goes faster [m/s]
 
 
 class ProgramPath(OrientedPath):
-    """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
+    """Lines and arcs of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
     max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
@@ -71,8 +70,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
                 targets.append(move.pose)
                 passing.append(move)
             elif move.is_stop:
-                wait = passing[-1].wait + move.wait
-                passing[-1] = replace(passing[-1], is_stop=True, wait=wait)
+                rest_behind(passing, move.wait)
         elif move.motion == "joint" and len(targets) < 2:
             targets, passing = ([], []) if move.pose is None else ([move.pose], [move])
         elif move.motion == "joint" and number > linear[-1]:

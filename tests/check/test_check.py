@@ -21,7 +21,7 @@ from coupling.path.controller import Controller
 from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
-from coupling.report.check_report import joint_table
+from coupling.report.drives import drives_table
 from coupling.results.outlook import Replay
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
@@ -221,7 +221,7 @@ def test_joints_beyond_their_limits_are_named():
     (asked,) = drive_motions(JointPath(time, (swing,)), limits)
     assert asked.margin == pytest.approx(-0.1, abs=1e-9)
     assert asked.exceeded == ["angle", "rate", "acceleration"]
-    assert joint_table([asked]).rows[0][-1] == "angle, rate, acceleration"
+    assert drives_table([asked]).rows[0][-1] == "angle, rate, acceleration"
 
 
 def test_a_process_of_unknown_cost_is_not_evaluated_and_said_to_be_unknown(tmp_path, checked):

@@ -182,22 +182,25 @@ def test_targets_are_as_far_apart_as_is_usual_or_as_the_tolerance_takes(runs, la
         assert tight.figures.shortest_time_s < usual - 1e-6
 
 
-def test_the_closest_targets_are_said_first(runs, command, tmp_path):
+def test_the_verdict_is_said_first_and_the_closest_targets_with_it(runs, command, tmp_path):
     typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
     close = command(*typed, "--shortest-ms", "4").stdout.strip().splitlines()
-    assert close[0].startswith("Warning: ")
-    assert "of the targets are 4 ms apart" in close[0]
-    assert close[0].endswith("--shortest-ms 12")
+    assert close[0].startswith("NOT CERTAIN: ")
+    assert close[0].endswith("4 ms apart in time: --shortest-ms 12")
+    assert any("of the targets are 4 ms apart" in line for line in close)
     usual = command(*typed, "--shortest-ms", "12").stdout.strip().splitlines()
-    assert "of the targets are 12 ms apart" in usual[0]
-    assert "Warning" not in usual[0]
+    assert usual[0].startswith("NOT KEPT: expected a loss of at most 5 um")
+    assert any("of the targets are 12 ms apart" in line for line in usual)
+    assert not any(line.startswith("Warning") for line in usual)
 
 
 def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path):
     typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
     done = command(*typed, "--shortest-ms", "24")
     assert done.returncode == 1
-    option = re.search(r"expected a loss of at most 5 um: (--\S+) (\S+) keeps it", done.stdout)
+    option = re.search(
+        r"at most 5 um \(--tolerance\), got \S+ um: (--\S+) (\S+) keeps it", done.stdout
+    )
     again = command(*typed, *option.groups())
     assert again.returncode == 0, again.stdout
     (tight,) = export_run(
@@ -255,7 +258,7 @@ def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
     monkeypatch.setattr(exporting, "_MAX_PROGRAMS", 1)
     done = command("export", run, "--to", "krl", "--tolerance", "0.01")
     assert done.returncode == 1
-    assert "Warning: expected a loss of at most 0.01 um" in done.stdout
+    assert "NOT KEPT: expected a loss of at most 0.01 um" in done.stdout
     assert (run / "krl" / "stroke.src").exists()
 
 

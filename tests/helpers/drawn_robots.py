@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from coupling.run import drawn_plants
+from coupling.run import expected_robots
 
-REPLAYS = drawn_plants.drawn_replays
+REPLAYS = expected_robots.drawn_replays
 
 
 def leave_out_drawn_robots() -> None:
     """Have runs in this process replay their command on none."""
-    drawn_plants.drawn_replays = lambda *_: drawn_plants.DrawnReplays()
+    expected_robots.drawn_replays = lambda *_: expected_robots.DrawnReplays()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from coupling.stability.cut import SteadyCut
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 
 # Gauss points of the mean gain within a step.

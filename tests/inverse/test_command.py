@@ -19,9 +19,10 @@ from coupling.inverse import fit as fit_module
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.drive_limits import DriveLimits
 from coupling.inverse.fit import SplineFit, end_conditions
-from coupling.inverse.gear_drive import GearDrive, GearTask, torque_impulses
+from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
+from coupling.inverse.torque_impulses import torque_impulses
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from tuned_fmu import simulate_tuned
 
 from coupling.errors import PlanningError
+from coupling.events import unwatched
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.gears import gears_of, solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
@@ -21,6 +22,7 @@ from coupling.inverse.links import solve_links
 from coupling.inverse.polish_step import Step
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
+from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -95,6 +97,26 @@ def test_the_moving_robot_stays_on_its_path(robot, models, curve, interpolation)
     command, _ = inverted(robot, curve, task, Controller(interpolation=interpolation))
     assert distances(fmu, task, command).max() < 2e-6
     assert distances(fmu, task, task.rigid).max() > 5e-4
+
+
+@pytest.mark.parametrize("frequency", [200.0, 300.0])
+def test_teeth_that_are_faster_than_the_rows_are_not_taken_for_a_slow_motion(
+    robot, models, frequency
+):
+    """Seen every 4 ms, a ripple of 300 Hz is one of 50 Hz, which a command could follow."""
+    task = wanted(robot, end=0.8, sample=2e-4)
+    time = task.path.time
+    teeth = 3000.0 * np.sin(np.pi * time / 0.8) ** 4 * np.sin(2.0 * np.pi * frequency * time)
+    loads = task.wrench.wrench + np.outer(teeth, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    task = replace(task, wrench=WrenchHistory(time, loads))
+    fmu = models.of(robot, "linear").fmu
+    inverter = Inverter(MovingRobot(robot, "linear"), fmu)
+    command = inverter.invert(task, Controller(), 1e-7, unwatched).joints
+    actual = fmu.simulate(command, task.wrench, "dynamic")
+    deviation = (actual.position - task.path.position)[0]
+    parts = DeviationParts.of(time, deviation, 1.0 / frequency)
+    assert parts.largest_ripple > 2e-6
+    assert parts.largest_slow < 0.1 * parts.largest_ripple
 
 
 def test_the_error_falls_with_the_nodes_distance(robot, models):

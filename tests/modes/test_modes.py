@@ -138,25 +138,61 @@ def test_another_csv_is_refused_by_its_column(tmp_path, text, said):
         read_responses(file)
 
 
-def test_a_uff58_of_acceleration_becomes_compliance(tmp_path):
+def hammer_file(folder, **changed: object):
+    """Write a UFF58 file of accelerance, y by x, and return it with the compliance."""
     pyuff = pytest.importorskip("pyuff")
     frequency = np.arange(1.0, 60.0)
     compliance = 1e-6 / (1.0 - (frequency / 20.0) ** 2 + 0.1j)
-    accelerance = -((2.0 * np.pi * frequency) ** 2) * compliance
-    file = tmp_path / "hammer.uff"
-    pyuff.UFF(str(file)).write_sets(
-        pyuff.prepare_58(
-            func_type=4, rsp_dir=-2, ref_dir=1, rsp_node=1, ref_node=1, num_pts=len(frequency),
-            ord_data_type=6, abscissa_min=1.0, abscissa_inc=1.0, abscissa_spacing=1,
-            ordinate_spec_data_type=12, orddenom_spec_data_type=13, abscissa_spec_data_type=18,
-            data=accelerance, x=frequency, id1="hammer",
-        ),
-        mode="overwrite",
-    )  # fmt: skip
+    content = {
+        "func_type": 4, "rsp_dir": -2, "ref_dir": 1, "rsp_node": 1, "ref_node": 1,
+        "num_pts": len(frequency), "ord_data_type": 6, "abscissa_min": 1.0, "abscissa_inc": 1.0,
+        "abscissa_spacing": 1, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13,
+        "abscissa_spec_data_type": 18, "data": -((2.0 * np.pi * frequency) ** 2) * compliance,
+        "x": frequency, "id1": "hammer",
+    }  # fmt: skip
+    file = folder / "hammer.uff"
+    pyuff.UFF(str(file)).write_sets(pyuff.prepare_58(**(content | changed)), mode="overwrite")
+    return file, compliance
+
+
+@pytest.mark.parametrize("unit", ["", "m/s^2", "(m/s**2)/N", "(1/N)*(m/s2)"])
+def test_a_uff58_of_acceleration_becomes_compliance(tmp_path, unit):
+    file, compliance = hammer_file(tmp_path, ordinate_axis_units_lab=unit)
     (response,) = read_responses(file)
     assert response.name == "yx"
     # The file holds single precision at best.
     np.testing.assert_allclose(response.compliance, -compliance, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"ordinate_spec_data_type": 1}, r"set 1: .* got the codes 1 over 13: set them"),
+        ({"orddenom_spec_data_type": 12}, "got the codes 12 over 12"),
+        ({"ref_dir": 0}, "expected directions .* got -2 and 0"),
+        ({"rsp_dir": 5}, "got 5 and 1"),
+        ({"ordinate_axis_units_lab": "g"}, "expected values in m, .* got 'g': convert them"),
+        ({"ordinate_axis_units_lab": "mm/s^2"}, "got 'mm/s.2'"),
+        ({"orddenom_axis_units_lab": "lbf"}, "got 'lbf'"),
+        ({"func_type": 6}, "got none"),
+    ],
+)
+def test_a_uff58_that_cannot_be_compliance_is_refused_by_what_it_has(tmp_path, changed, said):
+    file, _ = hammer_file(tmp_path, **changed)
+    with pytest.raises(StabilityError, match=said):
+        read_responses(file)
+
+
+def test_a_uff_file_in_other_units_is_refused(tmp_path):
+    file, _ = hammer_file(tmp_path)
+    pyuff = pytest.importorskip("pyuff")
+    units = pyuff.prepare_164(
+        units_code=5, units_description="mm", temp_mode=1, length=1e3, force=1e3, temp=1.0,
+        temp_offset=0.0,
+    )  # fmt: skip
+    pyuff.UFF(str(file)).write_sets(units, mode="add")
+    with pytest.raises(StabilityError, match=r"units code 1 of its set 164\), got \[5\]"):
+        read_responses(file)
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00\xff" * 100, b"    -1\n    58\n\n\n"])

@@ -195,7 +195,7 @@ def test_the_process_is_evaluated_anew_where_the_tool_is_turned(tmp_path):
         (tmp_path / "placed.toml").write_text(own.content)
         again = placing(load_case(tmp_path / "placed.toml"), Sensor(), "stiffness")
         figures = again.screen(again.stations.strongest()).figures(again.present[None])
-        np.testing.assert_allclose(figures.deviation[0], own.figures.deviation[0], rtol=1e-6)
+        np.testing.assert_allclose(figures.deviation[0], own.result.moved_m, rtol=1e-6)
 
 
 def test_a_path_that_the_robot_cannot_follow_where_it_is_may_be_placed_all_the_same(tmp_path):

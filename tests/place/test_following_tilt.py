@@ -155,7 +155,7 @@ def test_a_case_that_is_placed_so_is_an_ordinary_one(tmp_path):
     again = placing(case, case.process)
     np.testing.assert_allclose(again.present, setting, atol=1e-9)
     figures = again.screen(again.stations.strongest()).figures(setting[None])
-    np.testing.assert_allclose(figures.deviation, best.figures.deviation, rtol=1e-6)
+    np.testing.assert_allclose(figures.deviation, best.result.moved_m, rtol=1e-6)
     run = run_compensation(case)
     assert run.correction.converged
     assert measure(run.correction.achieved, run.desired).maximum < 1e-5

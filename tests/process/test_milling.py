@@ -163,6 +163,21 @@ def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
     np.testing.assert_allclose(directions, np.tile([0.0, -1.0], (11, 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize("force", ["mean", "tooth-passing"])
+def test_edge_forces_go_and_come_with_the_feed_of_a_tool_that_stops_in_its_slot(force):
+    """N a (K_tc c/4 + K_te/pi min(c / 5 um, 1)) across the feed, a revolution of 3 ms after another."""
+    time = np.arange(8010) * 1e-4
+    feed = 2e-2 * np.sin(2.0 * np.pi * time / 0.8) ** 2  # it stands at 0.4 s
+    points = np.column_stack([np.outer(np.cumsum(feed) * 1e-4, HEADING), np.full(8010, -3e-3)])
+    of = Task(PART, tool_path(PART, time, points))
+    across = in_cut(milling(of, force=force).evaluate(of.desired).wrench.before[0])[:, 1]
+    c, a, N, K = feed * 60.0 / 20000.0 / 2.0, 3e-3, 2, ALUMINIUM
+    expected = N * a * (K.K_tc * c / 4 + K.K_te / np.pi * np.minimum(c / 5e-6, 1.0))
+    revolutions, expected = (values.reshape(267, 30).mean(axis=1) for values in (across, expected))
+    assert np.abs(np.diff(expected)).max() < 8.0 < 80.0 < expected.max()
+    np.testing.assert_allclose(revolutions, expected, rtol=0, atol=1.5)
+
+
 BAD_KEYS = [
     ({"radial_depth_m": 1e-3}, "none for a slot or a stock, got 0.001 for slot"),
     ({"engagement": "up"}, "expected a depth for up and down, .* got none for up"),
@@ -216,6 +231,18 @@ def test_a_second_level_is_as_deep_as_the_robot_sags_more_than_in_the_first():
     np.testing.assert_allclose(force(levels(3e-4, 3e-4)[1]), exact, rtol=1e-6)
     deeper = force(levels(3e-4, 7e-4)[1])
     np.testing.assert_allclose(deeper[:3], 1.2 * exact[:3], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "keys", [{"engagement": "slot"}, {"engagement": "down", "radial_depth_m": 4e-3}]
+)
+def test_a_stated_engagement_is_as_deep_as_what_the_level_before_has_left(keys):
+    """Slots of 3 and 5 mm above each other: the second one is 2 mm deep, the way back cuts nothing."""
+    of, as_desired = levels()
+    wrench = milling(of, force="mean", **keys).evaluate(as_desired).wrench.wrench[0]
+    first, back, second = (wrench[round(1e3 * at)] for at in (0.5, 1.2, 2.0))
+    np.testing.assert_allclose(second[:3], first[:3] * 2.0 / 3.0, rtol=5e-3)
+    assert not back.any()
 
 
 @pytest.mark.parametrize(("engagement", "side"), [("up", 1.0), ("down", -1.0)])

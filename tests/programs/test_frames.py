@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import ProgramError
 from coupling.programs.frames import ControllerFrame, PoseFrames
 from coupling.programs.poses import inverse, pose_of_quaternion, pose_of_zyx, product
+from coupling.programs.program import ProgramMove
 
 ANGLES = st.tuples(*[st.floats(-360.0, 360.0)] * 3)
 PLACES = st.tuples(*[st.floats(-3000.0, 3000.0)] * 3)
@@ -55,6 +56,22 @@ def test_a_pose_in_another_base_and_of_another_tool_is_the_same_flange(
     flange = matrix(other) @ matrix(pose) @ np.linalg.inv(matrix(second))
     found = matrix(base) @ matrix(expressed) @ np.linalg.inv(matrix(tool))
     np.testing.assert_allclose(found, flange, atol=1e-11)
+
+
+@given(POSES, POSES, POSES, POSES, POSES)
+def test_what_leads_to_the_first_line_is_expressed_in_its_frames(base, other, tool, second, pose):
+    """The flange stays; later lines are expressed in those of the first one as well."""
+    frames = PoseFrames()
+    home = ControllerFrame("world", base), ControllerFrame("flange", tool)
+    moves = [ProgramMove("joint", frames.express(pose, *home, False, "here"))]
+    line = ControllerFrame("part", other), ControllerFrame("mill", second)
+    frames.begin_line(moves, *line, "there")
+    assert frames.express(pose, *line, True, "there") == pose
+    flange = matrix(base) @ matrix(pose) @ np.linalg.inv(matrix(tool))
+    led = matrix(other) @ matrix(moves[0].pose) @ np.linalg.inv(matrix(second))
+    np.testing.assert_allclose(led, flange, atol=1e-11)
+    frames.begin_line(moves, *home, "behind")
+    assert (frames.base, frames.tool) == line
 
 
 def test_a_base_that_the_program_does_not_tell_is_refused_by_name():

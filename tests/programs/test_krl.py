@@ -264,7 +264,7 @@ LIN {{X 4}}"""
 @given(*[st.tuples(*[st.floats(-900.0, 900.0)] * 3, *[st.floats(-180.0, 180.0)] * 3)] * 4)
 def test_frames_and_offsets_are_products_of_matrices(base, other, point, offset):
     """base other^-1 point offset: the point seen from the first base."""
-    near = f"$BASE={aggregate(base)}\n$TOOL=$NULLFRAME\n$VEL.CP=1\nPTP {ZERO}"
+    near = f"$BASE={aggregate(base)}\n$TOOL=$NULLFRAME\n$VEL.CP=1\nLIN {ZERO}"
     found = program(f"{near}\n$BASE={aggregate(other)}\nLIN {aggregate(point)}:{aggregate(offset)}")
     expected = np.linalg.inv(matrix(*base)) @ matrix(*other) @ matrix(*point) @ matrix(*offset)
     np.testing.assert_allclose(matrix_of(found.moves[1].pose)[:3, :3], expected[:3, :3], atol=2e-6)

@@ -242,10 +242,17 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     assert "Cannot be read:" in page
     assert "is not valid JSON" in page
     assert len(page) < 300_000
-    for name in ("elastic-robot compare", "of today/second", "of them good"):
+    for name in ("elastic-robot compare", "of today/second", "are good enough"):
         assert name in page
+    assert "Other pages" not in page
+    (tmp_path / "soft" / "other.html").write_text("<title>by others</title>")
+    title = '<meta name="generator" content="elastic-robot">'
+    (tmp_path / "soft" / "a b.html").write_text(f"<title>plan &lt;1&gt;</title>{title}")
     again = command("report", tmp_path)
     assert again.returncode == 0, again.stderr
+    page = (tmp_path / "index.html").read_text()
+    assert '<a href="soft/a%20b.html">plan &lt;1&gt;</a>' in page
+    assert "by others" not in page
     figures = tmp_path / "soft" / "modes.json"
     written, text = (tmp_path / "soft" / "report.html").read_bytes(), figures.read_text()
     figures.write_text(text.replace('"angles_rad": [', '"angles_rad": [\n 0.0,'))

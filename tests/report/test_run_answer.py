@@ -181,7 +181,9 @@ def test_an_iteration_that_came_near_enough_is_told_to_ask_for_less(finished):
     run = finished.model_copy(update={"converged": False, "outcome": "stagnated"})
     near, far = answered(run, 100.0 * after), answered(run, 10.0 * after)
     assert "tolerance_m = " in near.steps[0].words
-    assert near.steps[0].command == "elastic-robot compensate line.toml"
+    assert near.steps[0].command == (
+        "elastic-robot compensate line.toml -o results/line --overwrite"
+    )
     assert (near.good, far.good) == (False, False)
     assert "do not send it" in far.sentence
 

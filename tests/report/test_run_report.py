@@ -24,7 +24,6 @@ from coupling.report.run_tables import deviations
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.stored_result import write_report
 from coupling.report.verdict import sentence
-from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.run_result import RunResult
 from coupling.results.section import Table
@@ -118,27 +117,6 @@ def test_distances_begin_at_zero_and_end_where_the_path_does(long):
         "before compensation, quasi-static robot": "legendonly",
         "after compensation, moving robot": None,
     }
-
-
-def test_before_and_after_have_one_scale_of_colours(long):
-    """To the largest of both, and a peak of one sample is drawn last, in the colour of the end."""
-    _, robot = long
-    part = {"position_m": [1.6, 0.0, 0.8], "rpy_deg": [0.0, 0.0, 90.0]}
-    views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    before, after = from_above(views)
-    bars = [figure.data[-1].marker for figure in (before, after)]
-    normals = [np.abs(view.normal) for view in views]
-    distances = [path.distance_to(robot.desired) for path in robot.actual.values()]
-    assert bars[0].cmin == bars[1].cmin
-    assert bars[0].cmax == bars[1].cmax == pytest.approx(1e3 * np.max(normals))
-    assert bars[0].colorscale == bars[1].colorscale
-    reddest = after.data[-2]  # the worst is drawn last
-    row = int(np.argmax(normals[1]))
-    assert row == int(np.argmax(distances[1]))
-    x, y, _ = 1e3 * (robot.desired.position[0, row] - [1.6, 0.0, 0.8])
-    turned = np.array([y, -x])  # the part's x axis is the world's y axis
-    near = np.hypot(*(np.array([reddest.x, reddest.y], dtype=float).T - turned).T)
-    assert np.nanmin(near) < 1e-6
 
 
 def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike_that_is_seen(

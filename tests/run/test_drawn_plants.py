@@ -17,8 +17,8 @@ from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.process.milling_table import MillingForceTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
-from coupling.run.drawn_plants import DRAWN_ROBOTS, ExpectedRobots, assumed_ranges
 from coupling.run.execute import run_compensation
+from coupling.run.expected_robots import DRAWN_ROBOTS, ExpectedRobots, assumed_ranges
 
 pytestmark = pytest.mark.usefixtures("drawn_robots")
 

@@ -20,8 +20,8 @@ from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.outcome import Outcome
 from coupling.solve.schemes import SCHEMES
-from coupling.stability.cut import SteadyCut
 from coupling.stability.floquet import vibration_of
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path

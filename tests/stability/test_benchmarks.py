@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
-from coupling.stability.cut import SteadyCut
 from coupling.stability.floquet import growth_of, vibration_of
 from coupling.stability.limit import first_border, stable_islands
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import Structure
 
 # Modal mass, angular eigenfrequency, damping ratio, cutting coefficients of [Insperger2004].

@@ -118,19 +118,41 @@ def test_a_tool_that_is_softer_than_the_robot_decides(tmp_path):
     assert (alone["tool_share"], alone["tool_modes"]) == (0.0, 0)
 
 
-def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
-    frequency = np.arange(20.0, 300.0, 0.5)
-    s, omega = 2j * np.pi * frequency, 2.0 * np.pi * 60.0
-    response = omega**2 / 2e5 / (s**2 + 0.04 * omega * s + omega**2)
+def tapped(tmp_path, change=lambda compliance, s: compliance) -> CaseCuts:
+    """Return the cuts of a slot with the response of a tool, 600 Hz, 2 %, 2e7 N/m, in its file."""
+    frequency = np.arange(100.0, 1500.0, 2.0)
+    s, omega = 2j * np.pi * frequency, 2.0 * np.pi * 600.0
+    response = change(omega**2 / 2e7 / (s**2 + 0.04 * omega * s + omega**2), s)
     table = np.column_stack([frequency, response.real, response.imag])
     header = "frequency_Hz,xx_real_m_N,xx_imag_m_N"
     np.savetxt(tmp_path / "tap.csv", table, delimiter=",", header=header, comments="")
-    cuts = CaseCuts(load_case(slot(tmp_path, more='\n[stability]\ntool_response = "tap.csv"\n')))
-    (mode,) = cuts.tool
-    expected = (60.0, 0.02, 2e5)
+    return CaseCuts(load_case(slot(tmp_path, more='\n[stability]\ntool_response = "tap.csv"\n')))
+
+
+def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
+    (mode,) = tapped(tmp_path).tool
+    expected = (600.0, 0.02, 2e7)
     np.testing.assert_allclose(
         (mode.frequency, mode.damping_ratio, mode.stiffness), expected, rtol=1e-5
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda h, s: -h, "if motion and force have opposite signs"),
+        (lambda h, s: h.conj(), "if their imaginary parts have the opposite sign"),
+        (lambda h, s: 1e3 * h, "got 2e.04 N/m; modes of a tool follow it if they are in mm/N"),
+        (lambda h, s: 1e6 * h, "if they are in um/N"),
+        (lambda h, s: s * h, "if they are velocities over force"),
+        (lambda h, s: s**2 * h, "if they are accelerations over force:"),
+        (lambda h, s: 1.0 / h, "that 6 modes at most follow, got one that they miss by 100 %:"),
+        (lambda h, s: abs(h) + 0j, "that 6 modes at most follow, got one that they miss"),
+    ],
+)
+def test_a_response_that_no_tool_has_is_refused_by_what_it_looks_like(tmp_path, change, words):
+    with pytest.raises(StabilityError, match=words):
+        _ = tapped(tmp_path, change).tool
 
 
 def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, coarse_charts):
@@ -337,10 +359,11 @@ def test_a_cut_that_chatters_clearly_is_not_computed(
     told = capsys.readouterr().out
     assert re.search(r"Warning: The cut chatters at [\d.]+ Hz .*: no command is computed", told)
     assert "This cut will chatter: do not run it. No command was computed." in told
-    assert re.search(rf"elastic-robot {kind} \S+slot.toml --despite-chatter", told)
+    again = rf"elastic-robot {kind} \S+slot.toml -o \S+run --despite-chatter --overwrite"
+    assert re.search(again, told)
     assert not GLOSSARY.search(told)
     stored = json.loads((folder / "stability.json").read_text())
-    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml")]
+    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml"), "-o", str(folder)]
     assert stored["chart"]["rpm"]
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()

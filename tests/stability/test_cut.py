@@ -7,7 +7,7 @@ import pytest
 from steady_feed import steady_wrench
 
 from coupling.process.cutting_force import Cutter, CuttingCoefficients, Engagement
-from coupling.stability.cut import ProcessDamping, SteadyCut
+from coupling.stability.steady_cut import ProcessDamping, SteadyCut
 
 STEEL = CuttingCoefficients(1.9e9, 0.8e9, 0.35e9, 3.0e4, 4.5e4, 2.0e3)
 ARCS = {"slot": (0.0, np.pi), "up": (0.0, 1.0), "down": (2.4, np.pi)}

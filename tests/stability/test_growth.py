@@ -10,10 +10,10 @@ from semi_discretisation import real_states, semi_discretised_growth
 
 from coupling.errors import StabilityError
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
-from coupling.stability.cut import ProcessDamping, SteadyCut
 from coupling.stability.floquet import PeriodOperator, growth_of, vibration_of
 from coupling.stability.limit import first_border
 from coupling.stability.marching import march
+from coupling.stability.steady_cut import ProcessDamping, SteadyCut
 from coupling.stability.structure import Structure, ToolMode
 from coupling.stability.zero_order import ZeroOrder
 

@@ -7,8 +7,8 @@ import pytest
 from line_case import line_case
 
 from coupling.events import unwatched
-from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import run_compensation
+from coupling.run.expected_robots import DRAWN_ROBOTS
 from coupling.run.figures import outlook_of
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
@@ -37,7 +37,7 @@ def test_a_study_goes_on_with_the_robots_of_its_run_and_gives_one_figure(tmp_pat
     write_findings(study, samples)
     figures = read_study(place).figures
     assert not figures.chosen
-    single = outlook_of(run, run.deviation(run.before)).deviation
+    single = outlook_of(run).deviation
     drawn = float(np.quantile(by_study, 0.95, method="weibull"))
     assert figures.expected.maximum == pytest.approx(max(single, drawn), rel=1e-12)
     stated = read_run(folder).figures.expected_deviation()

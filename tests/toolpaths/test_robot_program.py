@@ -79,6 +79,22 @@ def test_the_same_arc_is_the_same_path_in_every_language(tmp_path):
             np.testing.assert_allclose(way, exact, atol=2e-7)
 
 
+def test_the_path_is_that_of_the_tool_and_base_of_its_lines_not_of_the_way_there(tmp_path):
+    """From home by the flange in the world: lines of the tool in its base are what they were."""
+    name, text = "way.mod", rapid()
+    expected = path(tmp_path, name, text)
+    data = (
+        "PERS tooldata tq:=[TRUE,[[0,0,90],[0.6,0.8,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+        'PERS wobjdata wq:=[FALSE,TRUE,"",[[700,0,0],[0.6,0,0,0.8]],[[0,0,0],[1,0,0,0]]];\n'
+    )
+    first = text.split("\n")[2].replace("[[0,0,5]", "[[900,0,900]")
+    head, _, lines = text.replace("tool0;", "tq\\WObj:=wq;").partition("MoveJ")
+    homed = head.replace("PROC", f"{data}PROC") + f"{first}\nMoveJ{lines}"
+    found = path(tmp_path, name, homed.replace("ENDPROC", f"{first}\nENDPROC"))
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-9)
+    assert (found.rotations[0] * expected.rotations[0].inv()).magnitude().max() < 1e-6
+
+
 def test_the_tool_turns_evenly_with_the_way(tmp_path):
     text = krl(POINTS[:2], "LIN {X 100,Y 0,Z -1,A 0,B 60,C 0}")
     found = path(tmp_path, "way.src", text)
@@ -183,6 +199,10 @@ def straight(language: str, end: str, wait: str) -> tuple[str, str]:
         ("krl", "", "", 0.2),
         ("krl", " C_DIS", "WAIT SEC 0.25+0.25", 0.7),
         ("krl", " C_DIS", "WAIT FOR $IN[1]", 0.2),
+        ("krl", " C_DIS", "CONTINUE\nWAIT FOR $IN[1]", 0.0),
+        ("krl", " C_DIS", "$OUT[1]=TRUE", 0.2),
+        ("krl", " C_DIS", "CONTINUE\n$OUT[1]=TRUE", 0.0),
+        ("krl", " C_DIS", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE", 0.0),
         ("rapid", "z10", "", 0.0),
         ("rapid", "fine", "", 0.2),
         ("rapid", "z10", "WaitTime 0.5;", 0.7),

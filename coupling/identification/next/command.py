@@ -21,6 +21,7 @@ from coupling.identification.next.path_learning import (
     learn_path,
     learning_step,
 )
+from coupling.identification.next.trust_region import restrict_learning
 from coupling.identification.runs.learning import Learned, learn
 from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.source import MeasuredFile
@@ -92,7 +93,11 @@ def plan(
         history = history.aligned_with(model.x)
     correction = None
     if options.move != "parameters":
-        correction = learn_path(history, model, step.cutoff, options)
+        update = learn_path(history, model, step.cutoff, options)
+        if model.run_count < len(history.runs):
+            correction = restrict_learning(update, history, model, options, models)
+        else:  # no run shows what a new model's command does
+            correction = update.correction()
     return CommandPlan(history, model, step, correction, tried, learned, options)
 
 

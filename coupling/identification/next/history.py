@@ -23,7 +23,7 @@ from elastic_robot.description import Robot
 # Paths are the same to this [m], and begin and end at the same time to this [s].
 _SAME, _SAME_TIME = 1e-6, 1e-9
 # Simulated paths in memory, at most.
-_CACHED = 80
+_CACHED = 120
 
 
 @dataclass

@@ -70,6 +70,54 @@ class PathCorrection:
         return Discrepancy(self.time, position, self.deviation)
 
 
+@dataclass(frozen=True)
+class PathUpdate:
+    """Next correction along the path: d_b + g Q (y_b - s_b - d_b), b and g at every place.
+
+    Attributes:
+        time: Even times over the whole path [s], (n,).
+        squares: Mean squares of the measured deviation around them in the runs b [m^2], (n,).
+        base: Numbers of these runs, (n,).
+        gain: Gain g [1], (n,).
+        before: Correction under every run [m, rad], (n, runs, 6).
+        change: Q (y_b - s_b - d_b) of every run [m, rad], (n, runs, 6).
+        cutoff: Cutoff of the low-pass Q [Hz].
+        noise_share: Part of the noise variance of a run that a gain of 1 takes over.
+    """
+
+    time: np.ndarray
+    squares: np.ndarray
+    base: np.ndarray
+    gain: np.ndarray
+    before: np.ndarray
+    change: np.ndarray
+    cutoff: float
+    noise_share: float
+
+    def correction(self, trust: np.ndarray | float = 1.0) -> PathCorrection:
+        """Return the correction.
+
+        Args:
+            trust: Factor of the gain at every time, between 0 and 1 [1], (n,).
+        """
+        # From the correction of one run to that of another one without a jump.
+        chosen = self.base[:, None] == np.arange(self.before.shape[1])
+        weight = mean_around(self.time, chosen.astype(float))[:, :, None]
+        gain = mean_around(self.time, self.gain * trust)
+        deviation = np.sum(weight * (self.before + gain[:, None, None] * self.change), axis=1)
+        gain_mean = float(gain.mean())
+        rows = slice(None, None, _TABLE)
+        share = gain_mean * self.noise_share
+        return PathCorrection(self.time[rows], deviation[rows], self.cutoff, gain_mean, share)
+
+
+def mean_around(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return means of values (n, ...) around even times [s], (n,)."""
+    width = _AROUND / float(time[1] - time[0])
+    mean: np.ndarray = gaussian_filter1d(values, width, axis=0, mode="nearest")
+    return mean
+
+
 def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> bool:
     """Return whether a run left more than the best one, beyond noise and repeatability.
 
@@ -118,7 +166,7 @@ def learning_step(
 
 def learn_path(
     history: History, model: CommandModel, cutoff: float, options: NextOptions
-) -> PathCorrection:
+) -> PathUpdate:
     """Return the next correction along the path.
 
     Args:
@@ -131,28 +179,19 @@ def learn_path(
     start, end = last.desired.time[[0, -1]]
     count = max(int(np.ceil(_STEPS * (end - start) / width_in_time(cutoff))), _FEWEST_STEPS)
     time = np.linspace(start, end, count - count % _TABLE + _TABLE + 1)
-    spacing = float(time[1] - time[0])
-
-    def around(values: np.ndarray) -> np.ndarray:
-        mean: np.ndarray = gaussian_filter1d(values, _AROUND / spacing, axis=0, mode="nearest")
-        return mean
-
-    numbers = range(len(history.runs))
-    squares = np.stack([_squares_at(time, run, options) for run in history.runs], axis=1)
-    base, gain = learning_gain(around(squares), options.random**2)
-    # From the correction of one run to that of another one without a jump.
-    weight = around((base[:, None] == numbers).astype(float))[:, :, None]
-    gain = around(gain)
+    squares = np.stack(
+        [squares_around(time, run, run.deviation, options) for run in history.runs], axis=1
+    )
+    base, gain = learning_gain(squares, options.random**2)
     before = np.stack([corrected(run, time) for run in history.runs], axis=1)
     unmodelled = np.stack(
-        [_unmodelled_at(time, history, number, model.x) for number in numbers], axis=1
+        [_unmodelled_at(time, history, k, model.x) for k in range(len(history.runs))], axis=1
     )
-    change = low_passed(spacing, unmodelled - before, cutoff)
-    deviation = np.sum(weight * (before + gain[:, None, None] * change), axis=1)
+    change = low_passed(float(time[1] - time[0]), unmodelled - before, cutoff)
     samples = last.measured.time
     share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
-    mean_gain = float(gain.mean())
-    return PathCorrection(time[::_TABLE], deviation[::_TABLE], cutoff, mean_gain, mean_gain * share)
+    now = np.take_along_axis(squares, base[:, None], axis=1)[:, 0]
+    return PathUpdate(time, now, base, gain, before, change, cutoff, share)
 
 
 def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.ndarray]:
@@ -187,14 +226,23 @@ def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.nd
     return base, gain
 
 
-def _squares_at(time: np.ndarray, run: MeasuredRun, options: NextOptions) -> np.ndarray:
-    """Return squares of a run's deviation below the modes at times [m^2], (n,)."""
-    slow = SlowPart.of(run.measured.time)
-    deviation = slow(run.deviation)
+def squares_around(
+    time: np.ndarray, run: MeasuredRun, deviation: np.ndarray, options: NextOptions
+) -> np.ndarray:
+    """Return mean squares below the modes around even times (n,) [m^2], (n,).
+
+    Args:
+        time: The times [s], (n,).
+        run: Run at whose times deviations are given.
+        deviation: The deviations [m], (samples, 3).
+        options: Whether the constant counts.
+    """
+    low_pass = SlowPart.of(run.measured.time)
+    slow = low_pass(deviation)
     if not options.absolute:
-        deviation = less_constant(slow.time, deviation)
-    squares: np.ndarray = np.sum(interpolate_rows(time, slow.time, deviation) ** 2, axis=1)
-    return squares
+        slow = less_constant(low_pass.time, slow)
+    squares: np.ndarray = np.sum(interpolate_rows(time, low_pass.time, slow) ** 2, axis=1)
+    return mean_around(time, squares)
 
 
 def _unmodelled_at(time: np.ndarray, history: History, number: int, x: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from itertools import permutations
 import numpy as np
 
 from coupling.identification.response.experiment import PostureResponse, ResponseProblem
-from coupling.modes.measured_response import MeasuredResponse
+from coupling.modes.measured_response import MeasuredResponse, other_readings
 
 # Median of |log(model / measurement)| that no robot leaves, of all responses and of those in a posture.
 LARGEST_ERROR, LARGEST_IN_A_POSTURE = 0.6, 0.9
@@ -26,16 +26,6 @@ CHECKS = (
 )
 # Another meaning of the responses is named that leaves less than this part of the error.
 _BETTER = 0.6
-# What else numbers may be: a factor and how often they were derived make displacement over force of it.
-_FACTORS = (
-    ("motion and force have opposite signs", -1.0, 0),
-    ("they are in mm/N", 1e-3, 0),
-    ("they are in um/N", 1e-6, 0),
-    ("they are of accelerations in g", 9.80665, 0),
-    ("they are velocities over force", 1.0, 1),
-    ("they are accelerations over force", 1.0, 2),
-    ("they are accelerations over force, of opposite signs", -1.0, 2),
-)
 
 
 def describe_mismatch(
@@ -100,14 +90,7 @@ def _readings(
     measured: Sequence[MeasuredResponse],
 ) -> Iterator[tuple[str, tuple[MeasuredResponse, ...]]]:
     """Yield in words what else the numbers may be, and the responses that they then stand for."""
-    for words, factor, derived in _FACTORS:
-        yield (
-            words,
-            tuple(
-                replace(r, compliance=r.compliance * factor / (2j * np.pi * r.frequency) ** derived)
-                for r in measured
-            ),
-        )
+    yield from other_readings(measured)
     for axes in permutations("xyz"):
         if axes != ("x", "y", "z"):
             names = dict(zip("xyz", axes, strict=True))

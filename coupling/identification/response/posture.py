@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -126,15 +126,7 @@ def _responses(
 ) -> tuple[ResponseResult, ...]:
     """Return responses that are off the measured ones by logs [1], complex, (n,)."""
     ends = np.cumsum([len(response.frequency) for response in measured])[:-1]
-    results = []
-    for response, log_error in zip(measured, np.split(log_errors, ends), strict=True):
-        value = response.compliance * np.exp(log_error)
-        results.append(
-            ResponseResult(
-                name=response.name,
-                frequency_Hz=tuple(response.frequency.tolist()),
-                real_m_N=tuple(value.real.tolist()),
-                imag_m_N=tuple(value.imag.tolist()),
-            )
-        )
-    return tuple(results)
+    return tuple(
+        replace(response, compliance=response.compliance * np.exp(log_error)).stored
+        for response, log_error in zip(measured, np.split(log_errors, ends), strict=True)
+    )

@@ -156,6 +156,7 @@ def chosen_columns(
     Raises:
         LearnError: If a column is missing, could be several, or its unit is not known.
     """
+    _require_names(table, choice)
     rate = _RATE.fullmatch(choice.names.get("time", ""))
     if rate is not None:
         rows = len(next(iter(table.columns.values())))
@@ -204,21 +205,39 @@ def chosen_columns(
     return time, values[:, 1:], quaternion, understood
 
 
+def _candidates(table: RecordedTable, quantity: str) -> list[str]:
+    """Return the columns whose names mean a quantity."""
+    return [name for name in table.columns if _means(name, quantity)]
+
+
+def _require_names(table: RecordedTable, choice: ColumnChoice) -> None:
+    """Refuse a table in which it is not clear which columns are time and position."""
+    unclear = {
+        quantity: names
+        for quantity in QUANTITIES
+        if quantity not in choice.names and len(names := _candidates(table, quantity)) != 1
+    }
+    if not unclear:
+        return
+    candidates = [name for names in unclear.values() for name in names] or list(table.columns)
+    # A number for a title says nothing, the first of its values does.
+    shown = [
+        f"{name} (first {table.columns[name][0]:g})" if name.isdecimal() else name
+        for name in candidates
+    ]
+    rate = ", or the rate of its rows, time=1000Hz" if "time" in unclear else ""
+    raise LearnError(
+        f"{table.path}: expected one column of {' and of '.join(unclear)}, got {', '.join(shown)}: name"
+        f" it with --columns {','.join(f'{quantity}=NAME' for quantity in unclear)}{rate}"
+    )
+
+
 def _column(
     table: RecordedTable, quantity: str, choice: ColumnChoice, units: Mapping[str, float]
 ) -> tuple[str, str, str, float]:
     """Return a quantity, the name of its column, its unit, and that in SI."""
     there = ", ".join(table.columns)
-    name = choice.names.get(quantity)
-    if name is None:
-        names = [name for name in table.columns if _means(name, quantity)]
-        if len(names) != 1:
-            which = f"got {' and '.join(names)}" if names else f"got {there}"
-            raise LearnError(
-                f"{table.path}: expected one column of {quantity}, {which}: name it with --columns"
-                f" {quantity}=NAME"
-            )
-        name = names[0]
+    name = choice.names.get(quantity) or _candidates(table, quantity)[0]
     if name not in table.columns:
         raise LearnError(
             f"{table.path}: --columns: expected a column of the file for {quantity}, got {name!r}; there"

@@ -33,9 +33,10 @@ static void position_at(int64_t rows, const double *time, const double *way, dou
         place[i] = way[2 * k + i] + part * (way[2 * (k + 1) + i] - way[2 * k + i]);
 }
 
-/* Add the wrench of an edge between two heights; `since`: way since the passes before, along the feed and to its left. */
+/* Add the wrench of an edge between two heights; `since`: way since the passes before, along the feed and to its left;
+ * `ploughs`: part of its edge force that acts. */
 static void add_edge(const er_mill *mill, int64_t tooth, double tip, double low, double high, const double *since,
-                     double *wrench)
+                     double ploughs, double *wrench)
 {
     const double *K = mill->coefficients;
     const double *further = mill->further + 2 * mill->passes * tooth;
@@ -53,7 +54,7 @@ static void add_edge(const er_mill *mill, int64_t tooth, double tip, double low,
         }
         if (chip <= -mill->rubs)
             continue;
-        double share = chip >= 0.0 ? 1.0 : 1.0 + chip / mill->rubs, cut = chip > 0.0 ? chip : 0.0;
+        double share = ploughs * (chip >= 0.0 ? 1.0 : 1.0 + chip / mill->rubs), cut = chip > 0.0 ? chip : 0.0;
         double tangential = weight * (K[0] * cut + share * K[3]), radial = weight * (K[1] * cut + share * K[4]);
         double axial = weight * (K[2] * cut + share * K[5]);
         double along = -tangential * c - radial * s, across = tangential * s - radial * c;
@@ -108,7 +109,7 @@ void er_mill_wrench(const er_mill *mill, const er_engagement *cut, int64_t rows,
                     } else if (turn == 0 && start[arc] <= tip && tip <= end[arc])
                         high = depth[arc];
                     if (high > low)
-                        add_edge(mill, tooth, tip, low, high, since, wrench + 6 * k);
+                        add_edge(mill, tooth, tip, low, high, since, cut->share[k], wrench + 6 * k);
                 }
         }
     }

@@ -29,6 +29,7 @@ typedef struct {
     const double *start;  /* of engaged arcs, angles within 0 and pi [rad], (count, arcs) */
     const double *end;    /* their ends, (count, arcs) */
     const double *depth;  /* their axial depths [m], (count, arcs) */
+    const double *share;  /* part of the edge force that acts [1], (count) */
 } er_engagement;
 
 /* Forces [N] and moments about the tip's centre [N m] in the axes of the cut, (count, 6).  `way`: positions in the

@@ -162,9 +162,9 @@ class FanucExecution:
     def _wait(self, running: RunningProgram, seconds: str, where: str) -> None:
         """Let the robot stand for a time, if it is known."""
         value = running.value(seconds, where)
-        if isinstance(value, (Unknown, str)):
+        if not isinstance(value, float):
             self.notes.leave_out("WAIT")
-        rest_behind(self.driver.moves, 0.0 if isinstance(value, (Unknown, str)) else float(value))
+        rest_behind(self.driver.moves, value if isinstance(value, float) else 0.0)
 
     # Flow.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import acos, degrees
+from math import degrees
 
 from coupling.errors import ProgramError
 from coupling.programs.auxiliary_axes import STANDSTILL, AuxiliaryAxes
@@ -15,8 +15,8 @@ from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.frames import PoseFrames
-from coupling.programs.poses import product
-from coupling.programs.program import Motion, Pose, ProgramMove, rest_behind
+from coupling.programs.poses import product, turn_between
+from coupling.programs.program import Motion, ProgramMove, rest_behind
 from coupling.programs.text import shorten
 
 _RADIANS = 0.017453292519943295
@@ -81,6 +81,8 @@ class TpDriver:
             )
         else:
             kind: Motion = "linear" if motion.letter == "L" else "joint"
+            if kind == "linear":
+                self.frames.begin_line(self.moves, base, tool, where)
             pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
             self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
         if motion.is_stop:
@@ -200,11 +202,13 @@ class TpDriver:
         if motion.unit in _PACES:
             return None, _PACES[motion.unit] * number * self.registers.override
         last = self.registers.last_position(where)
-        if last.is_joint or position.is_joint or _angle(last.pose, position.pose) == 0.0:
+        is_joint = last.is_joint or position.is_joint
+        angle = 0.0 if is_joint else degrees(turn_between(last.pose, position.pose))
+        if angle == 0.0:
             raise ProgramError(
                 f"{where}: expected a turn from the last pose for deg/sec, got none: write mm/sec"
             )
-        return _angle(last.pose, position.pose) / (number * self.registers.override), None
+        return angle / (number * self.registers.override), None
 
 
 def moving_program(name: str, files: Mapping[str, TpText], where: str) -> ProgramError:
@@ -214,9 +218,3 @@ def moving_program(name: str, files: Mapping[str, TpText], where: str) -> Progra
         f"{where}: expected outputs and waits alone in {name}, which runs during a motion, got"
         f" {shorten(words)!r}: call it before or after the motion"
     )
-
-
-def _angle(a: Pose, b: Pose) -> float:
-    """Return the angle between two poses [deg]."""
-    along = abs(sum(x * y for x, y in zip(a[3:], b[3:], strict=True)))
-    return 2.0 * degrees(acos(min(along, 1.0)))

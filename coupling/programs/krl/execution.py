@@ -26,6 +26,8 @@ from coupling.programs.unknown import Unknown
 
 # Routines that call each other, at most.
 _MAX_CALL_DEPTH = 30
+# At these the robot comes to rest, for nothing behind them is planned; not behind CONTINUE.
+_STOPPING = frozenset(("WAIT", "HALT", "PULSE", "ANOUT", "$OUT", "$ANOUT"))
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -59,6 +61,7 @@ class Interpreter:
     _blocks: Blocks = field(init=False)
     _module: str = ""
     _depth: int = 0
+    _continued: int = 0
     _budget: Budget = field(default_factory=Budget)
     _names: dict[tuple[str, str], Routine] = field(default_factory=dict)
 
@@ -184,7 +187,10 @@ class Interpreter:
             self._call(line)
 
     def _leave(self, word: str, line: KrlLine) -> None:
-        if word in ("WAIT", "HALT") and self.motions.wait(line):
+        if word == "CONTINUE":
+            self._continued = self.controller.step + 1
+        is_stop = word in _STOPPING and self.controller.step != self._continued
+        if (word == "WAIT" or is_stop) and self.motions.wait(line, is_stop):
             return
         self.controller.notes.leave_out(word)
         if is_harmless_call(word):

@@ -73,15 +73,16 @@ class MotionStatements:
         if self.motions.spline:
             raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
 
-    def wait(self, line: KrlLine) -> bool:
-        """Let the robot stand; return whether the program tells for how long."""
+    def wait(self, line: KrlLine, is_stop: bool) -> bool:
+        """Let the robot stand, or come to rest alone; return whether the program tells for how long."""
         wait = _WAIT.fullmatch(line.text)
         value = self.controller.valued(parse_expression(wait[1], line.where)) if wait else None
-        if value is None or isinstance(value, Unknown):
-            self.motions.rest()
-            return False
-        self.motions.rest(number(value, line.where))
-        return True
+        is_known = value is not None and not isinstance(value, Unknown)
+        if is_known or is_stop:
+            self.motions.come_to_rest(
+                number(value, line.where) if is_known and value is not None else 0.0
+            )
+        return is_known
 
     # Motions
 
@@ -109,8 +110,8 @@ class MotionStatements:
         text, *clauses = _CLAUSES.split(line.remaining, maxsplit=1)
         via, behind = leading(text, line.where)
         target, behind = leading(behind.removeprefix(","), line.where)
-        turned = _ANGLE.fullmatch(behind)
-        angle, behind = leading(turned[1], line.where) if turned else (None, behind)
+        with_angle = _ANGLE.fullmatch(behind)
+        angle, behind = leading(with_angle[1], line.where) if with_angle else (None, behind)
         options = self._options(behind, line)
         try:
             fields = self._fields(via, line), self._fields(target, line)
@@ -128,7 +129,7 @@ class MotionStatements:
 
     def _end(self, options: list[str]) -> None:
         if not (self.motions.spline or _ROUNDED.intersection(options)):
-            self.motions.rest()
+            self.motions.come_to_rest()
 
     def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
@@ -232,7 +233,7 @@ class MotionStatements:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.remaining, line)
         if not line.remaining:
-            self.motions.rest()
+            self.motions.come_to_rest()
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []

@@ -42,6 +42,10 @@ class MotionSettings:
     keeps_rotation: bool
     circle: Value
 
+    def frames(self, where: str) -> tuple[ControllerFrame, ControllerFrame]:
+        """Return base and tool; those that are not known by what they are called."""
+        return frame_of("$BASE", self.base, where), frame_of("$TOOL", self.tool, where)
+
 
 @dataclass
 class Motions:
@@ -83,14 +87,13 @@ class Motions:
             raise ProgramError(
                 f"{where}: expected no motion behind {self._behind}, which has no value, got one"
             )
-        base, tool = (
-            frame_of("$BASE", settings.base, where),
-            frame_of("$TOOL", settings.tool, where),
-        )
+        base, tool = settings.frames(where)
         whole = self._whole(target, (base, tool), where)
         if settings.keeps_rotation and motion != "joint":
             whole |= {key: self._require_last_pose(key, (base, tool), where) for key in "ABC"}
         pose = pose_of_abc([number(whole[key], where) for key in FRAME_KEYS])
+        if motion != "joint":
+            self.frames.begin_line(self.moves, base, tool, where)
         pose = self.frames.express(pose, base, tool, motion != "joint", where)
         self.moves.append(ProgramMove(motion, pose, speed=settings.speed, where=where))
         self._last, self._last_frames, self._has_begun, self._axes = whole, (base, tool), True, {}
@@ -109,7 +112,7 @@ class Motions:
             raise ProgramError(
                 f"{where}: expected $CIRC_TYPE=#BASE, got {describe_value(settings.circle)}: write lines"
             )
-        frames = frame_of("$BASE", settings.base, where), frame_of("$TOOL", settings.tool, where)
+        frames = settings.frames(where)
         place = self._whole({key: via[key] for key in "XYZ" if key in via}, frames, where)
         self.add("linear", target, settings, where)
         end, place = self.moves.pop(), place | {key: self._last[key] for key in "ABC"}
@@ -143,10 +146,7 @@ class Motions:
             raise ProgramError(
                 f"{where}: expected a relative motion along X, Y, Z, got {rotated[0]}: write its target"
             )
-        base, tool = (
-            frame_of("$BASE", settings.base, where),
-            frame_of("$TOOL", settings.tool, where),
-        )
+        base, tool = settings.frames(where)
         if len(self._last) < len(FRAME_KEYS) or self._last_frames != (base, tool):
             raise ProgramError(
                 f"{where}: expected a pose in this base and tool before a relative motion, got none:"
@@ -162,7 +162,7 @@ class Motions:
             }
         self.add(motion, target, settings, where)
 
-    def rest(self, seconds: float = 0.0) -> None:
+    def come_to_rest(self, seconds: float = 0.0) -> None:
         """Come to rest behind the last motion, and wait [s]."""
         if not self._behind:
             rest_behind(self.moves, seconds)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from coupling.errors import ProgramError
-from coupling.programs.program import HERE
+from coupling.programs.program import HERE, rest_behind
 from coupling.programs.rapid.evaluation import RapidEvaluation
 from coupling.programs.rapid.instruction_classes import LEFT_OUT_OPTIONS, MoveForm
 from coupling.programs.rapid.memory import RoutineScope
@@ -207,7 +207,7 @@ class Moving:
             seconds = self.evaluation.value(placed[0], scope, where).value
             if isinstance(seconds, Unknown):
                 self.notes.leave_out(name)
-            self.motions.rest(seconds if isinstance(seconds, float) else 0.0)
+            rest_behind(self.motions.moves, seconds if isinstance(seconds, float) else 0.0)
         elif word == "CIRPATHMODE" and options:
             self.motions.circle = ", ".join(options)
         elif word == "SINGAREA" and options:

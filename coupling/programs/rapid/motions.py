@@ -9,7 +9,7 @@ from coupling.errors import ProgramError
 from coupling.programs.auxiliary_axes import AuxiliaryAxes
 from coupling.programs.circles import add_arc
 from coupling.programs.frames import ControllerFrame, PoseFrames
-from coupling.programs.poses import product
+from coupling.programs.poses import product, turn_between
 from coupling.programs.program import HERE, Motion, Pose, ProgramMove, rest_behind
 from coupling.programs.rapid.predefined import HIGHEST
 from coupling.programs.rapid.values import (
@@ -110,27 +110,27 @@ class RapidMotions:
         self._note_external(target[3], where)
         base, tool = self._begin(frames, where)
         is_line = motion == "linear"
-        pose = self.frames.express(self._displaced(target[:2], where), base, tool, is_line, where)
-        duration = self._duration(pace, where)
-        speed = None if duration is not None else self._speed(motion, pace, pose, where)
-        move = ProgramMove(motion, pose, None, duration, speed, where=where)
+        if is_line:
+            self.frames.begin_line(self.moves, base, tool, where)
+            self._last = self.moves[-1].pose if self._last and self.moves else None
+
+        def placed(target: Value) -> Pose:
+            pose = pose_of(target, where)
+            pose = pose if self.displacement == HERE else product(self.displacement, pose)
+            return self.frames.express(pose, base, tool, is_line, where)
+
+        pose, first = placed(target[:2]), len(self.moves)
+        move = ProgramMove(motion, pose, duration=self._duration(pace, where), where=where)
         if via is None:
             self.moves.append(move)
         else:
             assert isinstance(via, tuple)
             # How the tool is held there is not looked at.
-            place = self._displaced((via[0], target[1]), where)
-            place = self.frames.express(place, base, tool, is_line, where)
-            first = len(self.moves)
-            self._add_arc(place, move)
-            if duration is None:
-                speed = self._speed(motion, pace, self.moves[first].pose or pose, where)
-                self.moves[first:] = [replace(chord, speed=speed) for chord in self.moves[first:]]
+            self._add_arc(placed((via[0], target[1])), move)
+        if move.duration is None:
+            speed = self._speed(motion, pace, self.moves[first].pose or pose, where)
+            self.moves[first:] = [replace(chord, speed=speed) for chord in self.moves[first:]]
         self._last = pose
-
-    def _displaced(self, target: Value, where: str) -> Pose:
-        pose = pose_of(target, where)
-        return pose if self.displacement == HERE else product(self.displacement, pose)
 
     def _add_arc(self, via: Pose, end: ProgramMove) -> None:
         if self.circle != "PATHFRAME":
@@ -144,14 +144,10 @@ class RapidMotions:
         """Set the program displacement of the next motions."""
         self.displacement = displacement
 
-    def rest(self, seconds: float = 0.0) -> None:
-        """Come to rest behind the last motion, and wait [s]."""
-        rest_behind(self.moves, seconds)
-
     def note_zone(self, zone: Value, radius: float | None) -> None:
         """Note how far from its target the last motion may stay, or that it stops there."""
         if isinstance(zone, tuple) and zone[0] is True:
-            self.rest()
+            rest_behind(self.moves)
         if radius is None and isinstance(zone, tuple) and zone[0] is False:
             radius = zone[1] if isinstance(zone[1], float) else None
         self.widest_zone = max(self.widest_zone, radius or 0.0)
@@ -268,9 +264,7 @@ class RapidMotions:
 
 def _slowest(last: Pose, pose: Pose, turning: float, speed: float) -> float:
     """Return the speed at which a tool that turns at `turning` [rad/s] is there in time."""
-    cosine = abs(sum(a * b for a, b in zip(last[3:], pose[3:], strict=True)))
-    angle = 2.0 * math.acos(min(cosine, 1.0))
-    length = math.dist(last[:3], pose[:3])
+    angle, length = turn_between(last, pose), math.dist(last[:3], pose[:3])
     if turning <= 0.0 or angle * speed <= length * turning or length == 0.0:
         return speed
     return length * turning / angle

@@ -121,6 +121,11 @@
     });
   }
 
+  // Within a notebook the frame is as high as what it shows.
+  if (location.href === "about:srcdoc" && frameElement) {
+    new ResizeObserver(() => { frameElement.style.height = `${document.documentElement.scrollHeight}px`; }).observe(document.body);
+  }
+
   await shown;
   measured("first");
   await showScenes();

@@ -79,7 +79,7 @@ def step_after(rms_values: list[float], is_cautious: bool = False) -> LearningSt
 
 
 def learned(history: Runs, cutoff: float = 2.0) -> PathCorrection:
-    return learn_path(history, MODEL, cutoff, NextOptions(FrameAccuracy(5e-5, 5e-5)))
+    return learn_path(history, MODEL, cutoff, NextOptions(FrameAccuracy(5e-5, 5e-5))).correction()
 
 
 def applied_by(correction: PathCorrection) -> Discrepancy:

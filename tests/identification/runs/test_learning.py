@@ -192,7 +192,7 @@ def test_the_command_learns_and_commands_again(command, run):
     assert "learned, m.csv" in text
     assert "95 %:" in text
     page = (inputs / "next.html").read_text()
-    for part in ("left0", "intervals", "Torques and reversals of the gears", "joint[1].backlash"):
+    for part in ("left0", "Torques and reversals of the gears", "joint[1].backlash"):
         assert part in page
     runs = [read_run(folder).first for folder in (run / "run", run / "out")]
     before, after = (less_mean(r.plant.position[0] - r.desired.position[0]) for r in runs)

@@ -171,6 +171,23 @@ def test_rows_whose_values_are_nan_are_left_out(tmp_path):
     assert read_measurement(written(tmp_path, lines)).understood.rows == 58
 
 
+def test_columns_without_titles_are_asked_for_at_once_and_groups_of_rows_are_told(tmp_path):
+    """As a tracker's program writes them; its last row is of another measurement."""
+    rows = [f"Path,  P1,  {k},  {',  '.join(c)}" for k, c in enumerate(cells())]
+    rows[-1] = rows[-1].replace("P1", "Set 2")
+    file = tmp_path / "tracker.txt"
+    file.write_text("\n".join(rows))
+    with pytest.raises(
+        LearnError, match=r"of time and of x and of y and of z, got 3 \(first 0\), 4"
+    ):
+        read_measurement(file, ColumnChoice())
+    with pytest.raises(LearnError, match="--columns time=NAME,y=NAME, or the rate of its rows"):
+        read_measurement(file, ColumnChoice.of("x=4,z=6", "mm"))
+    choice = ColumnChoice.of("time=100Hz,x=4,y=5,z=6", "mm")
+    told = read_measurement(file, choice).understood.sentence
+    assert f"left out: the texts 1, 2 (changes to 'Set 2' in row {len(rows)})" in told
+
+
 def test_what_was_understood_and_left_out_is_told(tmp_path):
     lines = list(TABLES["a tracker, with lines above, a point's name and a time of day"][0])
     lines[20] = lines[20].rsplit(";", 3)[0] + ";;;0.01"

@@ -42,7 +42,7 @@ def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path
     assert robot.joints[2].tilt[0].stiffness == by_name["joint[3].tilt[1].stiffness"]["written"]
     assert by_name["joint[6].stiffness"]["high"] is None
     page = target.with_suffix(".html").read_text()
-    assert set(drawn_in(page)) >= {"residuals", "intervals"}
+    assert set(drawn_in(page)) >= {"residuals"}
     assert {line["name"] for line in drawn_in(page, "scenes")["arrows_scene"]["lines"]} == {
         "measured",
         "predicted",
