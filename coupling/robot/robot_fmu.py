@@ -100,7 +100,7 @@ class RobotFmu:
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._robot = UnpackedRobot(self._folder.path)
         self._processes = WorkerProcesses() if processes is None else processes
-        self._saved: deque[tuple[Path, tuple[np.ndarray, ...]]] = deque(maxlen=_KEPT)
+        self._saved: deque[tuple[Path, tuple[np.ndarray, ...]]] = deque()
         self._written = 0
         self._running(1)
 
@@ -276,6 +276,8 @@ class RobotFmu:
         for file, saved in self._saved:
             if len(arrays) == len(saved) and not any(map(is_not, arrays, saved)):
                 return file
+        if len(self._saved) == _KEPT:
+            self._saved.popleft()  # before its file is written over, which may fail
         file = Path(self._folder.path, f"trajectory_{self._written % _KEPT}.npz")
         save_trajectory(file, command)
         self._written += 1

@@ -112,6 +112,17 @@ def test_fmus_that_take_turns_in_a_process_answer_as_alone(arm, arm_fmu, tmp_pat
         assert len(processes) == 1
 
 
+def test_commands_that_take_turns_are_each_simulated(arm_fmu):
+    """Of three commands, two of which are kept as files, each answer is that of its own."""
+    time = np.linspace(0.0, 0.1, 11)
+    commands = [at_rest(time, angle) for angle in (0.0, 0.5, 1.0)]
+    with RobotFmu(arm_fmu, "linear") as robot:
+        for k in (0, 1, 0, 2, 1, 0, 0, 2):
+            tool = robot.simulate(commands[k], WrenchHistory.none(time), "dynamic")
+            angle = commands[k].q[0][0, 0]
+            np.testing.assert_allclose(tool.position[0][:, 0], np.cos(angle), atol=1e-9)
+
+
 def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
     time = np.array([0.0, 1.0])
     with RobotFmu(arm_fmu) as robot:
