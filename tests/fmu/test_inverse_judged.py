@@ -57,7 +57,7 @@ def test_the_judge_finds_the_moving_tool_on_its_path(
     assert done.returncode == 0, done.stdout + done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     # On the desired path once; under the command once, but that a window of a cut takes up to three.
-    assert figures["process_evaluations"] == (4 if "milling-force" in case else 2)
+    assert figures["process_evaluations"] in (range(2, 5) if "milling-force" in case else [2])
     description = load_robot(find_robot(robot, Path()))
     fmu = build_fmu(description, tmp_path / "R.fmu", BuildOptions("native"))
     found = judged(tmp_path / "run", fmu)

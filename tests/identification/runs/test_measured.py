@@ -45,7 +45,7 @@ MISTAKES = {
     "zeros": (b"\x00" * 300, ["bytes that are none"]),
     "no unit": ("\n".join(["t,x,y,z", *ROWS]), ["column t", "its unit is not stated", "--unit ms"]),
     "no z": ("\n".join(["time,x,y,height", *ROWS]), ["one column of z", "--columns z=NAME"]),
-    "two x": ("\n".join(["time,X [mm],x pos,y", *ROWS]), ["column of x, got X and x pos"]),
+    "two x": ("\n".join(["time,X [mm],x pos,y", *ROWS]), ["column of x and of z, got X, x pos"]),
     "torn": ("\n".join(["time;x;y;z", *[r.replace(",", ";") for r in ROWS], "1;2"]), ["4 cells"]),
     "angles": ("\n".join(["time,X [deg],Y [deg],Z [deg]", *ROWS]), ["column X", "got 'deg'"]),
     "few": ("\n".join([HEADER, *ROWS[:5]]), ["at least 20 rows", "got 5"]),
