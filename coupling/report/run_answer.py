@@ -187,6 +187,13 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
             causes[usual] = deviation
     cause = max(causes, key=lambda words: causes[words])
     text = f"Most of this comes from {cause} {in_words(causes[cause])}."
+    shift = outlook.shift_alone
+    if shift is not None and outlook.worse is None:
+        text += (
+            f" With the part shifted to fit, {in_words(shift.deviation)} may remain of it, and"
+            f" {in_words(shift.uncorrected)} uncorrected: until the robot is identified, touching off"
+            " alone does better."
+        )
     names = critical_joints(figures)
     if names:
         text += f" The gears of {names} reverse along this path, where their backlash is felt most."

@@ -303,6 +303,8 @@ class WorstReplay(ResultPart):
         worse: Robot to be expected on which the command is worse than the uncorrected one; None where
             there is none. A command that takes off the robot's sag and shakes its tool is worse less a
             constant, with the part touched off.
+        shift_alone: Robot with usual values of what its file leaves out on which a shift of the part
+            does more than the command and such a shift; None where there is none.
     """
 
     worst: str
@@ -312,6 +314,7 @@ class WorstReplay(ResultPart):
     nothing_less_constant: float
     expected: DrawnDeviation | None = None
     worse: Worsening | None = None
+    shift_alone: Worsening | None = None
 
     @classmethod
     def among(
@@ -331,7 +334,9 @@ class WorstReplay(ResultPart):
             return None
         drawn = drawn or DrawnReplays()
         worst = max(replays, key=lambda replay: replay.deviation.maximum)
-        singles, samples = (*replays, *drawn.left_out), (drawn.stated, drawn.completed)
+        # A robot has all that its file leaves out, not one thing of it.
+        singles = (*replays, *(() if drawn.completed else drawn.left_out))
+        samples = drawn.stated, drawn.completed
         return cls(
             worst=worst.name,
             deviation=worst.deviation.maximum,
@@ -340,7 +345,8 @@ class WorstReplay(ResultPart):
             nothing_less_constant=before.maximum_less_constant,
             expected=DrawnDeviation.among(drawn),
             worse=Worsening.worst(singles, samples, before, False)
-            or Worsening.worst(singles, samples, before, True),
+            or Worsening.worst(replays, samples[:1], before, True),
+            shift_alone=Worsening.worst((), samples[1:], before, True),
         )
 
     @computed_field  # type: ignore[prop-decorator]

@@ -149,6 +149,19 @@ def test_a_robot_that_is_off_by_more_without_the_command_makes_it_no_worse(finis
     assert any("export" in step.command for step in answer.steps)
 
 
+def test_a_shift_of_the_part_that_does_as_much_is_told_beside_the_figure(finished):
+    usual = tuple(
+        Replay(name="all", deviation=deviation(6e-4, 6e-4), uncorrected=deviation(1e-3, 3e-4))
+        for _ in range(16)
+    )
+    stated = Replay(name="drawn", deviation=deviation(1e-4, 1e-4))
+    replays = DrawnReplays(DrawnFrom(), (stated,), (), usual)
+    found = WorstReplay.among(deviation(1.7e-3, 4e-4), [stated], replays)
+    answer = answered(finished.model_copy(update={"outlook": found}), 1e-3)
+    assert "With the part shifted to fit, 0.600 mm may remain of it, and 0.300 mm" in answer.reason
+    assert any("export" in step.command for step in answer.steps)
+
+
 def with_servos(left: float, uncorrected: float | None) -> WorstReplay:
     """Return what is expected of a robot whose file leaves out servos that leave so much [m]."""
     before = None if uncorrected is None else deviation(uncorrected, uncorrected)

@@ -79,6 +79,24 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
     assert WorstReplay.among(before, replays, few).gains, "one robot of 64 is not expected"
 
 
+def test_usual_values_of_what_a_file_leaves_out_count_all_at_once():
+    """One of them alone is no robot; less a constant they call for a shift of the part, no alarm."""
+    before, replays = deviation(1e-3, 4e-4), [Replay(name="none", deviation=deviation(0.0, 0.0))]
+    alone = drawn((2e-3, 1e-3))
+    both = tuple(
+        Replay(name="all", deviation=deviation(5e-4, 5e-4), uncorrected=deviation(9e-4, 3e-4))
+        for _ in range(16)
+    )
+    found = WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), both, alone, both))
+    assert found.worse.is_shifted, "by robots that its file states"
+    usual = DrawnReplays(DrawnFrom(), 16 * drawn((1e-4, 9e-4)), alone, both)
+    found = WorstReplay.among(before, replays, usual)
+    assert found.gains
+    assert (found.shift_alone.deviation, found.shift_alone.uncorrected) == (5e-4, 3e-4)
+    without = DrawnReplays(DrawnFrom(), 16 * drawn((1e-4, 9e-4)), alone)
+    assert not WorstReplay.among(before, replays, without).gains
+
+
 def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
     box = document("", [verdict(figures(outlook=bad), "measured")])
