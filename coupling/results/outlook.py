@@ -66,6 +66,9 @@ class Replay(ResultPart):
 _INTERVAL = (5.0, 95.0)
 # Share of the robots that stay below what is expected.
 EXPECTED_SHARE = 0.01 * _INTERVAL[1]
+# A command that leaves no more than this factor of what is uncorrected is as good: a verdict must not
+# turn on less than the choice of what is varied does.
+_AS_GOOD = 1.05
 
 # First word of the replays whose backlash differs.
 BACKLASH = "backlash"
@@ -139,8 +142,8 @@ class Worsening(ResultPart):
 
     @property
     def excess(self) -> float:
-        """Deviation by which the command is worse [m]; negative where it is better."""
-        return self.deviation - self.uncorrected
+        """Deviation by which the command is worse beyond doubt [m]; negative where it is not."""
+        return self.deviation - _AS_GOOD * self.uncorrected
 
 
 _ADVICE = (
