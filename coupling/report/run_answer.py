@@ -130,7 +130,7 @@ def _sentence(
     if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
         return (
             f"About {in_words(expected.maximum)} may remain on the real robot until it is identified;"
-            f" uncorrected it would be off by at least as much, though its file says {before}. How much"
+            f" uncorrected most such robots would be off by more, though the file says {before}. How much"
             " the part allows is not stated."
         )
     if context.tolerance is None:
@@ -187,6 +187,12 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
             causes[usual] = deviation
     cause = max(causes, key=lambda words: causes[words])
     text = f"Most of this comes from {cause} {in_words(causes[cause])}."
+    may_be_worse = outlook.may_be_worse
+    if may_be_worse is not None and outlook.worse is None:
+        text += (
+            " On some robots that its file allows it leaves more than no correction:"
+            f" {in_words(may_be_worse.deviation)} for {in_words(may_be_worse.uncorrected)}."
+        )
     shift = outlook.shift_alone
     if shift is not None and outlook.worse is None:
         text += (

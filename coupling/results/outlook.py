@@ -122,13 +122,14 @@ class Worsening(ResultPart):
         samples: Sequence[Sequence[Replay]],
         before: Deviation,
         is_shifted: bool,
+        share: float = 0.5,
     ) -> Worsening | None:
         """Return the worst one to be expected; None where the command is no worse than none.
 
         Args:
             singles: Replays on robots that are to be expected each.
-            samples: Replays on robots that are drawn; of each sample those beyond `EXPECTED_SHARE`
-                are not expected.
+            samples: Replays on robots that are drawn.
+            share: Share of each sample up to which a robot is to be expected.
         """
         pairs = [cls.of(replay, before, is_shifted) for replay in singles]
         for sample in filter(None, samples):
@@ -136,7 +137,7 @@ class Worsening(ResultPart):
                 (cls.of(replay, before, is_shifted) for replay in sample),
                 key=lambda pair: pair.excess,
             )
-            pairs.append(drawn[max(int(EXPECTED_SHARE * len(drawn) + 0.5), 1) - 1])
+            pairs.append(drawn[max(int(share * len(drawn) + 0.5), 1) - 1])
         worst = max(pairs, key=lambda pair: pair.excess, default=None)
         return None if worst is None or worst.excess <= 0.0 else worst
 
@@ -303,9 +304,11 @@ class WorstReplay(ResultPart):
         nothing: Largest deviation of the uncorrected command, as the model has it [m].
         nothing_less_constant: The same less a constant [m].
         expected: Deviations on robots that are drawn from stated ranges; None where none is stated.
-        worse: Robot to be expected on which the command is worse than the uncorrected one; None where
-            there is none. A command that takes off the robot's sag and shakes its tool is worse less a
-            constant, with the part touched off.
+        worse: Robot on which the command is worse than the uncorrected one, with a parameter that
+            differs a little or as half of those that are drawn; None where there is none. A command that
+            takes off the robot's sag and shakes its tool is worse less a constant, with the part touched
+            off.
+        may_be_worse: The same, of all but the last twentieth of those that are drawn.
         shift_alone: Robot with usual values of what its file leaves out on which a shift of the part
             does more than the command and such a shift; None where there is none.
     """
@@ -317,6 +320,7 @@ class WorstReplay(ResultPart):
     nothing_less_constant: float
     expected: DrawnDeviation | None = None
     worse: Worsening | None = None
+    may_be_worse: Worsening | None = None
     shift_alone: Worsening | None = None
 
     @classmethod
@@ -349,6 +353,7 @@ class WorstReplay(ResultPart):
             expected=DrawnDeviation.among(drawn),
             worse=Worsening.worst(singles, samples, before, False)
             or Worsening.worst(replays, samples[:1], before, True),
+            may_be_worse=Worsening.worst(singles, samples, before, False, EXPECTED_SHARE),
             shift_alone=Worsening.worst((), samples[1:], before, True),
         )
 

@@ -145,7 +145,9 @@ def test_a_robot_that_is_off_by_more_without_the_command_makes_it_no_worse(finis
     figures = finished.model_copy(update={"outlook": with_servos(3e-3, 4e-3)})
     answer = answered(figures, None)
     assert answer.sentence.startswith("About 3.00 mm may remain on the real robot until it is")
-    assert "uncorrected it would be off by at least as much" in answer.sentence
+    assert (
+        "uncorrected most such robots would be off by more, though the file says" in answer.sentence
+    )
     assert any("export" in step.command for step in answer.steps)
 
 
@@ -159,6 +161,21 @@ def test_a_shift_of_the_part_that_does_as_much_is_told_beside_the_figure(finishe
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), [stated], replays)
     answer = answered(finished.model_copy(update={"outlook": found}), 1e-3)
     assert "With the part shifted to fit, 0.600 mm may remain of it, and 0.300 mm" in answer.reason
+    assert any("export" in step.command for step in answer.steps)
+
+
+def test_robots_on_which_a_command_is_worse_are_told_though_most_gain(finished):
+    stated = tuple(
+        Replay(
+            name="drawn", deviation=deviation(left, 0.0), uncorrected=deviation(uncorrected, 0.0)
+        )
+        for left, uncorrected in 12 * [(2e-4, 1e-3)] + 4 * [(5e-4, 4e-4)]
+    )
+    found = WorstReplay.among(
+        deviation(1.7e-3, 4e-4), stated[:1], DrawnReplays(DrawnFrom(), stated)
+    )
+    answer = answered(finished.model_copy(update={"outlook": found}), 1e-3)
+    assert "it leaves more than no correction: 0.500 mm for 0.400 mm." in answer.reason
     assert any("export" in step.command for step in answer.steps)
 
 

@@ -70,13 +70,16 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
     soft, stiff = drawn((2e-3, 3e-3)), drawn((0.7e-3, 0.3e-3))
     assert WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), 16 * soft)).gains
     found = WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), 12 * soft + 4 * stiff))
+    assert found.gains
+    assert (found.may_be_worse.deviation, found.may_be_worse.uncorrected) == (0.7e-3, 0.3e-3)
+    found = WorstReplay.among(before, replays, DrawnReplays(DrawnFrom(), 7 * soft + 9 * stiff))
     assert not found.gains
     assert (found.worse.deviation, found.worse.uncorrected) == (0.7e-3, 0.3e-3)
     assert (
         "on the same robot (drawn) it leaves 700 um, the uncorrected one 300 um" in found.sentence
     )
     few = DrawnReplays(DrawnFrom(), 63 * soft + stiff)
-    assert WorstReplay.among(before, replays, few).gains, "one robot of 64 is not expected"
+    assert WorstReplay.among(before, replays, few).may_be_worse is None, "one of 64 is not expected"
 
 
 def test_usual_values_of_what_a_file_leaves_out_count_all_at_once():
