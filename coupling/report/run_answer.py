@@ -130,8 +130,8 @@ def _sentence(
     if context.tolerance is None and expected.maximum > figures.deviation_before_m.maximum:
         return (
             f"About {in_words(expected.maximum)} may remain on the real robot until it is identified;"
-            f" uncorrected most such robots would be off by more, though the file says {before}. How much"
-            " the part allows is not stated."
+            f" uncorrected most such robots would be off by more, though the file says {before}. How"
+            " much the part allows is not stated."
         )
     if context.tolerance is None:
         share = "about" if expected.is_whole else "at least"
