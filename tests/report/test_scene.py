@@ -46,6 +46,11 @@ stiffness = 1e5
 damping = 10.0
 """
 # Pixels of a page's first scene that are not its ground, by rough colour.
+# Calls back when a change is drawn, however slowly: in the third frame from now.
+AFTER_FRAMES = """
+const [done] = [...arguments].slice(-1), later = window.requestAnimationFrame;
+later(() => later(() => later(() => done())));
+"""
 PIXELS = """
 const place = document.getElementById('first_scene'), shown = place.querySelector('canvas');
 const sheet = document.createElement('canvas');
@@ -275,7 +280,7 @@ def test_a_visit_sees_the_part_in_the_colours_of_what_shaped_it(run, tmp_path):
             driver.execute_script(
                 f"const place = document.getElementById('first_scene'); {change}; return null;"
             )
-            time.sleep(0.3)
+            driver.execute_async_script(AFTER_FRAMES)
             return driver.execute_script(PIXELS)
 
         colour = (
