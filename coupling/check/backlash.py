@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from coupling.events import Watch
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.exact_command import exact_command, finely_sampled
 from coupling.run.robustness import VARIATIONS

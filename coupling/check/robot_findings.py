@@ -23,7 +23,7 @@ from coupling.results.drive_result import DriveMotion
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.results.run_result import ChainResult
 from coupling.run.drive_motion import drive_motions
 from coupling.run.exact_command import expected_deviation

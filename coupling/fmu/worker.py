@@ -182,16 +182,14 @@ class WorkerProcess:
 
 
 class WorkerProcesses:
-    """Processes in which FMUs run, each one FMU at a time; started when they are first asked for."""
+    """Processes in which FMUs run, each one FMU at a time; started when they are first asked for.
+
+    Attributes:
+        started: Those that were started.
+    """
 
     def __init__(self) -> None:
-        self._processes: list[WorkerProcess] = []
-
-    def __len__(self) -> int:
-        return len(self._processes)
-
-    def __getitem__(self, number: int) -> WorkerProcess:
-        return self._processes[number]
+        self.started: list[WorkerProcess] = []
 
     def running(self, folder: Path, count: int) -> list[WorkerProcess]:
         """Return processes that run the unpacked FMU in a folder.
@@ -199,16 +197,16 @@ class WorkerProcesses:
         Raises:
             FmuError: If the FMU cannot be loaded.
         """
-        for process in self._processes[:count]:
+        for process in self.started[:count]:
             process.run_fmu(folder)
-        while len(self._processes) < count:
-            self._processes.append(WorkerProcess(folder))
-        return self._processes[:count]
+        while len(self.started) < count:
+            self.started.append(WorkerProcess(folder))
+        return self.started[:count]
 
     def end(self) -> None:
         """End them; others are started when they are asked for."""
-        while self._processes:
-            self._processes.pop().close()
+        while self.started:
+            self.started.pop().close()
 
 
 def _read_answers(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:

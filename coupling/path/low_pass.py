@@ -14,16 +14,17 @@ _ROUNDING = 1e-6
 _BAND = 3.0 * np.pi / (8.0 * np.sqrt(2.0))
 
 
-def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
+def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float, order: int = 2) -> np.ndarray:
     """Return the part of a history below a frequency, without delay, zero rates at the ends kept.
 
-    Second-order Butterworth, forwards and backwards.
+    Butterworth's, forwards and backwards.
 
     Args:
         time: Rising times [s], (n,); the filter works on even times as near as the nearest of these,
             straight pieces in between.
         values: Values, any unit, (n, k).
         cutoff: Cutoff frequency [Hz]; nothing is taken off where samples are too far apart for it.
+        order: Order of the filter in one direction.
     """
     duration, steps = float(time[-1] - time[0]), np.diff(time)
     count = min(round(duration / steps.min()), _MOST_EVEN * len(steps))
@@ -32,7 +33,7 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     if cutoff >= 0.5 * rate:
         return values
     resampled = interpolate_rows(even, time, values)
-    return interpolate_rows(time, even, zero_phase(resampled, duration / count, cutoff))
+    return interpolate_rows(time, even, zero_phase(resampled, duration / count, cutoff, order))
 
 
 def zero_phase(

@@ -18,7 +18,7 @@ from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
 from coupling.results.cut_result import WILL_CHATTER
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.results.scene import Scene, SceneLine
 from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
 from coupling.run.gear_check import gear_sections

@@ -112,7 +112,7 @@ class _Axis(NamedTuple):
             whole = [number for number in numbers if number in decades]
             some = whole[:: len(whole) // _NUMBERS + 1]
             return cls(low, high, numbers if len(numbers) <= _NUMBERS else some, True)
-        rough = max((high - low) / _NUMBERS, 1e-12)
+        rough = max((high - low) / _NUMBERS, 1e-12, 1e-9 * max(abs(low), abs(high)))
         decade = 10.0 ** np.floor(np.log10(rough))
         step = next(digit * decade for digit in (1.0, 2.0, 5.0, 10.0) if digit * decade >= rough)
         low, high = step * np.floor(low / step), step * np.ceil(high / step)

@@ -10,7 +10,7 @@ from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
-from coupling.results.outlook import Worsening
+from coupling.results.replay import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
 

@@ -8,7 +8,7 @@ from coupling.path.deviation import Deviation
 from coupling.path.length_text import format_um
 from coupling.report.lengths import three_digits
 from coupling.report.run_tables import mode_names
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import UM, Section
 from coupling.robot.parameter_table import VARIED

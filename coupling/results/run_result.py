@@ -17,8 +17,9 @@ from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import Replay, WorstReplay
+from coupling.results.outlook import WorstReplay
 from coupling.results.repeatability import Repeatability
+from coupling.results.replay import Replay
 
 Kind = Literal["couple", "compensate"]
 Three = tuple[float, float, float]

@@ -19,7 +19,7 @@ from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolate_rows
-from coupling.path.low_pass import zero_phase
+from coupling.path.low_pass import low_pass
 from coupling.robot.robot import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
@@ -66,19 +66,16 @@ class Inverter:
             start, _MAX_SAMPLE_DISTANCE, int((end - start) / _MAX_SAMPLE_DISTANCE + 1e-9) + 1
         )
         times = watched.times(range(watched.count))
-        finer = max(round(watched.spacing / float(np.diff(fine.time).min())), 1)
-        sampled = np.linspace(times[0], times[-1], finer * (watched.count - 1) + 1)
+        is_finer = 1.5 * float(np.diff(fine.time).min()) < watched.spacing
 
         def slow_part(deviation: np.ndarray) -> np.ndarray:
             """Return a deviation at the watched times, without what is faster than these can tell.
 
             The ripple of teeth would look like a slow motion there, which a command then makes.
             """
-            rows = interpolate_rows(sampled, fine.time, deviation)
-            if finer == 1:
-                return rows
-            step = watched.spacing / finer
-            return zero_phase(rows, step, _CUTOFF / watched.spacing, _ORDER)[::finer]
+            if is_finer:
+                deviation = low_pass(fine.time, deviation, _CUTOFF / watched.spacing, _ORDER)
+            return interpolate_rows(times, fine.time, deviation)
 
         at_rest = InterpolatedPath(desired.path).at_rest
         moving, as_commanded = self.moving, self._as_commanded(solution, limits, at_rest)

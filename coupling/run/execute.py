@@ -15,8 +15,8 @@ from coupling.path.path_ends import ends_in_motion
 from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import Replay
 from coupling.results.repeatability import Repeatability
+from coupling.results.replay import Replay
 from coupling.results.run_result import Kind
 from coupling.results.shown import Shown
 from coupling.robot.cell import Cell

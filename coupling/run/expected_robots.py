@@ -14,7 +14,8 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.events import Progress, Watch, unwatched
 from coupling.fmu.worker import WorkerProcesses
-from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
+from coupling.results.outlook import DrawnFrom, DrawnReplays
+from coupling.results.replay import Replay
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.run.fmu_pool import FmuPool

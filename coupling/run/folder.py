@@ -17,7 +17,7 @@ from coupling.files.csv_table import (
     WrittenTables,
 )
 from coupling.files.written_files import claim_file, claimed_folder
-from coupling.results.outlook import worst_backlash
+from coupling.results.replay import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.run.execute import Run
 from coupling.run.figures import figures_of

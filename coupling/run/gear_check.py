@@ -8,7 +8,7 @@ from math import degrees
 from coupling.path.length_text import format_um
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import worst_backlash
+from coupling.results.replay import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.results.section import UM, Note, Section, Table
 from coupling.run.check import Check, CheckedCommand

@@ -11,7 +11,7 @@ import numpy as np
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import CheckedCommand

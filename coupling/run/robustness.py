@@ -10,7 +10,7 @@ from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
 from coupling.results.deviation_table import deviation_table
-from coupling.results.outlook import BACKLASH, Replay
+from coupling.results.replay import BACKLASH, Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell

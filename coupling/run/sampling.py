@@ -14,7 +14,7 @@ from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolate_rows
 from coupling.process import NoisySchema, Process, ProcessResponse
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.robot.cell import Cell
 from coupling.run.check import Check, CheckedCommand
 from coupling.solve.correction import Correction

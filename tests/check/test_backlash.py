@@ -15,7 +15,7 @@ from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.deviation import measure
 from coupling.path.interpolation import SampledPath
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.run import robustness
 from coupling.run.exact_command import exact_command
 from coupling.run.fmu_pool import FmuPool, cell_of

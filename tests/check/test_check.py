@@ -22,7 +22,7 @@ from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.report.drives import drives_table
-from coupling.results.outlook import Replay
+from coupling.results.replay import Replay
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
 

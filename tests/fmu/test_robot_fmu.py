@@ -84,7 +84,7 @@ def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
         monkeypatch.setitem(robot_fmu._WORTH_SHARING, "native", 10)
         monkeypatch.setattr("os.cpu_count", lambda: 2)
         shared = robot.simulate(command, wrench, "quasistatic")
-        assert len(robot._processes) == 2
+        assert len(robot._processes.started) == 2
     assert np.array_equal(shared.pose, alone.pose)
 
 
@@ -109,7 +109,7 @@ def test_fmus_that_take_turns_in_a_process_answer_as_alone(arm, arm_fmu, tmp_pat
     ):
         for robot, pose in ((first, alone[0]), (second, alone[1]), (first, alone[0])):
             assert np.array_equal(tool(robot), pose)
-        assert len(processes) == 1
+        assert len(processes.started) == 1
 
 
 def test_commands_that_take_turns_are_each_simulated(arm_fmu):
@@ -126,8 +126,8 @@ def test_commands_that_take_turns_are_each_simulated(arm_fmu):
 def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
     time = np.array([0.0, 1.0])
     with RobotFmu(arm_fmu) as robot:
-        robot._processes[0]._process.kill()
-        robot._processes[0]._process.wait()
+        robot._processes.started[0]._process.kill()
+        robot._processes.started[0]._process.wait()
         with pytest.raises(HostError, match="process that runs the FMU has ended"):
             robot.simulate(at_rest(time), WrenchHistory.none(time), "dynamic")
 
@@ -141,8 +141,8 @@ def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu
     loaded = WrenchHistory(time, np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], (100, 1)))
     with RobotFmu(arm_fmu) as robot:
         expected = robot.simulate(command, WrenchHistory.none(time), "quasistatic")
-        robot._processes[1]._process.kill()
-        robot._processes[1]._process.wait()
+        robot._processes.started[1]._process.kill()
+        robot._processes.started[1]._process.wait()
         with pytest.raises(HostError, match="process that runs the FMU has ended"):
             robot.simulate(command, loaded, "quasistatic")
         for n in (50, 100):  # by one process, and by two

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from coupling.path.deviation import Deviation
-from coupling.results.outlook import Replay, WorstReplay
+from coupling.results.outlook import WorstReplay
+from coupling.results.replay import Replay
 
 
 def deviation(maximum: float, less_constant: float) -> Deviation:

@@ -18,9 +18,9 @@ from coupling.results.outlook import (
     DrawnDeviation,
     DrawnFrom,
     DrawnReplays,
-    Replay,
     WorstReplay,
 )
+from coupling.results.replay import Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, NextStep
 from coupling.run.stored_run import read_run

@@ -12,7 +12,8 @@ from rich.console import Console
 from coupling.cli import runs
 from coupling.report.document import document
 from coupling.report.verdict import verdict
-from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, Replay, WorstReplay
+from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, WorstReplay
+from coupling.results.replay import Replay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
