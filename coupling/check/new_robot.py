@@ -170,6 +170,7 @@ class _Skeleton:
                 f"Inertias: those of the URDF behind {_names(names)} are of no body, or resist no turn"
                 " of the joint; they are ESTIMATES, rods of its masses."
             )
+        yield from self.foreign.remarks
 
     @property
     def _length(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.files.extras import extra
-from coupling.files.mjcf import urdf_of_mjcf
+from coupling.files.mjcf import unread_dynamics, urdf_of_mjcf
 from coupling.files.urdf_elements import parse_xml
 from elastic_robot.errors import RobotFileError
 
@@ -21,12 +21,14 @@ class ForeignRobot:
 
     Attributes:
         file: The URDF as it stands; None where it had to be made.
+        remarks: Sentences on what could not be written into it.
     """
 
     name: str
     file: Path | None
     text: str
     source: str
+    remarks: tuple[str, ...] = ()
 
 
 def is_foreign(name_or_path: str) -> bool:
@@ -56,7 +58,8 @@ def foreign_robot(name_or_path: str) -> ForeignRobot:
         raise RobotFileError(f"{path}: is a part of an MJCF file: give the file that includes it")
     if tag != "mujoco":
         return ForeignRobot(path.stem, path, "", f"URDF {path.name}")
-    return ForeignRobot(path.stem, None, urdf_of_mjcf(path), f"MJCF {path.name}")
+    urdf = urdf_of_mjcf(path)
+    return ForeignRobot(path.stem, None, urdf, f"MJCF {path.name}", unread_dynamics(path))
 
 
 def _root_tag(path: Path) -> str:
@@ -110,5 +113,6 @@ def _of_descriptions(name: str) -> ForeignRobot:
                 described.file,
                 described.text,
                 f"{described.source} of robot_descriptions, {name}",
+                described.remarks,
             )
     raise RobotFileError(f"{name}: expected a URDF or MJCF, got neither")

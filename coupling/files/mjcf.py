@@ -23,14 +23,7 @@ def urdf_of_mjcf(file: Path) -> str:
         RobotFileError: If MuJoCo is not installed or cannot read the file, or has joints that a URDF
             has no word for.
     """
-    mujoco = extra("mujoco", "mjcf", "an MJCF file")
-    try:
-        model = mujoco.MjModel.from_xml_path(str(file))
-    except (ValueError, OSError) as cause:
-        said = str(cause).strip().splitlines()
-        raise RobotFileError(
-            f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
-        ) from cause
+    mujoco, model = _compile(file)
     x, y, z = model.opt.gravity.tolist()
     if max(abs(x), abs(y), z) > 1e-6:
         raise RobotFileError(
@@ -52,6 +45,57 @@ def urdf_of_mjcf(file: Path) -> str:
         SubElement(element, "mimic", joint=_name(model, other))
     indent(root)
     return tostring(root, encoding="unicode")
+
+
+def unread_dynamics(file: Path) -> tuple[str, ...]:
+    """Return sentences on what an MJCF file says of its robot's dynamics and no URDF has a word for.
+
+    Raises:
+        RobotFileError: If MuJoCo is not installed or cannot read the file.
+    """
+    _, model = _compile(file)
+    sentences = []
+    for word, values, unit, remedy in (
+        (
+            "armature",
+            model.dof_armature,
+            "kg m^2",
+            "it is the rotor's inertia at the output, rotor_inertia_kg_m2 times gear_ratio^2 of"
+            " [joint.drive]",
+        ),
+        ("damping", model.dof_damping, "N m s/rad", "it is viscous_Nm_s of [joint.drive.friction]"),
+        (
+            "frictionloss",
+            model.dof_frictionloss,
+            "N m",
+            "it is coulomb_Nm of [joint.drive.friction]",
+        ),
+        (
+            "stiffness",
+            model.jnt_stiffness,
+            "N m/rad",
+            "write a spring's torque as [joint.balancer]",
+        ),
+        ("gravcomp", model.body_gravcomp, "of the weight", "the bodies weigh here what they weigh"),
+    ):
+        given = values[values != 0.0]
+        if given.size:
+            low, high = f"{given.min():.4g}", f"{given.max():.4g}"
+            span = low if low == high else f"{low} to {high}"
+            sentences.append(f"Left out of the MJCF: {word}, {span} {unit}: {remedy}.")
+    return tuple(sentences)
+
+
+def _compile(file: Path) -> tuple[Any, Any]:
+    """Return MuJoCo and the model that it makes of a file."""
+    mujoco = extra("mujoco", "mjcf", "an MJCF file")
+    try:
+        return mujoco, mujoco.MjModel.from_xml_path(str(file))
+    except (ValueError, OSError) as cause:
+        said = str(cause).strip().splitlines()
+        raise RobotFileError(
+            f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
+        ) from cause
 
 
 def _coupled_joints(model: Any, mujoco: Any) -> dict[int, int]:

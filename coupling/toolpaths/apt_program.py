@@ -320,6 +320,7 @@ class _Reader:
         "GOHOME": _home,
         "RAPID": _rapid,
         "FEDRAT": _feed_rate,
+        "UNIT": _units,
         "UNITS": _units,
         "MULTAX": _multax,
         "TLAXIS": _tool_axis,

@@ -180,6 +180,31 @@ def test_an_mjcf_moves_as_mujoco_moves_it(tmp_path):
     assert robot.joints[0].limits == pytest.approx((-2.3, 1.7))
 
 
+def test_what_an_mjcf_says_of_drives_and_balance_is_named_where_it_is_left_out(tmp_path):
+    """Rotors, friction, springs and bodies that do not weigh: each with its numbers and its key."""
+    pytest.importorskip("mujoco")
+    assert not any("Left out" in text for text in _remarks_of(tmp_path, MJCF))
+    text = MJCF.replace(' ref=".3"', ' ref=".3" armature=".4" damping="7"')
+    text = text.replace('name="h2"', 'name="h2" armature="1.5" frictionloss="3" stiffness="25"')
+    text = text.replace('<body name="b2"', '<body name="b2" gravcomp="1"')
+    said = "\n".join(_remarks_of(tmp_path, text))
+    for words in (
+        "armature, 0.4 to 1.5 kg m^2: it is the rotor's inertia at the output",
+        "damping, 7 N m s/rad: it is viscous_Nm_s of [joint.drive.friction]",
+        "frictionloss, 3 N m: it is coulomb_Nm of [joint.drive.friction]",
+        "stiffness, 25 N m/rad: write a spring's torque as [joint.balancer]",
+        "gravcomp, 1 of the weight: the bodies weigh here what they weigh",
+    ):
+        assert f"Left out of the MJCF: {words}" in said
+
+
+def _remarks_of(folder, text):
+    made = new_robot(write(folder, text, "arm.xml"), RobotChoice(), folder)
+    for remark in made.remarks:
+        assert f"# {remark}" in made.texts[made.file]
+    return made.remarks
+
+
 TWO_BODIES = """<mujoco><worldbody><body name="b1"><joint name="h1" axis="0 0 1"/><geom size=".1"/>
 <body name="b2" pos=".5 0 0"><joint name="h2" axis="0 1 0"/><geom size=".1"/><site name="end"/></body>
 <body name="bar" pos=".3 0 0"><joint name="h3" axis="0 1 0"/><geom size=".1"/></body></body>

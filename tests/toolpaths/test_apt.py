@@ -110,10 +110,11 @@ def test_dialects_say_the_same(tmp_path):
 
 def test_inches_are_the_same_path(tmp_path):
     metric = "FEDRAT/MMPM,254\nGOTO/0,0,0\nGOTO/25.4,0,50.8\n"
-    inch = "UNITS/INCHES\nFEDRAT/10\nGOTO/0,0,0\nGOTO/1,0,2\n"
-    first, second = program(tmp_path, metric), program(tmp_path, inch)
-    np.testing.assert_allclose(first.position, second.position, atol=1e-16)
-    np.testing.assert_allclose(first.feed, second.feed, rtol=1e-14)
+    first = program(tmp_path, metric)
+    for word in ("UNITS/INCHES", "UNIT/INCH"):
+        second = program(tmp_path, f"{word}\nFEDRAT/10\nGOTO/0,0,0\nGOTO/1,0,2\n")
+        np.testing.assert_allclose(first.position, second.position, atol=1e-16)
+        np.testing.assert_allclose(first.feed, second.feed, rtol=1e-14)
 
 
 @given(
