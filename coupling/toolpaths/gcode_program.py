@@ -50,6 +50,8 @@ _PLACELESS_WORDS = frozenset((5.1, 50.0, 60.0, 80.0))
 # Idle words that belong to another word of their line: a printer's wait, HAAS's smoothing, and OKUMA's
 # work offset.
 _WORDS_OF = {"S": 4.0, "E": 187.0, "H": 15.0}
+# Words behind whose line the tool stands still on every control, if only for a moment.
+_PROGRAM_STOP, _EXACT_STOP = 0.0, 9.0
 _MAX_DISTANCE = 100.0  # no robot goes farther [m]
 
 
@@ -174,6 +176,8 @@ class _Machine:
             self.tool.take(values, self._motion, self._absolute, moves and not self._away)
         if values or self.tool.held != before:
             yield from self._moves_of(values, before)
+        if _PROGRAM_STOP in block.m or _EXACT_STOP in block.g:
+            yield Dwell(0.0)
 
     @staticmethod
     def _idle_words(block: Block, values: dict[str, float]) -> list[str]:

@@ -128,6 +128,22 @@ def test_inches_increments_and_modal_words_say_the_same(tmp_path, points):
     np.testing.assert_allclose(ends[2], ends[0], atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("halves", "rests"),
+    [
+        (("G1 X50 F600", "G1 X100"), False),
+        (("G1 X50 F600", "M0", "G1 X100"), True),
+        (("G1 X50 F600 M0", "G1 X100"), True),
+        (("G9 G1 X50 F600", "G1 X100"), True),
+        (("G1 X50 F600", "G1 X100 M0"), False),
+    ],
+)
+def test_the_tool_stands_where_the_program_stops(tmp_path, halves, rests):
+    """Two collinear lines of 50 mm at 10 mm/s: a rest in the middle costs one more blend of 0.2 s."""
+    driven = path(tmp_path, "G21 G90 G0 X0 Y0 Z0", *halves)
+    assert driven.time[-1] == pytest.approx(10.2 + 0.2 * rests, abs=1e-9)
+
+
 def test_the_feed_is_kept_through_tangents_and_the_tool_rests_in_corners(tmp_path):
     """A line, its half circle and a line back; then a corner of 90 degrees."""
     found = path(
