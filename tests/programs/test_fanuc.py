@@ -111,6 +111,16 @@ def test_instructions_are_executed_as_a_controller_does(name):
     assert places(program) == (expected or [[0, 0, 0], [100, 0, 0]])
 
 
+@pytest.mark.parametrize(
+    ("between", "stands"),
+    [("DO[1]=ON", False), ("WAIT DI[1]=ON", True), ("PAUSE", True)],
+)
+def test_a_wait_for_a_signal_ends_the_look_ahead(between, stands):
+    """Behind CNT100 the robot comes to rest: no motion is planned before the wait is over."""
+    program = read(f"L P[1] 50mm/sec CNT100\n{between}\nL P[2] 50mm/sec CNT100")
+    assert [move.is_stop for move in program.moves] == [stands, False]
+
+
 def test_what_is_left_out_is_listed_by_name():
     program = read(
         "PAYLOAD[1]\nDO[1]=ON\nDO[2]=OFF\nWAIT DI[1]=ON TIMEOUT,LBL[9]\nMESSAGE[A: B]\n"

@@ -120,6 +120,14 @@ EXECUTED = {
 }
 
 
+def test_the_robot_stands_where_the_program_waits_until_it_does():
+    (_, passed, _), (_, waited, _) = (
+        way(to("p2").replace("fine", "z1") + between).moves
+        for between in ("SetDO do1,1;", "WaitRob\\InPos;")
+    )
+    assert (passed.is_stop, waited.is_stop) == (False, True)
+
+
 @pytest.mark.parametrize("name", EXECUTED)
 def test_what_is_computable_is_computed(name):
     second, between = EXECUTED[name]

@@ -35,6 +35,8 @@ _IF_THEN = re.compile(r"IF\b\s*(.+?)\s*THEN", _FLAGS)
 _SELECT = re.compile(r"SELECT\s+(.+)", _FLAGS)
 _CASE = re.compile(r"=\s*([^,]+?)\s*,\s*(.+)", _FLAGS)
 _ELSE_CASE = re.compile(r"ELSE\s*,\s*(.+)", _FLAGS)
+# Left out, though behind them CNT is like FINE.
+_HALTS = ("WAIT", "PAUSE")
 _WAIT = re.compile(r"WAIT\s+(?:([\d.]+)\s*\(?\s*sec\s*\)?|(A?R\[[^=<>]*\]))", _FLAGS)
 _TIMEOUT = re.compile(r"WAIT\b.*\bTIMEOUT\b", _FLAGS)
 
@@ -153,6 +155,8 @@ class FanucExecution:
             self._wait(running, wait[1] or wait[2], where)
         elif (word := left_out_word(words)) is not None:
             self.notes.leave_out(word)
+            if word in _HALTS:
+                rest_behind(self.driver.moves)
             if _TIMEOUT.match(words):
                 self.notes.assume("what WAIT waits for comes before its TIMEOUT")
         else:

@@ -32,7 +32,9 @@ _REFUSED_OPTIONS = {
     "SUP": "a supervision that ends a motion",
 }
 _NAMED_SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
-SETTINGS = frozenset(["PDISPSET", "PDISPOFF", "VELSET", "SINGAREA", "WAITTIME", "CIRPATHMODE"])
+SETTINGS = frozenset(
+    ["PDISPSET", "PDISPOFF", "VELSET", "SINGAREA", "WAITTIME", "WAITROB", "CIRPATHMODE"]
+)
 
 
 @dataclass
@@ -208,6 +210,9 @@ class Moving:
             if isinstance(seconds, Unknown):
                 self.notes.leave_out(name)
             rest_behind(self.motions.moves, seconds if isinstance(seconds, float) else 0.0)
+        elif word == "WAITROB":
+            self.notes.leave_out(name)
+            rest_behind(self.motions.moves)
         elif word == "CIRPATHMODE" and options:
             self.motions.circle = ", ".join(options)
         elif word == "SINGAREA" and options:
