@@ -10,6 +10,7 @@ from coupling.report.expected import expected_sentence, expected_words
 from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
+from coupling.results.iteration_result import QUASISTATIC_VALIDATION
 from coupling.results.replay import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
@@ -105,6 +106,11 @@ def _sentence(
             f"NOT FINISHED: the last command leaves {after} on a robot exactly as its file says,"
             f" uncorrected {before}; the case asks for less than that."
         )
+    if _is_validated_quasistatic(figures):
+        return (
+            f"NOT FINISHED: the last command leaves {after} on the robot without inertia that the case"
+            f" asks for, uncorrected {before}; it was computed for the robot that moves."
+        )
     if not figures.converged:
         return (
             f"NOT FINISHED: no command was found that keeps the path. The last one leaves {after} even"
@@ -151,6 +157,11 @@ def _is_enough(figures: RunResult, context: RunContext) -> bool:
     """Return whether an iteration without a result came so near that its tolerance is to be raised."""
     allowed = figures.deviation_before_m.maximum if context.tolerance is None else context.tolerance
     return figures.deviation_after_m.maximum <= _SMALL * allowed
+
+
+def _is_validated_quasistatic(figures: RunResult) -> bool:
+    """Return whether an inverse failed on a robot without inertia, for which it was not computed."""
+    return not figures.converged and QUASISTATIC_VALIDATION in figures.reason
 
 
 def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
@@ -234,6 +245,15 @@ def _steps(
         yield NextStep.by(
             f"Ask for less: tolerance_m = {ask:.1g} in [compensation] of {context.case}; then again:",
             *("compensate", context.case, "-o", folder, "--overwrite"),
+        )
+        return
+    if _is_validated_quasistatic(figures):
+        yield NextStep.by(
+            f'Validate it on the robot that moves, mode = "dynamic" in [robot] of {context.case}:',
+            *("compensate", context.case, "-o", folder, "--overwrite"),
+        )
+        yield NextStep(
+            f'Or correct the other: method = "mirror" in [compensation] of {context.case}.'
         )
         return
     if not figures.converged:

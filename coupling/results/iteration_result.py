@@ -12,6 +12,11 @@ from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.results.base import ResultPart, Unbounded
 
+# What to do about an inverse of the moving robot that is validated on one without inertia.
+QUASISTATIC_VALIDATION = (
+    'the command is that of the moving robot: validate it with mode = "dynamic"'
+)
+
 
 class Evaluation(ResultPart):
     """One evaluation of the process and the robot's answer to it.

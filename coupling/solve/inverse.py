@@ -19,7 +19,11 @@ from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.path.path_ends import MOVING_END, is_near_moving_end
 from coupling.process.base import ProcessResponse, marched
-from coupling.results.iteration_result import CorrectionIteration, Evaluation
+from coupling.results.iteration_result import (
+    QUASISTATIC_VALIDATION,
+    CorrectionIteration,
+    Evaluation,
+)
 from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import (
@@ -266,7 +270,7 @@ class InverseCorrection(Schema):
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
         remainder = f"{format_um(min(sizes))} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":
-            advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
+            advice = QUASISTATIC_VALIDATION
         elif is_near_moving_end(desired, worst):
             advice = MOVING_END
         else:
@@ -274,5 +278,7 @@ class InverseCorrection(Schema):
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):
             return Outcome.STAGNATED, f"another inverse does not help: {remainder}; {advice}"
         if len(sizes) >= self.max_rounds:
-            return Outcome.EXHAUSTED, f"{remainder} after {len(sizes)} inverses of the moving robot"
+            return Outcome.EXHAUSTED, (
+                f"{remainder} after {len(sizes)} inverses of the moving robot; {advice}"
+            )
         return None

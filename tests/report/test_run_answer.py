@@ -13,6 +13,7 @@ from reported import compensated
 from coupling.report.document import document
 from coupling.report.run_answer import RunContext, run_answer
 from coupling.results.cut_result import CutStability
+from coupling.results.iteration_result import QUASISTATIC_VALIDATION
 from coupling.results.outlook import (
     DeviationInterval,
     DrawnDeviation,
@@ -216,6 +217,17 @@ def test_an_iteration_that_came_near_enough_is_told_to_ask_for_less(finished):
     )
     assert (near.good, far.good) == (False, False)
     assert "do not send it" in far.sentence
+
+
+def test_a_command_of_the_moving_robot_is_not_condemned_by_a_robot_without_inertia(finished):
+    reason = f"649 um remain after 3 inverses; {QUASISTATIC_VALIDATION}"
+    run = finished.model_copy(update={"converged": False, "outcome": "exhausted", "reason": reason})
+    answer = answered(run, 1e-9)
+    assert answer.good is False
+    assert answer.sentence.startswith("NOT FINISHED")
+    assert "robot without inertia" in answer.sentence
+    assert 'mode = "dynamic"' in answer.steps[0].words
+    assert 'method = "mirror"' in answer.steps[1].words
 
 
 @pytest.mark.parametrize("kind", ["compensate", "couple"])
