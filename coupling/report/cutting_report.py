@@ -43,6 +43,7 @@ def cutting_sections(result: CuttingIdentified) -> list[Section]:
                 "The edge force of the tooth that reaches furthest is"
                 f" {100.0 * abs(result.edge_difference):.0f} %"
                 f" {'above' if result.edge_difference >= 0.0 else 'below'} the mean of all teeth.",
+                *_roundness(result),
             ],
         ),
         Section("Parameters", [parameter_table(result.parameters)]),
@@ -53,6 +54,16 @@ def cutting_sections(result: CuttingIdentified) -> list[Section]:
                 _NOTE,
             ],
         ),
+    ]
+
+
+def _roundness(result: CuttingIdentified) -> list[str]:
+    """Return at which chips the edge force rises."""
+    if result.roundness_m is None:
+        return []
+    return [
+        "Half of the edge force acts where no chip is left, three quarters at a chip of"
+        f" {1e6 * result.roundness_m:.0f} um."
     ]
 
 

@@ -27,4 +27,5 @@ class CuttingIdentified(FitResult):
     axes: tuple[str, str, str]
     shown: tuple[float, ...]
     edge_difference: float = 0.0
+    roundness_m: float | None = None
     predictions: tuple[SlotPrediction, ...]

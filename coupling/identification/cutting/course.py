@@ -10,7 +10,7 @@ from coupling.process.cutting_force import CuttingCoefficients
 # Angles in a revolution, and slices over the depth.
 _ANGLES, _SLICES = 96, 6
 # An edge, which is round, begins to act where its chip is about so thick [m].
-_ROUNDNESS = 8e-6
+USUAL_ROUNDNESS = 8e-6
 
 
 def slot_forces(
@@ -19,6 +19,7 @@ def slot_forces(
     cutter: SlotCutter,
     feed: np.ndarray,
     edge_difference: float = 0.0,
+    roundness: float = USUAL_ROUNDNESS,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return means, and amplitudes at the frequencies of spindle and teeth, across, along, axial.
 
@@ -33,6 +34,8 @@ def slot_forces(
         feed: Feeds [m/s], (n,).
         edge_difference: Part by which the edge force of the tooth that reaches furthest exceeds the mean
             of all teeth [1], worn more than they; of others by the cosine of the angle between them.
+        roundness: Chip at which three quarters of the edge force act, half of it where none is left, a
+            quarter of it where the edge passes as much above the surface [m].
 
     Returns:
         Means and both amplitudes [N], (n, 3) each.
@@ -56,7 +59,7 @@ def slot_forces(
                 for passes in range(1, cutter.teeth + 1)
             ]
         )
-        acts = is_in_slot / (1.0 + np.exp(-np.clip(reach / _ROUNDNESS, -50.0, 50.0)))
+        acts = is_in_slot / (1.0 + np.exp(-np.clip(reach / roundness, -50.0, 50.0)))
         thick = np.where(is_in_slot, np.maximum(reach, 0.0), 0.0)
         tangential, radial, axial = (
             by_chip * thick + wear[tooth] * edge * acts for by_chip, edge in edges

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from coupling.errors import IdentifyError
-from coupling.identification.cutting.course import slot_forces
+from coupling.identification.cutting.course import USUAL_ROUNDNESS, slot_forces
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.identification.intervals import quantile
 from coupling.process.cutting_force import CuttingCoefficients
@@ -19,6 +19,8 @@ COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N
 _MEAN, _ONCE, _PASSING, _RATIO = 0.025, 0.08, 0.05, 0.15
 # Difference of the teeth's edges that is usual, and at most [1].
 _WORN, _MOST_WORN = 0.2, 0.9
+# Roundness of edges, by the usual one: usual and largest logarithm [1].
+_ROUND, _MOST_ROUND = 0.5, 1.5
 # A smaller amplitude is none [N].
 _LEAST = 1.0
 # Relative change of unknowns and squares that ends a fit.
@@ -45,6 +47,7 @@ class CuttingFit:
         shown: Ratios of shown to real amplitudes: at the spindle's frequency across, along, axial, and
             at that of the teeth across and along [1], (5,).
         edge_difference: Difference of the teeth's edge forces, as of `slot_forces` [1].
+        roundness: Roundness of the edges, as of `slot_forces` [m].
     """
 
     values: np.ndarray
@@ -53,6 +56,7 @@ class CuttingFit:
     run_out_half: float
     shown: np.ndarray
     edge_difference: float = 0.0
+    roundness: float = USUAL_ROUNDNESS
 
     @property
     def coefficients(self) -> CuttingCoefficients:
@@ -62,7 +66,12 @@ class CuttingFit:
     def predicted(self, cutter: SlotCutter, feed: np.ndarray) -> MeasuredSlots:
         """Return what the dynamometer would show at feeds [m/s], (n,)."""
         mean, once, passing = slot_forces(
-            self.coefficients, self.run_out, cutter, feed, self.edge_difference
+            self.coefficients,
+            self.run_out,
+            cutter,
+            feed,
+            self.edge_difference,
+            self.roundness,
         )
         passing[:, :2] *= self.shown[3:]
         return MeasuredSlots(feed, mean, once * self.shown[:3], passing, ("", "", ""))
@@ -83,8 +92,9 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
 
     def fit_of(unknown: np.ndarray) -> CuttingFit:
         values = unknown[:6] * size
-        run_out, worn = _RUN_OUT * float(unknown[6]), float(unknown[-1])
-        return CuttingFit(values, 0.0 * values, run_out, 0.0, unknown[7:-1], worn)
+        run_out, worn = _RUN_OUT * float(unknown[6]), float(unknown[12])
+        roundness = USUAL_ROUNDNESS * float(np.exp(unknown[13]))
+        return CuttingFit(values, 0.0 * values, run_out, 0.0, unknown[7:12], worn, roundness)
 
     def residual(unknown: np.ndarray) -> np.ndarray:
         expected = fit_of(unknown).predicted(cutter, slots.feed)
@@ -93,16 +103,18 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
                 ((expected.mean - slots.mean) / mean_error).ravel(),
                 ((expected.once / measured_once - 1.0) / _ONCE).ravel(),
                 ((expected.passing[:, :2] / measured_passing - 1.0) / _PASSING).ravel(),
-                (unknown[7:-1] - 1.0) / _RATIO,
-                unknown[-1:] / _WORN,
+                (unknown[7:12] - 1.0) / _RATIO,
+                unknown[12:] / [_WORN, _ROUND],
             ]
         )
 
-    starts = [np.concatenate([first, [start / _RUN_OUT], np.ones(5), [0.0]]) for start in _FIRST]
+    starts = [
+        np.concatenate([first, [start / _RUN_OUT], np.ones(5), [0.0, 0.0]]) for start in _FIRST
+    ]
     count = len(starts[0])
     bounds = (
-        np.append(np.zeros(count - 1), -_MOST_WORN),
-        np.append(np.full(count - 1, np.inf), _MOST_WORN),
+        np.append(np.zeros(count - 2), [-_MOST_WORN, -_MOST_ROUND]),
+        np.append(np.full(count - 2, np.inf), [_MOST_WORN, _MOST_ROUND]),
     )
     best = min(
         (

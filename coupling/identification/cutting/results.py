@@ -74,6 +74,7 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
         ),
         shown=tuple(fit.shown.tolist()),
         edge_difference=fit.edge_difference,
+        roundness_m=fit.roundness,
         predictions=tuple(predictions),
         refusal=_refusal(predictions),
     )

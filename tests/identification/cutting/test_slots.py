@@ -60,11 +60,14 @@ def test_coefficients_and_run_out_are_recovered_from_a_slots_forces():
 
 
 def test_a_tooth_that_is_worn_more_is_told_from_the_forces():
-    """Its edge bears 30 % more than the mean, where it runs out most: coefficients are those of all."""
+    """Its edge bears 30 % more than the mean, where it runs out most: coefficients are those of all.
+
+    Edges that are alike and usually round count as measurements: they move coefficients by 5 %.
+    """
     worn = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, np.ones(5), 0.3).predicted(MILL, FEEDS)
     fit = fitted_slots(MILL, worn)
     assert fit.edge_difference == pytest.approx(0.3, abs=0.06)
-    np.testing.assert_allclose(fit.values, TRUE, rtol=0.05)
+    np.testing.assert_allclose(fit.values, TRUE, rtol=0.06)
     # Alone, without run-out, all that differs from tooth to tooth are the edges.
     even, uneven = (
         slot_forces(CuttingCoefficients(*TRUE), 0.0, MILL, FEEDS, d) for d in (0.0, 0.3)
@@ -103,20 +106,31 @@ def test_a_tooth_that_runs_out_leaves_means_that_are_not_straight_in_the_feed():
     np.testing.assert_allclose(both[:, 0], alone[:, 0], rtol=0.03)
 
 
+def test_roundness_of_the_edges_is_told_from_the_forces():
+    """Edges that act at chips of 16 um: with the usual 8 um for all, coefficients are 12 % off."""
+    exact = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, np.ones(5), 0.0, 1.6e-5).predicted(MILL, FEEDS)
+    fit = fitted_slots(MILL, exact)
+    assert 1.2e-5 < fit.roundness < 1.6e-5  # the usual one counts as a measurement, too
+    np.testing.assert_allclose(fit.values, TRUE, rtol=0.06)
+
+
 @pytest.mark.parametrize(
-    ("held_out", "once"), [(0, 0.18), (1, 0.15), (2, 0.15)], ids=["300", "600", "900"]
+    ("held_out", "mean"), [(0, 10.0), (1, 7.0), (2, 7.0)], ids=["300", "600", "900"]
 )
-def test_a_measured_feed_is_predicted_by_the_others(held_out, once):
-    """Means within 7 N, the teeth's amplitudes within 10 %; once a revolution in the plane."""
+def test_a_measured_feed_is_predicted_by_the_others(held_out, mean):
+    """Means within 10 N, the teeth's amplitudes within 10 %; once a revolution in the plane 15 %.
+
+    At 300 mm/min, beyond the others, the roundness that predicts once a revolution costs 3 N of a mean.
+    """
     measured = MeasuredSlots.read(SLOTS, MILL)
     others = fitted_slots(MILL, measured.without(held_out))
     feed = measured.feed[held_out : held_out + 1]
     predicted = others.predicted(MILL, feed)
-    assert np.abs(predicted.mean[0] - measured.mean[held_out]).max() < 7.0
+    assert np.abs(predicted.mean[0] - measured.mean[held_out]).max() < mean
     ratio = predicted.passing[0, :2] / measured.passing[held_out, :2]
     assert np.abs(ratio - 1.0).max() < 0.10
     ratio = predicted.once[0, :2] / measured.once[held_out, :2]
-    assert np.abs(ratio - 1.0).max() < once
+    assert np.abs(ratio - 1.0).max() < 0.15
 
 
 def test_columns_and_signs_of_the_axes_are_told_apart(tmp_path):
@@ -139,7 +153,7 @@ def test_the_command_writes_keys_that_a_case_reads(tmp_path, capsys):
     assert run("identify", SLOTS, *OPTIONS, "-o", target) == 0
     keys = document(target, IdentifyError)
     assert keys["K_tc_Pa"] == pytest.approx(8.47e8, rel=0.02)
-    assert keys["runout_m"] == pytest.approx(1.63e-5, rel=0.02)
+    assert keys["runout_m"] == pytest.approx(1.49e-5, rel=0.02)
     figures = json.loads(target.with_suffix(".json").read_text())
     assert len(figures["predictions"]) == 4 * 8
     first_screen = capsys.readouterr().out
@@ -161,7 +175,7 @@ def test_coefficients_and_run_out_are_written_into_a_case(tmp_path, capsys):
     target = tmp_path / "slot_identified.toml"
     assert f"elastic-robot compensate {target}" in capsys.readouterr().out
     process = load_case(target).resolved["process"]
-    assert process["runout_m"] == pytest.approx(1.63e-5, rel=0.02)
+    assert process["runout_m"] == pytest.approx(1.49e-5, rel=0.02)
     assert process["runout_deg"] == 0.0
     assert process["K_tc_Pa"] == pytest.approx(8.47e8, rel=0.02)
     assert "# ramps in, feeds along x, ramps out" in target.read_text()
