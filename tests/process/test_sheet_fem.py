@@ -62,9 +62,10 @@ UPRIGHT = Frame(np.zeros(3), Rotation.identity())
 
 @pytest.fixture(scope="module")
 def pressed():
+    """A process, a path and its response, computed here: another process may give other last bits."""
     path = stroke(UPRIGHT)
     process = table().process(Task(UPRIGHT, path))
-    return process, path, evaluated(process, path)
+    return process, path, process.evaluate(path)
 
 
 def test_force_pushes_the_tool_off_the_sheet_and_only_in_contact(pressed):
