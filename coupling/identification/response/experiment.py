@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.least_squares import HUBER
+from coupling.identification.least_squares import HUBER, reduced_rows
 from coupling.modes.measured_response import MeasuredResponse
 from elastic_robot.linearisation import Linearisation
 
@@ -191,13 +191,12 @@ class ResponseExperiment:
         size = np.abs(self.residual) / self.problem.deviation
         return np.sqrt(HUBER / np.maximum(size, HUBER)) / self.problem.deviation
 
-    @property
+    @cached_property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """Weighted derivatives and residual, real and imaginary, and what is known before."""
-        columns = self.columns * self.weight[:, None]
-        prior = self.problem.prior
+        """Weighted derivatives and residual with what is known before, reduced to P rows."""
+        columns, prior = self.columns * self.weight[:, None], self.problem.prior
         matrix = np.vstack([columns.real, columns.imag, np.diag(1.0 / prior)])
-        return matrix, self._weighted(self.weight)
+        return reduced_rows(matrix.T @ matrix, matrix.T @ self._weighted(self.weight))
 
     def _weighted(self, weight: np.ndarray) -> np.ndarray:
         residual = self.residual * weight
