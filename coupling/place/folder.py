@@ -17,11 +17,7 @@ from coupling.place.place import CasePlacement
 from coupling.place.placing import setting_keys
 from coupling.place.settings import NAMES
 from coupling.results.expected_deviation import ExpectedDeviation
-from coupling.results.placement_result import (
-    MapResult,
-    PlacementResult,
-    SettingResult,
-)
+from coupling.results.placement_result import MapAxes, PlacementResult, SettingResult
 from coupling.results.shown import Shown
 
 FIGURES, MAP = "place.json", "map.csv"
@@ -88,7 +84,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
             _expecting(evaluated, placement.expected[1] if number == 1 else None, number)
             for number, evaluated in enumerate(placement.best, start=1)
         ),
-        maps=tuple(map(_map_result, placement.maps)),
+        maps=tuple(part_map.axes for part_map in placement.maps),
         version=elastic_robot.__version__,
     )
 
@@ -99,13 +95,6 @@ def _expecting(
     """Return the figures of a setting with what is expected in it, and its case file by its number."""
     file = None if number is None else placed_file(number)
     return evaluated.result.model_copy(update={"file": file, "expected": expected})
-
-
-def _map_result(part_map: PartMap) -> MapResult:
-    height, width = part_map.deviation.shape
-    return MapResult(
-        setting=part_map.name, across=part_map.across, up=part_map.up, shape=(height, width)
-    )
 
 
 @dataclass(frozen=True)
@@ -129,16 +118,15 @@ def read_placement(folder: Path) -> StoredPlacement:
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
-            _read_map(result, table[table[:, 0] == number])
-            for number, result in enumerate(figures.maps)
+            _read_map(axes, table[table[:, 0] == number])
+            for number, axes in enumerate(figures.maps)
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
     return StoredPlacement(folder, figures, tuple(maps))
 
 
-def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:
-    across, up, admitted, *values = (column.reshape(result.shape) for column in rows[:, 1:].T)
-    names = (result.setting, result.across, result.up)
+def _read_map(axes: MapAxes, rows: np.ndarray) -> PartMap:
+    across, up, admitted, *values = (column.reshape(axes.shape) for column in rows[:, 1:].T)
     drawn = (np.where(admitted > 0.0, v, np.nan) for v in values)
-    return PartMap(*names, across[0], up[:, 0], *drawn)
+    return PartMap(axes, across[0], up[:, 0], *drawn)

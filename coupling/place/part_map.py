@@ -9,6 +9,7 @@ import numpy as np
 from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import PlaceObjective
 from coupling.place.settings import LENGTHS, NAMES, Ranges
+from coupling.results.placement_result import MapAxes
 
 # Points along the longer side of a map, at least and at most.
 _MIN_POINTS, _MAX_POINTS = 9, 41
@@ -21,16 +22,13 @@ class PartMap:
     """Figures of the part's positions in a plane.
 
     Attributes:
-        name: Name of the setting of tool and base: "present" or "best".
-        first, second: Their values [m], (a,) and (b,).
+        first, second: Values along both axes [m], (a,) and (b,).
         deviation: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
         exposure: Error of the tool at rest by what is not known of gears [m], (b, a); NaN there as well.
         changing: Number of gears with backlash whose torque changes sign, (b, a).
     """
 
-    name: str
-    across: str
-    up: str
+    axes: MapAxes
     first: np.ndarray
     second: np.ndarray
     deviation: np.ndarray
@@ -85,8 +83,7 @@ def _map(
 
     changing = np.sum((figures.margin < 0.0) & (figures.backlash_error > 0.0), axis=1)
     return PartMap(
-        name,
-        *plane,
+        MapAxes(setting=name, across=plane[0], up=plane[1], shape=(len(second), len(first))),
         first,
         second,
         drawn(goal.deviation(figures)),

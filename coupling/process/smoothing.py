@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from coupling.process.base import ProcessRequest, ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
+from coupling.results.force_noise import ForceNoise
 from coupling.results.repeatability import Repeatability
 
 # Second answer of a process to the path of a first one; None where it takes too long or fails.
@@ -63,63 +64,43 @@ def noise_level(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.median(np.abs(difference), axis=0) / _MEDIAN
 
 
-@dataclass(frozen=True)
-class ForceNoise:
-    """Noise in the forces of a process.
+def _is_significant(level: np.ndarray, peak: float) -> bool:
+    """Return whether noise of a level (tools, 6) [N], [N m] counts beside the largest force [N]."""
+    return float(level[:, :3].max()) > _COUNTS * peak
 
-    Attributes:
+
+def force_noise(
+    level: np.ndarray, filter_: ForceFilter | None, peak: float, unexplained: float = 0.0
+) -> ForceNoise:
+    """Return the noise in forces, with what is done about it in words.
+
+    Args:
         level: Standard deviation of white noise in them, (tools, 6) [N], [N m].
-        filter: Filter that takes it off; None: nothing does.
+        filter_: Filter that takes it off; None: nothing does.
         peak: Largest force [N].
         unexplained: Level of noise that forces as uneven may have, where no second answer says whether
             it is noise [N]; `level` is then zero.
     """
-
-    level: np.ndarray
-    filter: ForceFilter | None
-    peak: float
-    unexplained: float = 0.0
-
-    @property
-    def significant(self) -> bool:
-        """Whether there is so much of it that it counts."""
-        return self.force > _COUNTS * self.peak
-
-    @property
-    def force(self) -> float:
-        """The largest level of a force [N]."""
-        return float(self.level[:, :3].max())
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether the filter follows from the noise."""
-        return isinstance(self.filter, AdaptiveLowPass)
-
-    @property
-    def sentence(self) -> str:
-        """The level and what is done about it."""
-        if self.unexplained > 0.0:
-            return (
-                f"The forces of the process are uneven, as with noise of about {self.unexplained:.3g} N;"
-                " whether it is noise is not known without a second evaluation of the same path, which"
-                f" takes too long or failed; they are {self._treatment}. Give cutoff_Hz in [process]: a"
-                ' frequency where it is noise, "none" where it is not.'
-            )
-        what = f"of about {self.force:.3g} N" if self.significant else "that is negligible"
-        return f"The forces of the process have noise {what}; they are {self._treatment}."
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """The sentence, where there is something to do or to know."""
-        is_unsure = self.unexplained > 0.0 and self.filter is not None
-        return (self.sentence,) if self.significant or is_unsure else ()
-
-    @property
-    def _treatment(self) -> str:
-        """What is done about it."""
-        if self.filter is None or (self.adaptive and not self.significant):
-            return "not filtered"
-        return f"{self.filter}, without delay"
+    force, significant = float(level[:, :3].max()), _is_significant(level, peak)
+    adaptive = isinstance(filter_, AdaptiveLowPass)
+    is_filtered = filter_ is not None and (significant or not adaptive)
+    treatment = f"{filter_}, without delay" if is_filtered else "not filtered"
+    what = f"of about {force:.3g} N" if significant else "that is negligible"
+    sentence = f"The forces of the process have noise {what}; they are {treatment}."
+    if unexplained > 0.0:
+        sentence = (
+            f"The forces of the process are uneven, as with noise of about {unexplained:.3g} N;"
+            " whether it is noise is not known without a second evaluation of the same path, which"
+            f" takes too long or failed; they are {treatment}. Give cutoff_Hz in [process]: a"
+            ' frequency where it is noise, "none" where it is not.'
+        )
+    return ForceNoise(
+        force=force,
+        cutoff=None if filter_ is None else filter_.cutoff,
+        adaptive=adaptive,
+        significant=significant,
+        sentence=sentence,
+    ).with_level(level, is_unsure=unexplained > 0.0 and filter_ is not None)
 
 
 class NoiseRemoval:
@@ -155,13 +136,13 @@ class NoiseRemoval:
             return response
         wrench = response.wrench
         level = _level(wrench.instants, wrench.before)
-        self.noise = ForceNoise(level, self._filter, wrench.peak_force)
+        self.noise = force_noise(level, self._filter, wrench.peak_force)
         if self._second_answer is not None and self.noise.significant:
             self._compare(request, self._second_answer)
             if not self._is_noise:
                 unexplained = self.noise.force if self._is_noise is None else 0.0
                 level = np.zeros_like(level)
-                self.noise = replace(self.noise, level=level, unexplained=unexplained)
+                self.noise = force_noise(level, self._filter, wrench.peak_force, unexplained)
         if self._filter is None:
             return response
         significant = level if self.noise.significant else np.zeros_like(level)
@@ -182,7 +163,7 @@ class NoiseRemoval:
         difference = second.wrench.before - first.wrench.before
         # The variance of a difference is twice that of one answer.
         level = _level(first.wrench.instants, difference) / np.sqrt(2.0)
-        self._is_noise = ForceNoise(level, None, first.wrench.peak_force).significant
+        self._is_noise = _is_significant(level, first.wrench.peak_force)
 
 
 def _level(time: np.ndarray, wrenches: np.ndarray) -> np.ndarray:

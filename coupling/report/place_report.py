@@ -48,10 +48,8 @@ def place_report(stored: StoredPlacement) -> ResultReport:
 
 def _sections(stored: StoredPlacement) -> list[Section]:
     figures, sections = stored.figures, []
-    for across, up in dict.fromkeys((part_map.across, part_map.up) for part_map in stored.maps):
-        maps = [
-            part_map for part_map in stored.maps if (part_map.across, part_map.up) == (across, up)
-        ]
+    for across, up in dict.fromkeys(part_map.axes.plane for part_map in stored.maps):
+        maps = [part_map for part_map in stored.maps if part_map.axes.plane == (across, up)]
         title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
@@ -244,13 +242,13 @@ def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figur
                 ],
                 "hoverinfo": "text",
             }
-            text = f"{_SETTINGS.get(part_map.name, part_map.name)}: {what}"
+            text = f"{_SETTINGS.get(part_map.axes.setting, part_map.axes.setting)}: {what}"
             figure = drawn(
                 [heat, *_marks(figures, part_map)],
                 420,
                 margin={"t": 46},
-                xaxis={"title": f"{part_map.across} [m]"},
-                yaxis={"title": f"{part_map.up} [m]"},
+                xaxis={"title": f"{part_map.axes.across} [m]"},
+                yaxis={"title": f"{part_map.axes.up} [m]"},
                 title={"text": text, "font": {"size": 14}, "x": 0.5},
             )
             views.append(figure)
@@ -270,8 +268,8 @@ def _marks(figures: PlacementResult, part_map: PartMap) -> list[Keys]:
     line = {"color": "white", "width": 1.5}
     return [
         {
-            "x": [setting[f"{part_map.across}_m"] for setting in settings],
-            "y": [setting[f"{part_map.up}_m"] for setting in settings],
+            "x": [setting[f"{part_map.axes.across}_m"] for setting in settings],
+            "y": [setting[f"{part_map.axes.up}_m"] for setting in settings],
             "mode": "markers",
             "marker": {"symbol": symbol, "size": 13, "color": color, "line": line},
             "name": name,
@@ -282,7 +280,8 @@ def _marks(figures: PlacementResult, part_map: PartMap) -> list[Keys]:
 
 
 def _hint(part_map: PartMap, i: int, j: int) -> str:
-    place = f"{part_map.across} {part_map.first[j]:.3f} m, {part_map.up} {part_map.second[i]:.3f} m"
+    across, up = part_map.axes.plane
+    place = f"{across} {part_map.first[j]:.3f} m, {up} {part_map.second[i]:.3f} m"
     if not np.isfinite(part_map.deviation[i, j]):
         return f"{place}: not possible"
     return (

@@ -57,13 +57,18 @@ class SettingResult(ResultPart):
         return ", ".join(words)
 
 
-class MapResult(ResultPart):
-    """A map in map.csv."""
+class MapAxes(ResultPart):
+    """Axes of a map in map.csv, its rows and columns, and its setting of tool and base."""
 
     setting: str
     across: str
     up: str
     shape: tuple[int, int]
+
+    @property
+    def plane(self) -> tuple[str, str]:
+        """Names of both axes."""
+        return self.across, self.up
 
 
 class PlacementResult(ResultFile):
@@ -88,7 +93,7 @@ class PlacementResult(ResultFile):
     present_setting: dict[str, float]
     present: SettingResult | None
     best: Annotated[tuple[SettingResult, ...], Field(min_length=1)]
-    maps: tuple[MapResult, ...]
+    maps: tuple[MapAxes, ...]
     version: str
 
     @property

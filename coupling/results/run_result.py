@@ -13,6 +13,7 @@ from coupling.results.base import ResultFile, ResultPart
 from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.results.drive_result import CommandResult
 from coupling.results.expected_deviation import ExpectedDeviation
+from coupling.results.force_noise import ForceNoise
 from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
@@ -29,16 +30,6 @@ def three(vector: np.ndarray) -> Three:
     """Return a vector (3,), any unit, as it is stored."""
     x, y, z = vector.tolist()
     return x, y, z
-
-
-class NoiseResult(ResultPart):
-    """Noise of the process's forces."""
-
-    level_N: float
-    cutoff_Hz: float | None
-    adaptive: bool
-    counts: bool
-    sentence: str
 
 
 class SharesResult(ResultPart):
@@ -154,7 +145,7 @@ class RunResult(ResultFile):
     reason: str
     process_evaluations: int
     repeatability: Repeatability | None = None
-    noise: NoiseResult | None = None
+    noise: ForceNoise | None = None
     before: Literal["coupled", "one-way"]
     deviation_before_m: Deviation
     deviation_after_m: Deviation

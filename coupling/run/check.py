@@ -14,7 +14,7 @@ from coupling.errors import SimulationError
 from coupling.events import Watch
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.process.smoothing import ForceNoise
+from coupling.results.force_noise import ForceNoise
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.run_result import Kind, RunResult
 from coupling.results.section import Section

@@ -83,7 +83,6 @@ def expected_deviation(
     """Return the deviation to expect of a command that keeps the model of one robot on its path.
 
     Args:
-        placed: The robot.
         force_factors: Lowest and highest real force over the process's, by its source; None: unknown.
         motion: Path, joint angles of the undeflected robot along it and wrench on the tool.
         watch: Function called with the progress of the work.

@@ -12,7 +12,7 @@ from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
 from coupling.path.path_ends import ends_in_motion
-from coupling.process.smoothing import ForceNoise
+from coupling.results.force_noise import ForceNoise
 from coupling.results.forecast import RunForecast
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.repeatability import Repeatability

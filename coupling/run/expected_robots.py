@@ -162,7 +162,6 @@ def drawn_replays(
     """Replay a command, under the model's wrench, on robots that are drawn.
 
     Args:
-        command: The command.
         expected: Robots and forces to expect.
         fmus: Simulations of robots that have what their files leave out; none of the command's.
         counts: Numbers of robots, without and with what their files leave out.

@@ -10,14 +10,12 @@ import numpy as np
 from coupling.path.deviation import Deviation
 from coupling.path.deviation_parts import DeviationParts
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.smoothing import ForceNoise
 from coupling.results.drive_result import CommandResult
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import WorstReplay
 from coupling.results.run_result import (
     GapResult,
-    NoiseResult,
     RobotResult,
     RunResult,
     SharesResult,
@@ -75,7 +73,7 @@ def figures_of(
         reason=correction.reason,
         process_evaluations=correction.evaluations,
         repeatability=run.repeatability,
-        noise=_noise(run.noise),
+        noise=run.noise,
         before=correction.before.how,
         deviation_before_m=before,
         deviation_after_m=run.deviation(correction.achieved, tool),
@@ -128,18 +126,6 @@ _Named = TypeVar("_Named", LimitWarning, BacklashReversal)
 def _with_robot(part: _Named, run: Run) -> _Named:
     """Return what is of one robot with its name, which it lacks where there is one robot alone."""
     return part if part.robot else part.model_copy(update={"robot": run.robots[0]})
-
-
-def _noise(noise: ForceNoise | None) -> NoiseResult | None:
-    if noise is None:
-        return None
-    return NoiseResult(
-        level_N=noise.force,
-        cutoff_Hz=None if noise.filter is None else noise.filter.cutoff,
-        adaptive=noise.adaptive,
-        counts=noise.significant,
-        sentence=noise.sentence,
-    )
 
 
 def outlook_of(run: Run) -> WorstReplay | None:

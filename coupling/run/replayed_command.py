@@ -74,7 +74,6 @@ class ReplayedCommand:
         """Return what it leaves on other robots, and the uncorrected command where that may be less.
 
         Args:
-            name: Name of the replay.
             force: Factor of the wrench.
 
         Returns:

@@ -8,8 +8,8 @@ import numpy as np
 
 from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
-from coupling.process.smoothing import ForceNoise
 from coupling.results.deviation_table import deviation_table
+from coupling.results.force_noise import ForceNoise
 from coupling.results.replay import BACKLASH, Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import Section
@@ -89,8 +89,8 @@ def noise_replays(
     forces = []
     for level in noise.level:
         drawn = level[:3] * draw.standard_normal((len(samples), 3))
-        if noise.filter is not None:
-            drawn = low_pass(samples, drawn, noise.filter.cutoff)
+        if noise.cutoff is not None:
+            drawn = low_pass(samples, drawn, noise.cutoff)
         forces.append(interpolate_rows(time, samples, drawn))
     path = cell.simulate(correction.joints, loads.plus(np.stack(forces)), "dynamic")
     return (Replay.of("noise", path, correction.desired),)

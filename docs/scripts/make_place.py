@@ -139,7 +139,7 @@ def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
     result = figures_of(found)
-    drawn = [own for own in found.maps if (own.across, own.up) == ("x", "z")]
+    drawn = [own for own in found.maps if own.axes.plane == ("x", "z")]
     save("place_cone", _beside_each_other(map_figures(result, drawn)))
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)

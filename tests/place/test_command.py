@@ -66,8 +66,8 @@ def test_the_folder_holds_cases_figures_maps_and_a_page(done):
     for words in ("as it is", "placed_1.toml", "for collisions", "no joint limits"):
         assert words in said.stdout
     stored = read_placement(folder)
-    assert [own.name for own in stored.maps] == ["present", "best"]
-    assert {(own.across, own.up) for own in stored.maps} == {("x", "z")}
+    assert [own.axes.setting for own in stored.maps] == ["present", "best"]
+    assert {own.axes.plane for own in stored.maps} == {("x", "z")}
     assert stored.figures.best[0].cost_m < 0.8 * stored.figures.present.cost_m
 
 
