@@ -53,7 +53,6 @@ def run_to_folder(
 
     Args:
         file: The case file.
-        folder: The run folder.
         overwrite: A result that is there may be replaced.
         store: Store of evaluations, if any.
         kind: "couple" or "compensate".

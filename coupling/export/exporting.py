@@ -42,8 +42,6 @@ def export_run(
     """Return the programs of a run's robots.
 
     Args:
-        folder: The run folder.
-        options: Options of the export.
         watch: Function called with the progress of the work.
 
     Raises:
@@ -59,7 +57,6 @@ def export_commands(
 
     Args:
         commands: The command of each robot.
-        options: Options of the export.
         watch: Function called with the progress of the work.
 
     Raises:

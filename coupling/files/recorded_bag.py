@@ -32,7 +32,6 @@ def read_recorded_bag(path: Path, topic: str | None, error: type[Exception]) -> 
     """Read the poses of a topic; times are those of its messages' headers.
 
     Args:
-        path: A bag.
         topic: Its topic; None where one topic alone has poses.
         error: Exception class for every problem.
     """

@@ -113,7 +113,6 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
     is left out, because it does not move.
 
     Args:
-        file: The URDF.
         base: Link whose frame is the base frame; None for the root link.
         tip: Link behind the last joint.
 

@@ -51,7 +51,6 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
     """Write an archive; an existing file is replaced only when the new one is complete.
 
     Args:
-        file: File to write.
         suffix: Ending that its name must have.
         entries: Content by path inside the archive.
         date: Date of every entry; times before 1980 are taken as 1980, as ZIP begins there.

@@ -38,7 +38,6 @@ def build_fmu(
     Args:
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
-        options: Options of the build.
         resources: More files by name; `trajectory` can name one of them.
 
     Returns:

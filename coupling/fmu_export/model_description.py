@@ -47,7 +47,6 @@ def root_element(about: ModelInfo, fmi_version: str, token_name: str, token: str
 
     Args:
         about: Description of the FMU.
-        fmi_version: Version of FMI.
         token_name: Name of the attribute that ties the description to the binary.
         token: Its value.
     """

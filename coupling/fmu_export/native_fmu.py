@@ -49,7 +49,6 @@ def build_native_fmu(
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        options: Options of the build.
 
     Raises:
         BuildError: If the file cannot be written, or a platform is not known or has no library.

@@ -46,7 +46,6 @@ def step_errors(
         law: Force law of the process, base frame.
         with_spring: Whether the robot takes the process's contact spring as well.
         coupled: Path of the tool that is nearest to the truth, base frame.
-        steps: The steps.
 
     Raises:
         FmuError: If the FMU refuses a step.

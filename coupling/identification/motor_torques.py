@@ -104,7 +104,6 @@ def torque_remarks(torques: MotorTorques, robot: Robot, error: type[Exception]) 
     """Return a sentence on each joint whose measured torque the model's masses hardly explain.
 
     Args:
-        torques: The torques.
         robot: The robot, for the friction of its file.
         error: Exception class where a torque is none that the motor can have, is late or another's.
     """

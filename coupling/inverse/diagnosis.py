@@ -62,7 +62,6 @@ def diagnose(robot: MovingRobot, motion: DesiredMotion) -> tuple[GearDiagnosis, 
     """Return the diagnosis of every gear along a path.
 
     Args:
-        robot: The robot.
         motion: The path, its wrench, and the joint angles of the undeflected robot along it.
     """
     return diagnosed(robot, gear_loads(robot, motion))
@@ -128,7 +127,6 @@ def loads_along(
     """Return the torque of the gears along a motion of the links.
 
     Args:
-        robot: The robot.
         theta: Motion of the links.
         wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
     """

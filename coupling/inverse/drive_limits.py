@@ -152,7 +152,6 @@ class DriveLimits:
 
         Args:
             link: Motion of the link, one column.
-            rows: Rows of the command.
             misses: By how much it is missed at even times [rad], (nodes,).
 
         Raises:

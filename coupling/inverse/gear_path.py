@@ -89,7 +89,6 @@ class GearLaw:
         """Return the law of a spring beside elements, until one that slips turns back.
 
         Args:
-            elements: The elements.
             start: Wind-up from which on they are followed [rad].
             elongation: Their elongations there [rad], (e,).
         """

@@ -30,7 +30,6 @@ class JointLimits:
         """Return the limits of a robot's joints.
 
         Args:
-            robot: The robot.
             max_acceleration: Highest acceleration of any joint [rad/s^2], which lowers the joints'
                 own; None leaves these.
 

@@ -23,7 +23,6 @@ def keep_within(
 
     Args:
         fit: Sum of squares of a command.
-        limits: Limits of the drive.
         coefficients, misses: The best command without limits [rad], (n,) and (nodes,).
 
     Raises:

@@ -104,7 +104,6 @@ def compile_library(
     Of several that ask for the same one at once the first compiles it, and the others wait.
 
     Args:
-        target: The platform it is for.
         sources: C files; headers are found in SOURCES and beside them.
         definitions: Further flags, such as -DNAME.
         cache: Folder for libraries; `cache_folder` unless given.

@@ -42,7 +42,6 @@ def robot_text(robot: Robot, guid: str) -> str:
     r"""Return the robot as lines of a key and numbers with all their digits.
 
     Args:
-        robot: The robot.
         guid: GUID of the FMU; the C core compares it with the one it is instantiated with.
 
     Raises:

@@ -23,7 +23,6 @@ def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> n
     A tool that rests on it on its way, or moves along it, is evaluated there as it rests.
 
     Args:
-        path: Path of the tool.
         distance: Function from positions (n, 3) to signed distances from the surface [m], (n,).
 
     Example:

@@ -51,7 +51,6 @@ def response_in_base(
     """Return the response on the only tool that is given in the axes of a frame.
 
     Args:
-        frame: The frame.
         values: Time [s], one that is a jump twice, wrench at the TCP [N, N m], and stiffness xx, xy,
             xz, yy, yz, zz [N/m] behind it where it is known, (n, 7) or (n, 13).
         path: Actual path of the tool.

@@ -60,7 +60,6 @@ class ForceFilter(ABC):
         """Return wrenches without their noise; what jumps keeps its jumps.
 
         Args:
-            wrench: The wrenches.
             noise: Standard deviation of white noise in them [N, N m], (tools, 6).
         """
         filtered = wrench.wrench.copy()

@@ -20,7 +20,6 @@ def evaluate_validated(process: Process, path: ToolPath, name: str) -> ProcessRe
 
     Args:
         process: The process, most likely the user's own.
-        path: The path.
         name: Its name, as the case file has it.
 
     Raises:

@@ -64,7 +64,6 @@ class PoseFrames:
         Args:
             pose: Pose of the tool in the base.
             base: Base that it stands in.
-            tool: Tool that it is of.
             linear: Whether the tool goes there on a line.  Where the tool is not the first one, that is
                 a line of the first one only if the tool keeps its rotation.
             where: Place in the program, for the message.

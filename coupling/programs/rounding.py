@@ -46,7 +46,6 @@ def round_program(
     """Return a program whose targets and frames are those of its text.
 
     Args:
-        program: The program.
         round_poses: Function that rounds the poses of its language, (n, 7).
         round_times: Function that rounds the times from target to target [s], (n,), where the text has
             fewer digits of them than are needed.

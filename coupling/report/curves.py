@@ -39,7 +39,6 @@ def curves(
     """Return curves as SVG, on linear axes or on logarithmic ones.
 
     Args:
-        content: The curves.
         across, upright: Names of the axes, with units.
         logarithmic: Whether both axes are.
 

@@ -47,7 +47,6 @@ def document(title: str, sections: Iterable[Section], answer: Answer | None = No
 
     Args:
         title: Title, as plain text.
-        sections: Its sections.
         answer: First screen, above them.
     """
     drawn: dict[str, go.Figure] = {}

@@ -56,7 +56,6 @@ def write_index(folder: Path, file: Path | None = None) -> Path:
     """Write the page of all results in a folder.
 
     Args:
-        folder: The folder.
         file: File to write; index.html in the folder unless given.
 
     Returns:
@@ -140,7 +139,6 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
 
     Args:
         folder: Name of the folder.
-        entries: Its results.
         beside: Folder of the page, from which links lead.
     """
     cards = [

@@ -15,7 +15,6 @@ def modes_scene(swinging: SwingingRobotResult, first_Hz: float = 0.0) -> Scene:
     """Return a robot in a posture with its modes.
 
     Args:
-        swinging: The robot.
         first_Hz: Frequency whose nearest mode is shown first.
     """
     motion = SceneMotion(np.zeros(1), np.array([swinging.angles_rad]))

@@ -14,7 +14,6 @@ def parameter_table(
     """Return a row for each parameter.
 
     Args:
-        parameters: The parameters.
         remarks: Sentences on those that are identified; None for none.
     """
     columns = ("parameter", "start", "fit", "95 % from", "to", "written", "unit", "")

@@ -32,7 +32,6 @@ def plan_report(plan: MeasurementPlan, robot: Robot, name: str, file: str) -> Re
     """Return what is told of planned measurements.
 
     Args:
-        plan: The plan.
         robot: The robot that is to be measured.
         name: Its file or its name, as commands name it.
         file: File of the plan, as commands name it.

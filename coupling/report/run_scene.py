@@ -51,8 +51,6 @@ def run_scene(run: StoredRun, world_from_part: Frame, case: Mapping[str, Any]) -
     """Return what a run shows in space.
 
     Args:
-        run: The run.
-        world_from_part: Frame of its part.
         case: Content of its case.toml.
     """
     tolerance = case.get("part", {}).get("tolerance_mm")
@@ -100,7 +98,6 @@ def track(name: str, desired: ToolPath, actual: ToolPath) -> SceneTrack:
     """Return a tool's path beside the desired one with as few rows as show it.
 
     Args:
-        name: Name of the track.
         desired, actual: Paths of one tool at the same times.
     """
     signed = signed_deviation(desired, actual)
@@ -145,7 +142,6 @@ def scene_robot(
     """Return a robot in space.
 
     Args:
-        name: Its name.
         chain: Its joints.
         motion: Their motion.
         reversals: Passages of its gears through their backlash.
@@ -169,7 +165,6 @@ def thinned_motion(joints: JointPath, torque: np.ndarray | None = None) -> Scene
     """Return the motion of one robot's joints with as few rows as show it.
 
     Args:
-        joints: The motion.
         torque: Torques of the gears at its times [N m], (n, joints).
     """
     values = q = joints.q[0]

@@ -27,7 +27,6 @@ def scene_html(name: str, scene: Scene, label: str) -> str:
 
     Args:
         name: Its name among the page's scenes.
-        scene: The scene.
         label: Content of the scene in words, as HTML.
     """
     pictures = "".join(f"<figure>{picture}</figure>" for picture in stills(scene))

@@ -26,7 +26,6 @@ def stills(scene: Scene, pieces: int = _PIECES) -> list[str]:
     """Return a scene's pictures as SVG, one for each path, or of its robots where it has none.
 
     Args:
-        scene: The scene.
         pieces: Number of pieces that a path has at most.
     """
     names = list(dict.fromkeys(track.name for track in scene.tracks))
@@ -162,7 +161,6 @@ def links(robot: SceneRobot, q: np.ndarray) -> np.ndarray:
     """Return base, origins of the joints and TCP in the world [m], (joints + 2, 3).
 
     Args:
-        robot: The robot.
         q: Its joint angles [rad], (joints,).
     """
     frame, points = robot.world_from_base, [robot.world_from_base.position]

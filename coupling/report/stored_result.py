@@ -73,9 +73,6 @@ def is_result(folder: Path) -> bool:
 def read_result(folder: str | Path) -> StoredResult:
     """Return a result by its folder: a run, a study, a placement, stability or modes.
 
-    Args:
-        folder: The folder.
-
     Raises:
         CouplingError: If there is none, or it is damaged.
     """

@@ -49,7 +49,6 @@ def tool_envelope(desired: ToolPath, world_from_part: Frame, radius: float) -> n
 
     Args:
         desired: Path of the tool's end, world frame.
-        world_from_part: Frame of the part.
         radius: Radius of the ball [m].
     """
     shaft = -desired.rotations[0].apply(APPROACH)

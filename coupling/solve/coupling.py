@@ -35,7 +35,6 @@ def refined_for(loop: Loop[SimulatedRobot], path: SampledPath, longest: float) -
 
     Args:
         loop: Robot and process.
-        path: The paths.
         longest: Longest step [s].
     """
     process = marched(loop.process)

@@ -96,7 +96,6 @@ def march(
 
     Args:
         loop: Robot and process; its scheme is that within a window.
-        process: The process, marching.
         command: Motion of the drives.
         start: First paths, whose times are the steps.
 

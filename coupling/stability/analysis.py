@@ -25,8 +25,6 @@ def stability_in_posture(
     """Return the figures of one cut.
 
     Args:
-        cuts: Cuts of the case.
-        placed: The cut.
         seconds: Time to march it [s]; 0: not at all.
 
     Raises:
@@ -45,7 +43,6 @@ def stability_along_path(
     """Return the figures of a case's cuts along its path, with charts at the worst place.
 
     Args:
-        cuts: Cuts of the case.
         watch: Function called with the progress of the work.
         seconds: Time to march the worst cut [s]; 0: not at all.
 

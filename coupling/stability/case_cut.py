@@ -296,7 +296,6 @@ class CaseCuts:
         """Return what vibrates in a cut.
 
         Args:
-            placed: The cut.
             damping, stiffness: Factors of the damping and of the stiffness of the robot's gears.
 
         Raises:

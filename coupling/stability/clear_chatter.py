@@ -31,7 +31,6 @@ def refuse_clear_chatter(case: Case, file: str, words: Sequence[str], watch: Wat
     A case that mills nothing or cannot be judged is not refused; its command says why.
 
     Args:
-        case: The case.
         file: Its file, as commands name it.
         words: Words of the command that would compute it.
         watch: Function called with the verdict, and then with the progress of its limits.

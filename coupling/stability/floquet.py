@@ -126,7 +126,6 @@ class PeriodOperator:
 
         Args:
             structure: Modes of robot and tool.
-            cut: The cut.
             refined: Factor of the number of points.
 
         Raises:

@@ -41,7 +41,6 @@ class PathStability:
         """Return the stability along a path.
 
         Args:
-            cuts: Cuts of the case.
             places: Number of places at most: those that differ most.
             actual: Path that the tool takes, in the world, by which it is as deep as it is; None: as
                 deep as is programmed.
@@ -197,7 +196,6 @@ def stability_in_brief(case: Case, actual: ToolPath | None = None) -> CutStabili
     """Return the stability along a case's path in brief; None where nothing is milled.
 
     Args:
-        case: The case.
         actual: Path that the tool takes, in the world; None: that of the program.
 
     Raises:

@@ -61,7 +61,6 @@ def read_program(
     """Read a G-code file.
 
     Args:
-        file: The file.
         rotary: Rotary axes of its machine; None: they stand still.
         unit: Unit of its lengths until it sets one [m]; None: it has to.
 

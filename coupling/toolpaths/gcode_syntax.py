@@ -128,7 +128,6 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
     """Return a line's words where it writes them in another form; what moves nothing is left out.
 
     Args:
-        line: The line.
         code: Its words without comments and blanks, in capitals.
         notes: Notes on words left out, added to.
     """

@@ -62,7 +62,6 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
     The end is M2, M30, or a line of "%" behind the first line that holds words or such a mark.
 
     Args:
-        file: The file.
         notes: Notes on words left out and assumptions, added to.
 
     Raises:

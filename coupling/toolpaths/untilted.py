@@ -86,7 +86,6 @@ class UntiltedPath:
 
         Args:
             task: Task along this path, its TCP being the tip.
-            tilt: Tilt of the tool.
             radius: Radius of the sphere [m].
         """
         if tilt.keeps_axis:

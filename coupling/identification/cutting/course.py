@@ -28,7 +28,6 @@ def slot_forces(
     not straight in the feed.
 
     Args:
-        coefficients: Cutting coefficients.
         run_out: Distance of the cutter's axis from the spindle's, towards a tooth [m].
         cutter: Cutter and cut.
         feed: Feeds [m/s], (n,).

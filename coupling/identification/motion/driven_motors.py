@@ -51,9 +51,7 @@ def motor_losses(
     """Return the torque of rotor and friction of joint i, from 0 [N m], (n,).
 
     Args:
-        motion: Motion of the motors.
         i: Index of the joint.
-        drive: Its drive.
         gear_torque: Torque of its gear [N m], (n,).
         part: Its friction over its largest [1], (n,).
     """

@@ -133,7 +133,6 @@ def fit_motion(
     gears' motion are kept up by steps that gain as predicted, and simulated where they do not or end.
 
     Args:
-        problem: The problem.
         x: Values to begin with [1], (P,); None: those of the start.
         near: Derivatives of the gears' motion near them; None: they are simulated.
         steps: Steps at most.

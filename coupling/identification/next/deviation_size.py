@@ -67,7 +67,6 @@ def _fast_square(
         time: Times [s], (n,).
         deviation: Deviation [m], (n, 3).
         noise: Standard deviation of a coordinate's noise [m].
-        low_pass: The low-pass.
     """
     wide = SlowPart.of(time, min(_FASTEST, 0.25 * _rate(time)))
     squares = [np.mean(np.sum(part(deviation) ** 2, axis=1)) for part in (low_pass, wide)]

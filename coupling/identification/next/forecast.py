@@ -28,7 +28,6 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
 
     Args:
         plan: Plan by which it was computed.
-        command: The command.
         wrench: Wrench on the tool under it, axes of the robot's base.
 
     Raises:

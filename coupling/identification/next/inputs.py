@@ -67,7 +67,6 @@ def write_inputs(folder: Path, plan: CommandPlan) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
-        folder: Folder of the inputs.
         plan: Plan of the next command.
 
     Raises:

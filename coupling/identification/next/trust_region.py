@@ -52,7 +52,6 @@ def restrict_learning(
     """Return the correction of an update, with gain 0 where a plausible robot would be worse.
 
     Args:
-        update: The update.
         history: The runs.
         model: The robot's model, under which the last command was computed.
         options: Repeatability, and whether the constant counts.

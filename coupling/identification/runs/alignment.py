@@ -40,7 +40,6 @@ def aligned(
     Rows that a device wrote while it had lost its target are left out.
 
     Args:
-        measured: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
         offset: Time to add to the measurement's clock [s]; None: that of `clock_offset`.
@@ -143,7 +142,6 @@ def clock_offset(measured: Measurement, model: ToolPath) -> float:
     """Return what brings the clock of a measurement nearly to the run's [s].
 
     Args:
-        measured: The measurement.
         model: Path of the model's tool under the command.
     """
     path = SimulatedPath(model)

@@ -252,7 +252,6 @@ def moved_by_load(drive: Drive, time: np.ndarray, torque: np.ndarray) -> np.ndar
         (J p^3 + (Kp + b) p^2 + (Kp Kv + Ki) p + Ki Kv) dq = -p df,    p = d/dt.
 
     Args:
-        drive: The drive.
         time: Even times [s], (n,).
         torque: df [N m], (n,).
 

@@ -196,7 +196,6 @@ class FitObjective:
         """Return by how much a run's slow rows fall with its unknowns [m], (k, c, P + its frame's).
 
         Args:
-            now: The point.
             number: Number of the run, from 0.
             slopes: Derivatives of its slow rows by log factors [m], (k, c, P).
         """

@@ -32,7 +32,6 @@ def identify(
 
     Args:
         robot: The start: joints that give way, and values that are kept where not identifiable.
-        measured: The measurements.
         options: Noise, torque curve, loss, parameters to add, none to loops.
 
     Raises:

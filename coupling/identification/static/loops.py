@@ -43,7 +43,6 @@ def identify_loops(
 
     Args:
         robot: The start.
-        measured: The measurements, with loops.
         options: Noise, torque curve, loss.
         rms_start: Rms error of the start [m].
     """

@@ -74,7 +74,6 @@ def is_harmless(name: str, files: Mapping[str, TpText]) -> bool:
     """Return whether a program is there and cannot change a path, whatever its branches.
 
     Args:
-        name: Its name.
         files: Programs by their names in capitals.
     """
     return name.upper() in files and not first_effect(name, files)
@@ -84,7 +83,6 @@ def first_effect(name: str, files: Mapping[str, TpText]) -> str:
     """Return the first instruction of a program, or of what it calls, that may change a path.
 
     Args:
-        name: Its name.
         files: Programs by their names in capitals.
 
     Returns:

@@ -162,7 +162,6 @@ class Registers:
 
         Args:
             word: UFRAME or UTOOL.
-            number: Its number.
             index: Number of the position register.
             where: Place in the program, for messages.
         """

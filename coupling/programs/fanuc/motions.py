@@ -48,7 +48,6 @@ class TpDriver:
 
         Args:
             running: The program that it stands in.
-            motion: The motion.
             where: Its place, for messages.
 
         Raises:

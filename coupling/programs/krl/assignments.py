@@ -37,7 +37,6 @@ class Assignments:
         """Take the data of a .dat over.
 
         Args:
-            file: The file.
             is_called: Whether it belongs to a .src that is at hand; of another, and of $config.dat, what
                 is not understood has no value, and what uses it is refused there.
 
