@@ -32,7 +32,7 @@ def matrix_of(pose) -> np.ndarray:
 
 
 def aggregate(values) -> str:
-    return "{" + ",".join(f"{k} {v:.4f}" for k, v in zip("XYZABC", values, strict=True)) + "}"
+    return "{" + ",".join(f"{k} {v:.12f}" for k, v in zip("XYZABC", values, strict=True)) + "}"
 
 
 # Statements behind a first line to the origin, and where the tool goes, in mm.  The tool is turned by
@@ -263,11 +263,14 @@ LIN {{X 4}}"""
 
 @given(*[st.tuples(*[st.floats(-900.0, 900.0)] * 3, *[st.floats(-180.0, 180.0)] * 3)] * 4)
 def test_frames_and_offsets_are_products_of_matrices(base, other, point, offset):
-    """base other^-1 point offset: the point seen from the first base."""
+    """base other^-1 point offset: the point seen from the first base.
+
+    Numbers of KRL have single precision: each of twelve angles is off by 1.9e-7 rad at most.
+    """
     near = f"$BASE={aggregate(base)}\n$TOOL=$NULLFRAME\n$VEL.CP=1\nLIN {ZERO}"
     found = program(f"{near}\n$BASE={aggregate(other)}\nLIN {aggregate(point)}:{aggregate(offset)}")
     expected = np.linalg.inv(matrix(*base)) @ matrix(*other) @ matrix(*point) @ matrix(*offset)
-    np.testing.assert_allclose(matrix_of(found.moves[1].pose)[:3, :3], expected[:3, :3], atol=2e-6)
+    np.testing.assert_allclose(matrix_of(found.moves[1].pose)[:3, :3], expected[:3, :3], atol=3e-6)
     np.testing.assert_allclose(matrix_of(found.moves[1].pose)[:3, 3], expected[:3, 3], atol=2e-2)
 
 
