@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.files.extras import extra
-from coupling.files.mjcf import unread_dynamics, urdf_of_mjcf
+from coupling.files.mjcf import read_mjcf
 from coupling.files.urdf_elements import parse_xml
 from elastic_robot.errors import RobotFileError
 
@@ -58,8 +58,8 @@ def foreign_robot(name_or_path: str) -> ForeignRobot:
         raise RobotFileError(f"{path}: is a part of an MJCF file: give the file that includes it")
     if tag != "mujoco":
         return ForeignRobot(path.stem, path, "", f"URDF {path.name}")
-    urdf = urdf_of_mjcf(path)
-    return ForeignRobot(path.stem, None, urdf, f"MJCF {path.name}", unread_dynamics(path))
+    urdf, remarks = read_mjcf(path)
+    return ForeignRobot(path.stem, None, urdf, f"MJCF {path.name}", remarks)
 
 
 def _root_tag(path: Path) -> str:

@@ -13,8 +13,8 @@ from coupling.files.extras import extra
 from elastic_robot.errors import RobotFileError
 
 
-def urdf_of_mjcf(file: Path) -> str:
-    """Return the URDF text of an MJCF file's bodies, joints and sites.
+def read_mjcf(file: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the URDF text of an MJCF file's bodies, joints and sites, and what it has no word for.
 
     Angles count from the pose as it is written, where all joints are at their `ref`.  A free joint is
     written as floating.
@@ -22,8 +22,18 @@ def urdf_of_mjcf(file: Path) -> str:
     Raises:
         RobotFileError: If MuJoCo is not installed or cannot read the file, or has joints that a URDF
             has no word for.
+
+    Returns:
+        The text, and sentences on what the file says of its robot's dynamics beside.
     """
-    mujoco, model = _compile(file)
+    mujoco = extra("mujoco", "mjcf", "an MJCF file")
+    try:
+        model = mujoco.MjModel.from_xml_path(str(file))
+    except (ValueError, OSError) as cause:
+        said = str(cause).strip().splitlines()
+        raise RobotFileError(
+            f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
+        ) from cause
     x, y, z = model.opt.gravity.tolist()
     if max(abs(x), abs(y), z) > 1e-6:
         raise RobotFileError(
@@ -44,16 +54,11 @@ def urdf_of_mjcf(file: Path) -> str:
         element = next(e for e in root.findall("joint") if e.get("name") == _name(model, joint))
         SubElement(element, "mimic", joint=_name(model, other))
     indent(root)
-    return tostring(root, encoding="unicode")
+    return tostring(root, encoding="unicode"), _unread_dynamics(model)
 
 
-def unread_dynamics(file: Path) -> tuple[str, ...]:
-    """Return sentences on what an MJCF file says of its robot's dynamics and no URDF has a word for.
-
-    Raises:
-        RobotFileError: If MuJoCo is not installed or cannot read the file.
-    """
-    _, model = _compile(file)
+def _unread_dynamics(model: Any) -> tuple[str, ...]:
+    """Return sentences on what a model says of its robot's dynamics and no URDF has a word for."""
     sentences = []
     for word, values, unit, remedy in (
         (
@@ -84,18 +89,6 @@ def unread_dynamics(file: Path) -> tuple[str, ...]:
             span = low if low == high else f"{low} to {high}"
             sentences.append(f"Left out of the MJCF: {word}, {span} {unit}: {remedy}.")
     return tuple(sentences)
-
-
-def _compile(file: Path) -> tuple[Any, Any]:
-    """Return MuJoCo and the model that it makes of a file."""
-    mujoco = extra("mujoco", "mjcf", "an MJCF file")
-    try:
-        return mujoco, mujoco.MjModel.from_xml_path(str(file))
-    except (ValueError, OSError) as cause:
-        said = str(cause).strip().splitlines()
-        raise RobotFileError(
-            f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
-        ) from cause
 
 
 def _coupled_joints(model: Any, mujoco: Any) -> dict[int, int]:

@@ -17,6 +17,7 @@ from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolate_rows
 from coupling.path.time_axis import common_time, of_tools
+from coupling.path.vectors import turned, turns_between
 
 _POSE, _WRENCH = 7, 6  # columns
 
@@ -93,7 +94,7 @@ class ToolPath:
 
     def deviation_from(self, reference: ToolPath) -> np.ndarray:
         """Return position difference [m] and rotation vector [rad] from a reference, (tools, n, 6)."""
-        turns = _turns_between(reference.pose[..., 3:], self.pose[..., 3:])
+        turns = turns_between(reference.pose[..., 3:], self.pose[..., 3:])
         return np.concatenate([self.position - reference.position, turns], axis=2)
 
     def distance_to(self, other: ToolPath) -> np.ndarray:
@@ -119,7 +120,7 @@ class ToolPath:
         """
         displaced_pose = np.empty_like(self.pose)
         displaced_pose[..., :3] = self.position + deviation[..., :3]
-        displaced_pose[..., 3:] = _turned(self.pose[..., 3:], deviation[..., 3:])
+        displaced_pose[..., 3:] = turned(self.pose[..., 3:], deviation[..., 3:])
         return ToolPath(self.time, displaced_pose)
 
 
@@ -319,55 +320,3 @@ class WrenchHistory:
         change = np.stack([values[..., :3] - others[..., :3] for values, others in sides])
         largest = float(np.linalg.norm(change, axis=-1).max())
         return largest / max(self.peak_force, other.peak_force) if largest > 0.0 else 0.0
-
-
-def _turned(orientation: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Return orientations that are turned further, unit quaternions with qw >= 0, shape of the former.
-
-    By the products of the quaternions; SciPy's take twenty times as long.
-
-    Args:
-        orientation: Quaternions x, y, z, w, (..., 4).
-        turn: Rotation vectors in the axes of the base [rad], broadcast to (..., 3).
-    """
-    half = 0.5 * np.sqrt(np.einsum("...i,...i", turn, turn))
-    # NumPy's sinc has its argument in half turns.
-    p, q, r = np.moveaxis(0.5 * np.sinc(half / np.pi)[..., None] * turn, -1, 0)
-    s, (x, y, z, w) = np.cos(half), np.moveaxis(orientation, -1, 0)
-    turned = np.stack(
-        [
-            s * x + p * w + q * z - r * y,
-            s * y + q * w + r * x - p * z,
-            s * z + r * w + p * y - q * x,
-            s * w - p * x - q * y - r * z,
-        ],
-        axis=-1,
-    )
-    length = np.sqrt(np.einsum("...i,...i", turned, turned))
-    turned *= np.where(turned[..., 3] < 0.0, -1.0 / length, 1.0 / length)[..., None]
-    return turned
-
-
-def _turns_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors [rad] from orientations to others, quaternions (..., 4) -> (..., 3).
-
-    By the products of the quaternions; SciPy's take many times as long.
-    """
-    a, b, c, d = np.moveaxis(before, -1, 0)
-    x, y, z, w = np.moveaxis(after, -1, 0)
-    vector = np.stack(
-        [
-            d * x - w * a - (y * c - z * b),
-            d * y - w * b - (z * a - x * c),
-            d * z - w * c - (x * b - y * a),
-        ],
-        axis=-1,
-    )
-    scalar = a * x + b * y + c * z + d * w
-    sine = np.sqrt(np.einsum("...i,...i", vector, vector))
-    # Of no turn at all the limit, half the angle over its sine.
-    half = np.divide(
-        np.arctan2(sine, np.abs(scalar)), sine, out=np.ones_like(sine), where=sine > 0.0
-    )
-    vector *= np.where(scalar < 0.0, -2.0 * half, 2.0 * half)[..., None]
-    return vector

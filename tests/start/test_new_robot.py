@@ -16,7 +16,7 @@ from coupling.check.new_robot import RobotChoice, new_robot
 from coupling.check.typical_gears import CLASSES
 from coupling.cli import main
 from coupling.files.foreign_description import is_foreign
-from coupling.files.mjcf import urdf_of_mjcf
+from coupling.files.mjcf import read_mjcf
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf_tree import read_tree
 from coupling.run.plausibility import remarks
@@ -263,7 +263,7 @@ def test_an_mjcf_that_does_not_stand_upright_is_refused(tmp_path):
         tmp_path, MJCF.replace("<worldbody>", '<option gravity="0 -9.8 0"/><worldbody>'), "y.xml"
     )
     with pytest.raises(RobotFileError, match=r"gravity: expected it along -z, got 0 -9\.8"):
-        urdf_of_mjcf(Path(file))
+        read_mjcf(Path(file))
 
 
 @pytest.mark.parametrize(
@@ -284,7 +284,7 @@ def test_an_mjcf_that_is_none_is_refused(tmp_path):
     pytest.importorskip("mujoco")
     file = write(tmp_path, "<mujoco><worldbody><body/><nonsense/></worldbody></mujoco>", "bad.xml")
     with pytest.raises(RobotFileError, match=r"bad\.xml: cannot be read as MJCF: "):
-        urdf_of_mjcf(Path(file))
+        read_mjcf(Path(file))
     part = write(tmp_path, "<mujocoinclude><body/></mujocoinclude>", "part.xml")
     with pytest.raises(RobotFileError, match=r"part\.xml: is a part of an MJCF file"):
         new_robot(part, RobotChoice(), tmp_path)
