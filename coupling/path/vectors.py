@@ -11,7 +11,7 @@ import numpy as np
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """Return the lengths of vectors, (..., k) -> (...,)."""
+    """Return the lengths of vectors [any unit], (..., k) -> (...,)."""
     squares: np.ndarray = np.einsum("...i,...i", vectors, vectors)
     return np.sqrt(squares)
 
