@@ -24,7 +24,7 @@ from coupling.case.robots import (
 from coupling.case.stability import StabilityTable
 from coupling.errors import CaseError, PlanningError, locate_errors, one_of
 from coupling.events import Watch, unwatched
-from coupling.files.toml_file import Schema, load_toml, validate
+from coupling.files.toml_file import Schema, load_toml, require_kind, validate
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ProcessSchema
@@ -71,7 +71,11 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         CaseError: With file, table, key, what was expected and what was got.
     """
     path = Path(path)
-    file = validate(load_toml(path, CaseError), CaseFile, CaseError, str(path), path.parent)
+    if path.is_dir():
+        raise CaseError(f"{path}: expected a case file, got a folder: give the case.toml in it")
+    data = load_toml(path, CaseError)
+    require_kind(data, "case", path, CaseError)
+    file = validate(data, CaseFile, CaseError, str(path), path.parent)
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
     compensation = {"method": _DEFAULT_METHOD, **file.compensation}
     method = _variant(path, "compensation", "method", compensation, METHODS)

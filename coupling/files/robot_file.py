@@ -29,7 +29,7 @@ from coupling.files.robot_schema import (
     damping_ratio,
 )
 from coupling.files.sources import Number, numbers, require_places
-from coupling.files.toml_file import load_toml, validate
+from coupling.files.toml_file import load_toml, require_kind, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from coupling.files.urdf_bodies import body_of
 from coupling.files.urdf_elements import plain_name
@@ -101,7 +101,13 @@ def parts_in_words(path: Path) -> list[str]:
 
 def read_validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
     """Return the content of a robot file, as it is parsed and as its keys."""
+    if path.suffix.lower() in (".urdf", ".xacro", ".xml", ".mjcf"):
+        raise RobotFileError(
+            f"{path}: expected a robot file, got a description without gears:"
+            f" elastic-robot init cell --robot {path} writes its robot file"
+        )
     data = load_toml(path, RobotFileError)
+    require_kind(data, "robot file", path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     return data, validate(data, schema, RobotFileError, str(path))
 

@@ -75,6 +75,21 @@ def _parse(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]
     return parsed
 
 
+# Top-level tables that no file of the kind does without.
+_TABLES_OF_KIND = {"robot file": {"tcp", "joint"}, "case": {"robot", "part", "process"}}
+
+
+def require_kind(data: dict[str, Any], kind: str, path: Path, error: type[Exception]) -> None:
+    """Refuse a robot file where a case is needed, and the other way round.
+
+    Args:
+        kind: "robot file" or "case": the needed one.
+    """
+    for other, tables in _TABLES_OF_KIND.items():
+        if other != kind and tables <= data.keys() and not _TABLES_OF_KIND[kind] & data.keys():
+            raise error(f"{path}: expected a {kind}, got a {other}")
+
+
 def _require_numbers(parsed: dict[str, Any]) -> None:
     """Refuse integers beyond those of TOML, which nothing could compute with or print."""
     values: list[Any] = [parsed]

@@ -104,6 +104,21 @@ def test_a_missing_case_is_status_2(tmp_path):
     assert "none.toml: cannot be read: No such file or directory" in " ".join(done.stderr.split())
 
 
+def test_a_file_of_the_wrong_kind_is_named_as_what_it_is(tmp_path):
+    from coupling.files.robot_file import RobotFileError, load_robot, shipped_robots
+
+    (tmp_path / "case.toml").write_text(LINE.read_text())
+    (tmp_path / "robot.urdf").write_text("<robot/>")
+    with pytest.raises(CaseError, match="expected a case, got a robot file"):
+        load_case(shipped_robots()["icme2008"])
+    with pytest.raises(CaseError, match=r"got a folder: give the case\.toml in it"):
+        load_case(tmp_path)
+    with pytest.raises(RobotFileError, match="expected a robot file, got a case"):
+        load_robot(tmp_path / "case.toml")
+    with pytest.raises(RobotFileError, match=r"elastic-robot init cell --robot \S+robot\.urdf"):
+        load_robot(tmp_path / "robot.urdf")
+
+
 def test_a_broken_robot_in_a_case_names_both_files(tmp_path):
     from coupling.files.robot_file import shipped_robots
 
