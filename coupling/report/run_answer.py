@@ -66,7 +66,8 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     fits = None if tolerance is None or expected is None else expected.fits(tolerance)
     worse = None if figures.outlook is None or expected is None else figures.outlook.worse
     good = fits if figures.converged and worse is None and figures.is_stable else False
-    before, after = "uncorrected, with this robot file", "on the real robot"
+    size, before = _uncorrected(figures.deviation_before_m.maximum, expected)
+    after = "on the real robot"
     if worse is not None and worse.is_shifted:
         before += f"; {in_words(worse.uncorrected)} after a shift of the part"
         after += f"; {in_words(worse.deviation)} after such a shift"
@@ -77,7 +78,7 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
         reason=_reason(figures, expected),
         good=good,
         figures=(
-            KeyFigure("Before", in_words(figures.deviation_before_m.maximum), before),
+            KeyFigure("Before", size, before),
             KeyFigure(
                 "Expected after", NOT_KNOWN if expected is None else expected_words(expected), after
             ),
@@ -88,6 +89,21 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
             ),
         ),
         steps=list(_steps(figures, context, good, worse)),
+    )
+
+
+def _uncorrected(before: float, expected: ExpectedDeviation | None) -> tuple[str, str]:
+    """Return the deviation before a correction, and on which robot.
+
+    Where the real robot may leave more under the correction than the file's robot does without, it is
+    that of the real robot: both figures are of the same robots.
+    """
+    size = in_words(before)
+    if expected is None or expected.uncorrected is None or expected.maximum <= before:
+        return size, "uncorrected, with this robot file"
+    return (
+        f"about {in_words(expected.uncorrected)}",
+        f"uncorrected, on the real robot; {size} with this robot file",
     )
 
 

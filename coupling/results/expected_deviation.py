@@ -12,10 +12,14 @@ class ExpectedDeviation(ResultPart):
     Attributes:
         maximum: The deviation [m].
         is_whole: Whether all that may differ from the model is in it; else the real one may be larger.
+        uncorrected: The same under the uncorrected command, on the same robots [m]; None where not known.
     """
+
+    sparse = ("uncorrected",)
 
     maximum: float
     is_whole: bool
+    uncorrected: float | None = None
 
     @classmethod
     def among(
@@ -34,14 +38,15 @@ class ExpectedDeviation(ResultPart):
         if drawn is None:
             return cls(maximum=single, is_whole=False)
         completed = drawn.with_left_out
-        highest = max(drawn.high, completed.high if completed else 0.0)
+        worst = drawn if completed is None or drawn.high >= completed.high else completed
         return cls(
             maximum=max(
                 single,
                 *drawn.left_out_m.values(),
-                highest if further is None else further,
+                worst.high if further is None else further,
             ),
             is_whole=drawn.is_whole or completed is not None,
+            uncorrected=worst.uncorrected_high,
         )
 
     def fits(self, tolerance: float) -> bool | None:

@@ -64,13 +64,17 @@ class DeviationInterval(ResultPart):
         samples: Number of robots.
         low, high: 5th and 95th percentile of the largest deviation [m].
         less_constant_low, less_constant_high: The same less a constant [m].
+        uncorrected_high: 95th percentile under the uncorrected command [m]; None where not known.
     """
+
+    sparse = ("uncorrected_high",)
 
     samples: int
     low: float
     high: float
     less_constant_low: float
     less_constant_high: float
+    uncorrected_high: float | None = None
 
     @classmethod
     def around(cls, replays: Sequence[Replay]) -> DeviationInterval | None:
@@ -79,6 +83,7 @@ class DeviationInterval(ResultPart):
             return None
         whole = [replay.deviation.maximum for replay in replays]
         less_constant = [replay.deviation.maximum_less_constant for replay in replays]
+        uncorrected = [replay.uncorrected.maximum for replay in replays if replay.uncorrected]
         low, high = np.percentile(whole, _INTERVAL, method="hazen")
         less_low, less_high = np.percentile(less_constant, _INTERVAL, method="hazen")
         return cls(
@@ -87,6 +92,11 @@ class DeviationInterval(ResultPart):
             high=float(high),
             less_constant_low=float(less_low),
             less_constant_high=float(less_high),
+            uncorrected_high=(
+                float(np.percentile(uncorrected, _INTERVAL[1], method="hazen"))
+                if len(uncorrected) == len(replays)
+                else None
+            ),
         )
 
     @property

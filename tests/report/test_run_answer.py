@@ -79,6 +79,22 @@ def test_the_real_robot_s_figure_is_judged_by_the_tolerance(finished):
     assert bad.steps[0].command.split()[1] == "identify"
 
 
+def test_before_and_after_are_of_the_same_robots(finished):
+    """Softer robots than the file's leave more corrected than it does uncorrected: 5 of 7.5 mm."""
+    outlook_of_soft = expecting(finished, 5e-3).outlook
+    soft = outlook_of_soft.expected.model_copy(update={"uncorrected_high": 7.5e-3})
+    run = finished.model_copy(
+        update={"outlook": outlook_of_soft.model_copy(update={"expected": soft})}
+    )
+    assert 1e-5 < run.deviation_before_m.maximum < 5e-3
+    before, after, _ = answered(run, 3.5e-4).figures
+    assert (before.value, after.value) == ("about 7.50 mm", "5.00 mm")
+    assert before.note.startswith("uncorrected, on the real robot; ")
+    assert [figure.note for figure in answered(expecting(finished, 1e-5), 3.5e-4).figures][0] == (
+        "uncorrected, with this robot file"
+    )
+
+
 def test_a_robot_file_without_ranges_promises_nothing(finished):
     run = expecting(finished, 1e-4, is_whole=False)
     answer = answered(run, 2e-4)
