@@ -130,6 +130,11 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     assert DrawnDeviation.among(DrawnReplays(basis)) is None
     few = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn[:8])))
     assert (few.low, few.high, round(few.share, 2)) == (1e-6, 8e-6, 0.88)
+    assert few.uncorrected_high is None
+    double = tuple(replay.beside(deviation(2 * replay.deviation.maximum, 0.0)) for replay in drawn)
+    assert DrawnDeviation.among(DrawnReplays(basis, double)).uncorrected_high == pytest.approx(
+        191e-6
+    )
 
 
 def test_a_figure_without_the_stiffness_of_gears_is_not_called_that_of_a_real_robot():
