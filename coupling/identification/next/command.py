@@ -15,6 +15,7 @@ from coupling.identification.next.command_model import (
     model_of_run,
 )
 from coupling.identification.next.history import History
+from coupling.identification.next.measured_command import require_measured_under
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     PathCorrection,
@@ -82,6 +83,7 @@ def plan(
     """
     watch(Progress("comparing what was measured", 0, 1))
     history = History.of(sources, options.frame_accuracy, models)
+    require_measured_under(history, history.start, options.random)
     model, learned = _robot(history, options, models, watch)
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]

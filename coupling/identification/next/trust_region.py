@@ -51,6 +51,8 @@ def restrict_learning(
 ) -> PathCorrection:
     """Return the correction of an update, with gain 0 where a plausible robot would be worse.
 
+    It is 0 along the whole path where robots are worse with each of `_BESIDE`.
+
     Args:
         history: The runs.
         model: The robot's model, under which the last command was computed.
@@ -64,18 +66,18 @@ def restrict_learning(
     source, robots = history.sources[-1], PlausibleRobots(update, history, model.x, options)
     inverter = models.inverter(history.robot_at(model.x), source.torque_curve, source.drive)
     inverter = replace(inverter, simulations=min(inverter.simulations, _SIMULATIONS))
-    motion, trust = source.desired_motion, np.ones(len(update.time))
-    spacing = float(update.time[1] - update.time[0])
-    for beside in _BESIDE:
-        path = update.correction(trust).discrepancy(history).model(motion.path)
-        shifted = replace(motion, path=path)
+    motion, spacing = source.desired_motion, float(update.time[1] - update.time[0])
+    trust, worse = np.ones(len(update.time)), np.zeros(len(update.time), dtype=bool)
+    for beside in (0.0, *_BESIDE):
+        near = binary_dilation(worse, iterations=max(round(beside / spacing), 1))
+        trust = np.where(near, 0.0, trust)
+        correction = update.correction(trust)
+        shifted = replace(motion, path=correction.discrepancy(history).model(motion.path))
         command = inverter.invert(shifted, source.controller, _GOAL, unwatched).joints
         worse = robots.worse_places(command)
         if not np.any(worse):
-            break
-        near = binary_dilation(worse, iterations=max(round(beside / spacing), 1))
-        trust = np.where(near, 0.0, trust)
-    return update.correction(trust)
+            return correction
+    return update.correction(0.0)
 
 
 @dataclass
@@ -117,7 +119,10 @@ class PlausibleRobots:
         return worse
 
     def _squares(self, command: JointPath, x: np.ndarray) -> np.ndarray:
-        """Return mean squares that a robot is expected to leave under a command [m^2], (n,)."""
+        """Return mean squares that a robot is expected to leave under a command [m^2], (n,).
+
+        They are infinite of a robot that cannot be simulated.
+        """
         history, update, wrench = self.history, self.update, self.history.sources[-1].stored.wrench
         squares = np.zeros(len(update.time))
         try:
@@ -128,8 +133,8 @@ class PlausibleRobots:
                 change = SimulatedPath(path).position(run.measured.time) - before
                 now = squares_around(update.time, run, run.deviation + change, self.options)
                 squares = np.where(update.base == number, now, squares)
-        except SimulationError:  # no robot
-            return squares
+        except SimulationError:
+            return np.full(len(squares), np.inf)
         return squares
 
     def _allowed_step(self, step: np.ndarray) -> np.ndarray:

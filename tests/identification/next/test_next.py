@@ -206,6 +206,29 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
     assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 
+def test_what_was_measured_under_another_command_is_refused(shop, measured, models, tmp_path):
+    """The rows of the first run given twice, its command measured again, and runs exchanged."""
+    folder, robot = shop
+    robot.measure(folder / "first", tmp_path / "again.csv", 7)
+    first, second = folder / "m0.csv", folder / "m1.csv"
+    for files, words in (
+        ((first, first), "got the rows of m0.csv"),
+        ((first, tmp_path / "again.csv"), "are both of one run"),
+        ((second, first), "are they exchanged"),
+    ):
+        sources = [
+            read_source(folder / run, read_measurement(file))
+            for run, file in zip(("first", "second"), files, strict=True)
+        ]
+        with pytest.raises(LearnError, match=words):
+            next_command.plan(sources, NextOptions(FrameAccuracy(1e-5, 1e-5), "path"), models)
+    once_more = [
+        read_source(folder / "first", read_measurement(file))
+        for file in (first, tmp_path / "again.csv")
+    ]
+    assert next_command.plan(once_more, NextOptions(FrameAccuracy(), "path"), models).correction
+
+
 @pytest.mark.parametrize(
     "text", ["0.05", "mm", "-1mm", "0.05mm,1", "1mm,1mrad,3", "1mm,nanrad", "0mm"]
 )
