@@ -11,6 +11,7 @@ from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
 from coupling.results.cut_result import WILL_CHATTER
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.iteration_result import QUASISTATIC_VALIDATION
+from coupling.results.outlook import WorstReplay
 from coupling.results.replay import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, KeyFigure, NextStep
@@ -64,18 +65,27 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
     expected = figures.expected_deviation() if figures.converged else None
     tolerance = context.tolerance
     fits = None if tolerance is None or expected is None else expected.fits(tolerance)
-    worse = None if figures.outlook is None or expected is None else figures.outlook.worse
-    good = fits if figures.converged and worse is None and figures.is_stable else False
+    outlook = None if expected is None else figures.outlook
+    worse = None if outlook is None else outlook.worse
+    shift = None if outlook is None or fits else _shift_that_does(outlook)
+    good = (
+        fits
+        if figures.converged and worse is None and shift is None and figures.is_stable
+        else False
+    )
     size, before = _uncorrected(figures.deviation_before_m.maximum, expected)
     after = "on the real robot"
-    if worse is not None and worse.is_shifted:
-        before += f"; {in_words(worse.uncorrected)} after a shift of the part"
-        after += f"; {in_words(worse.deviation)} after such a shift"
+    if shift is not None:
+        before += f"; {in_words(shift.uncorrected)} after a shift of the part"
+        after += f"; {in_words(shift.deviation)} after such a shift"
     elif figures.converged and (expected is None or not expected.is_whole):
         after += "; its file does not say how exact it is"
+    reason = _reason(figures, expected)
+    if good and outlook is not None and outlook.shift_alone is not None:
+        reason += " Touching the part off, without a correction, leaves less."
     return Answer(
-        sentence=_sentence(figures, context, expected, worse),
-        reason=_reason(figures, expected),
+        sentence=_sentence(figures, context, expected, worse or shift),
+        reason=reason,
         good=good,
         figures=(
             KeyFigure("Before", size, before),
@@ -88,7 +98,7 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
                 "on a robot exactly as its file says",
             ),
         ),
-        steps=list(_steps(figures, context, good, worse)),
+        steps=list(_steps(figures, context, good, shift)),
     )
 
 
@@ -105,6 +115,14 @@ def _uncorrected(before: float, expected: ExpectedDeviation | None) -> tuple[str
         f"about {in_words(expected.uncorrected)}",
         f"uncorrected, on the real robot; {size} with this robot file",
     )
+
+
+def _shift_that_does(outlook: WorstReplay) -> Worsening | None:
+    """Return the robot on which a shift of the part does as well as the command; None for none."""
+    worse = outlook.worse
+    if worse is None:
+        return outlook.shift_alone
+    return worse if worse.is_shifted else None
 
 
 def _sentence(
@@ -139,7 +157,7 @@ def _sentence(
         )
     if worse is not None and worse.is_shifted:
         return (
-            "NO BETTER THAN A SHIFT OF THE PART: shifted to fit, it is off by"
+            "TOUCHING OFF ALONE DOES BETTER: with the part shifted to fit, the tool may be off by"
             f" {in_words(worse.uncorrected)} uncorrected and by {in_words(worse.deviation)} under this"
             f" command, by what is not known well of robot and force{_beside(context.tolerance)}."
         )
@@ -220,13 +238,6 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
             " On some robots that its file allows it leaves more than no correction:"
             f" {in_words(may_be_worse.deviation)} for {in_words(may_be_worse.uncorrected)}."
         )
-    shift = outlook.shift_alone
-    if shift is not None and outlook.worse is None:
-        text += (
-            f" With the part shifted to fit, {in_words(shift.deviation)} may remain of it, and"
-            f" {in_words(shift.uncorrected)} uncorrected: until the robot is identified, touching off"
-            " alone does better."
-        )
     names = critical_joints(figures)
     if names:
         text += f" The gears of {names} reverse along this path, where their backlash is felt most."
@@ -249,9 +260,13 @@ def _capital(text: str) -> str:
 
 
 def _steps(
-    figures: RunResult, context: RunContext, good: bool | None, worse: Worsening | None
+    figures: RunResult, context: RunContext, good: bool | None, shift: Worsening | None
 ) -> Iterator[NextStep]:
-    """Yield what to do next; `place` and `next` are for one robot."""
+    """Yield what to do next; `place` and `next` are for one robot.
+
+    Args:
+        shift: Robot on which a shift of the part does as well; None for none.
+    """
     folder, is_alone = context.folder, len(figures.robots) == 1
     if not figures.is_stable:
         yield NextStep.by(_STABLE, "stability", context.case)
@@ -279,6 +294,12 @@ def _steps(
         return
     if context.tolerance is None:
         yield state_tolerance(context.case)
+    if shift is not None:
+        touch_off = "" if figures.touched_off else f"touch_off = true in [part] of {context.case}, "
+        yield NextStep.by(
+            f"Touch the part off and run it uncorrected; {touch_off}this computes what remains:",
+            *("couple", context.case, "-o", f"{folder}_uncorrected"),
+        )
     if good is not True and figures.forecast is None:
         joints = critical_joints(figures)
         yield NextStep.by(
@@ -287,7 +308,7 @@ def _steps(
         )
         if is_alone and any(gear.at_risk for gear in figures.gears):
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
-    if worse is not None:
+    if not figures.gains and good is not True:
         return
     yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
     if is_alone:

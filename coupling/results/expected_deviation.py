@@ -12,7 +12,7 @@ class ExpectedDeviation(ResultPart):
     Attributes:
         maximum: The deviation [m].
         is_whole: Whether all that may differ from the model is in it; else the real one may be larger.
-        uncorrected: The same under the uncorrected command, on the same robots [m]; None where not known.
+        uncorrected: The same of the same robots under the uncorrected command [m]; None: not known.
     """
 
     sparse = ("uncorrected",)

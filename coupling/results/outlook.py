@@ -242,8 +242,8 @@ class WorstReplay(ResultPart):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def gains(self) -> bool:
-        """Whether the command is better than the uncorrected one on all robots to be expected."""
-        return self.worse is None
+        """Whether the command is better than none on all robots to be expected, also less a constant."""
+        return self.worse is None and self.shift_alone is None
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -261,6 +261,14 @@ class WorstReplay(ResultPart):
                 f"This command may be WORSE THAN NONE: on the same robot ({self.worse.name}) it leaves"
                 f" {format_um(self.worse.deviation)} um{shifted}, the uncorrected one"
                 f" {format_um(self.worse.uncorrected)} um{shifted}. {_ADVICE} {expected}"
+                f"Sensitivity to one parameter: {figures}."
+            )
+        shift = self.shift_alone
+        if shift is not None:
+            return (
+                f"A shift of the part alone does better: less a constant ({shift.name}) this command"
+                f" leaves {format_um(shift.deviation)} um, the uncorrected one"
+                f" {format_um(shift.uncorrected)} um. {_ADVICE} {expected}"
                 f"Sensitivity to one parameter: {figures}."
             )
         if self.expected is not None:

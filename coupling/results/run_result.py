@@ -192,8 +192,13 @@ class RunResult(ResultFile):
 
     @property
     def gains(self) -> bool:
-        """Whether the command is better than the uncorrected one wherever both were replayed."""
+        """Whether the command is better than the uncorrected one, as `WorstReplay.gains`."""
         return self.outlook is None or self.outlook.gains
+
+    @property
+    def touched_off(self) -> bool:
+        """Whether the part was touched off."""
+        return any(robot.touch_off is not None for robot in self.robots)
 
     @property
     def stages(self) -> tuple[str, ...]:

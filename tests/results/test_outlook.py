@@ -84,7 +84,7 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
 
 
 def test_usual_values_of_what_a_file_leaves_out_count_all_at_once():
-    """One of them alone is no robot; less a constant they call for a shift of the part, no alarm."""
+    """One of them alone is no robot; less a constant they call for a shift of the part."""
     before, replays = deviation(1e-3, 4e-4), [Replay(name="none", deviation=deviation(0.0, 0.0))]
     alone = drawn((2e-3, 1e-3))
     both = tuple(
@@ -95,7 +95,8 @@ def test_usual_values_of_what_a_file_leaves_out_count_all_at_once():
     assert found.worse.is_shifted, "by robots that its file states"
     usual = DrawnReplays(DrawnFrom(), 16 * drawn((1e-4, 9e-4)), alone, both)
     found = WorstReplay.among(before, replays, usual)
-    assert found.gains
+    assert found.worse is None
+    assert not found.gains
     assert (found.shift_alone.deviation, found.shift_alone.uncorrected) == (5e-4, 3e-4)
     without = DrawnReplays(DrawnFrom(), 16 * drawn((1e-4, 9e-4)), alone)
     assert not WorstReplay.among(before, replays, without).gains
