@@ -309,7 +309,7 @@ def _advance(
         else:
             case = write_inputs(place, command_plan)
             words += [str(output), "measured.csv", *known, "-o", f"{output}_next"]
-            answer = next_answer(result, name_path(case), words)
+            answer = next_answer(result, name_path(case), sources[-1].robot.name, words)
         report = next_report(title, result, learned, answer)
         page = _write_report(place, report, result, learned)
         if command_plan.is_refused or inputs_only:
@@ -334,7 +334,7 @@ def _advance(
             )
             raise
         result = figures(command_plan, finished.run.forecast)
-        answer = next_answer(result, name_path(output), words)
+        answer = next_answer(result, name_path(output), sources[-1].robot.name, words)
         report = next_report(title, result, learned, answer)
         _write_report(place, report, result, learned)
     if finished.is_good:

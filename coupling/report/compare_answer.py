@@ -38,8 +38,8 @@ def comparison_answer(comparison: Comparison) -> Answer:
                 f"of what was measured {best.name} leaves least, up to {in_words(best.deviation)};"
                 f" {next_best.name} is to leave {in_words(next_best.deviation)}, {next_best.kind}"
             )
-        export = ("export", name_path(next_best.run.folder), "--to", "krl")
-        steps = [NextStep.by(purpose, *export)]
+        robot = next_best.run.figures.robots[0].title
+        steps = [NextStep.export(purpose, name_path(next_best.run.folder), robot)]
     standings_shown = standings
     if len(standings) > _FIGURES:
         standings_shown = sorted(standings, key=lambda standing: standing.order)[:_FIGURES]

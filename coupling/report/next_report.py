@@ -58,17 +58,18 @@ def _sections(result: NextResult, learned: LearnedResult | None) -> list[Section
     return sections
 
 
-def next_answer(result: NextResult, folder: str, next_words: Sequence[str]) -> Answer:
+def next_answer(result: NextResult, folder: str, robot: str, next_words: Sequence[str]) -> Answer:
     """Return the first screen of a next command.
 
     Args:
         result: Its figures.
         folder: Its run folder, or before it is computed its case file, as commands name it.
+        robot: Name of the robot.
         next_words: Words of the command that goes on from it.
     """
     forecast, runs, last = result.forecast, result.runs, result.runs[-1].size_m
     steps = [
-        NextStep.by("Write the robot program:", "export", folder, "--to", "krl"),
+        NextStep.export("Write the robot program:", folder, robot),
         NextStep.by("Run it, measure again, and go on:", *next_words),
     ]
     good = None

@@ -310,7 +310,7 @@ def _steps(
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
     if not figures.gains and good is not True:
         return
-    yield NextStep.by("Write the robot program:", "export", folder, "--to", "krl")
+    yield NextStep.export("Write the robot program:", folder, figures.robots[0].title)
     if is_alone:
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from math import isnan
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -120,7 +121,9 @@ def study_answer(study: StoredStudy) -> Answer:
         purpose = "See whether robot and path fit each other:"
         steps = [NextStep.by(purpose, "check", source.case)]
     elif good:
-        steps.append(NextStep.by("Write the robot program:", "export", source.run, "--to", "krl"))
+        steps.append(
+            NextStep.export("Write the robot program:", source.run, Path(source.robot).name)
+        )
     else:
         plan = ("identify", "--plan", "--robot", source.robot, "-o", "plan.csv")
         steps.append(NextStep.by("Measure what decides most; this plans it:", *plan))

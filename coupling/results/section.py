@@ -17,6 +17,10 @@ if TYPE_CHECKING:  # heavy, and only pages draw
 # Micrometres of a metre, in which lengths are shown.
 UM = 1e6
 
+# Language in which a robot's controller is programmed, by what the robot's name begins with.  A UR takes
+# the angles of its joints on its controller's cycle; the robot of no maker is shown KUKA's.
+_LANGUAGES = {"abb": "rapid", "irb": "rapid", "fanuc": "fanuc", "ur": "csv"}
+
 
 @dataclass(frozen=True)
 class Note:
@@ -64,6 +68,18 @@ class NextStep:
             "elastic-robot report 'results/my cone'"
         """
         return cls(purpose, shlex.join(["elastic-robot", *words]))
+
+    @classmethod
+    def export(cls, purpose: str, run: str, robot: str) -> NextStep:
+        """Return the step that writes a run's command as a program of its robot, by the robot's name.
+
+        Example:
+            >>> NextStep.export("Write the robot program:", "results/cone", "fanuc-r2000ic").command
+            'elastic-robot export results/cone --to fanuc'
+        """
+        makers = (maker for maker in _LANGUAGES if robot.lower().startswith(maker))
+        language = _LANGUAGES.get(next(makers, ""), "krl")
+        return cls.by(purpose, "export", run, "--to", language)
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def next_screen(expected: float | None, worse: bool = False, tolerance: float | 
         parameters_refused="the run excites nothing",
         forecast=None if expected is None else forecast(expected),
     )
-    return result, next_answer(result, "results/3", NEXT)
+    return result, next_answer(result, "results/3", "kuka-kr210-l150", NEXT)
 
 
 def setting(exposure: float, cost: float, **changed: object) -> SettingResult:

@@ -10,6 +10,7 @@ from line_case import line_case
 from outlooks import deviation, outlook
 from reported import compensated
 
+from coupling.programs.languages import LANGUAGES
 from coupling.report.document import document
 from coupling.report.run_answer import RunContext, run_answer
 from coupling.report.verdict import verdict
@@ -93,6 +94,25 @@ def test_before_and_after_are_of_the_same_robots(finished):
     assert before.note.startswith("uncorrected, on the real robot; ")
     stiff = answered(expecting(finished, 1e-5), 3.5e-4)
     assert stiff.figures[0].note == "uncorrected, with this robot file"
+
+
+@pytest.mark.parametrize(
+    ("name", "language"),
+    [
+        ("abb-irb7600-500-255", "rapid"),
+        ("IRB 6700", "rapid"),
+        ("fanuc-r2000ic", "fanuc"),
+        ("kuka-kr210-l150", "krl"),
+        ("ur10", "csv"),
+        ("icme2008-example", "krl"),
+    ],
+)
+def test_a_program_is_written_in_the_language_of_the_robot_s_controller(finished, name, language):
+    robots = (finished.robots[0].model_copy(update={"title": name}),)
+    run = expecting(finished, 1e-4).model_copy(update={"robots": robots})
+    steps = answered(run, 1e-3).steps
+    assert steps[0].command == f"elastic-robot export results/line --to {language}"
+    assert language in LANGUAGES
 
 
 def test_a_robot_file_without_ranges_promises_nothing(finished):
