@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from fixture_store import stored
 from scipy.spatial.transform import Rotation
@@ -9,7 +12,7 @@ from tuned_fmu import simulate_tuned
 
 from coupling.events import unwatched
 from coupling.identification.runs.effect import ParameterEffect
-from coupling.identification.runs.fit import Fitter, ParameterFit
+from coupling.identification.runs.fit import ParameterFit, fit_runs
 from coupling.identification.runs.measurement import MeasuredPath, Measurement
 from coupling.identification.runs.parameters import learnable, prior_of
 from coupling.identification.runs.problem import FitProblem
@@ -47,19 +50,27 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> DesiredMo
     return DesiredMotion(path, rigid, WrenchHistory.of_means(time, steps))
 
 
-def stored_fit(fitter: Fitter, start: np.ndarray) -> ParameterFit:
+def stored_fit(problem: FitProblem, start: np.ndarray) -> ParameterFit:
     """What is fitted to measured runs, from log factors to begin at."""
-    problem = fitter.problem
     fmu = (problem.fmu.fingerprint, problem.fmu.torque_curve, problem.fmu.drive)
     runs = [
         (own.command, own.wrench, own.desired, own.desired_motion, own.measured)
         for own in problem.runs
     ]
-    return stored(_fit, (fmu, problem.parameters, runs), start, using=(fitter,))
+    inputs = (fmu, problem.parameters, runs)
+    fit, weights = stored(_fit, inputs, start, using=(problem,))
+    experiment = replace(fit.experiment, problem=replace(problem, **weights))
+    return replace(fit, experiment=experiment)
 
 
-def _fit(problem: object, start: np.ndarray, fitter: Fitter) -> ParameterFit:
-    return fitter.fit(start)
+def _fit(
+    inputs: object, start: np.ndarray, problem: FitProblem
+) -> tuple[ParameterFit, dict[str, Any]]:
+    """Return a fit but for its problem, whose processes cannot be written, and the rows' weights."""
+    fit = fit_runs(problem, start)
+    weights = {key: getattr(fit.experiment.problem, key) for key in ("spectrum", "variance")}
+    bare: Any = {"problem": None, "derivatives": ()}
+    return replace(fit, experiment=replace(fit.experiment, **bare)), weights
 
 
 class Robots:
@@ -113,10 +124,10 @@ class Robots:
         seen = Measurement("measured.csv", self.time[rows], where[rows] + noise)
         return MeasuredPath(self.command, self.wrench, self.path, self.wanted, seen)
 
-    def fitter(self, one: MeasuredPath) -> Fitter:
-        """What fits a run."""
+    def problem(self, one: MeasuredPath) -> FitProblem:
+        """What is to be fitted to a run."""
         effect = ParameterEffect(self.robot, "backlash", self.parameters, one)
-        return Fitter(FitProblem((self.fmu,), self.parameters, (one,), (effect,)))
+        return FitProblem((self.fmu,), self.parameters, (one,), (effect,))
 
     def drawn(self, seed: int, times: float) -> np.ndarray:
         """Log factors up to so many prior standard deviations off; dampers of tilts as they are."""

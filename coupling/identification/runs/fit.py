@@ -20,17 +20,12 @@ from itertools import product
 import numpy as np
 
 from coupling.identification.estimate import estimate
+from coupling.identification.intervals import quantile
 from coupling.identification.runs.effect import in_parallel
-from coupling.identification.runs.linearisation import (
-    FLOOR,
-    FitObjective,
-    FitPoint,
-    Restart,
-    RunLinearisation,
-)
+from coupling.identification.runs.experiment import RunExperiment
 from coupling.identification.runs.parameters import prior_of
-from coupling.identification.runs.problem import FitProblem
-from coupling.identification.runs.residual import UnexplainedPart
+from coupling.identification.runs.problem import FLOOR, FitProblem
+from coupling.identification.runs.residual import UnexplainedPart, noise_of
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.whitening import (
     NONE,
@@ -68,213 +63,212 @@ _OVER, _FAR = 0.2, 2.0
 
 
 @dataclass(frozen=True)
-class ParameterFit(FitPoint):
+class ParameterFit:
     """The most likely robot, and how sure it is.
 
     Attributes:
+        experiment: The runs around it.
         covariance: Covariance matrix of all unknowns, in products of their units, (U, U), with rows
             that count by noise and by what is left over it; of each parameter by the derivatives that
             give the wider interval.
         converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
-        spectrum: Spectrum of what the model does not describe.
     """
 
+    experiment: RunExperiment
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
-    spectrum: UnmodelledSpectrum
+
+    @property
+    def x(self) -> np.ndarray:
+        """All unknowns, log factors first [1, m, rad, s], (U,)."""
+        return self.experiment.x
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviations of the errors of log factors [1], (P,)."""
+        prior = prior_of(self.experiment.problem.parameters)
+        return np.minimum(np.sqrt(np.diag(self.covariance)[: len(prior)]), prior)
+
+    @property
+    def half(self) -> np.ndarray:
+        """Half widths of their 95 % intervals [1], (P,)."""
+        # What is left has a scale of as many independent values as there are identifiable parameters.
+        return quantile(max(self.left_over.effective, 1.0)) * self.deviation
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of a measured coordinate's noise [m]."""
+        return noise_of([rows[:, :3] for rows in self.experiment.residuals])
 
 
-class Fitter:
-    """Fits one problem, also to other measurements at the same times.
+def fit_runs(
+    problem: FitProblem,
+    start: np.ndarray,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> ParameterFit:
+    """Return the most likely parameters.
 
     Args:
         problem: The problem.
+        start: Log factors to begin at [1], (P,).
+        progress: Function called with the milliseconds of the runs that are fitted, and all.
     """
-
-    def __init__(self, problem: FitProblem) -> None:
-        self.problem = problem
-        self._whole = FitObjective(problem, NONE)
-
-    def fit(
-        self, start: np.ndarray, progress: Callable[[int, int], None] = lambda done, total: None
-    ) -> ParameterFit:
-        """Return the most likely parameters.
-
-        Args:
-            start: Log factors to begin at [1], (P,).
-            progress: Function called with the milliseconds of the runs that are fitted, and all.
-        """
-        longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in self._whole.slow))
-        whole, now = self._whole, self._whole.framed(start)
-        seconds = _window(whole, now, 0.0)
-        # A run that a robot explains already has nothing that the model does not describe.
-        spectrum = USUAL if seconds < np.inf else NONE
-        while seconds < np.inf:
-            part = FitObjective(self.problem.until(seconds), spectrum)
-            here = _restarted(part, part.at(now.z))
-            spectrum = _likeliest(here, SLOW_SPECTRA)
-            whole = FitObjective(self.problem, spectrum)
-            now = whole.at(here.point.z)
-            progress(min(round(1e3 * seconds), longest), 2 * longest)
-            seconds = _window(whole, now, seconds, _is_noise(part, here.point))
-        progress(longest, 2 * longest)
-        return self._settled(_restarted(FitObjective(self.problem, spectrum), now))
-
-    def at(self, x: np.ndarray, spectrum: UnmodelledSpectrum) -> FitPoint:
-        """Return what given parameters leave, behind the frame that fits them best.
-
-        Args:
-            x: Log factors [1], (P,).
-            spectrum: Spectrum of what the model does not describe.
-        """
-        return FitObjective(self.problem, spectrum).framed(x)
-
-    def noise(self, residuals: Sequence[np.ndarray]) -> float:
-        """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
-        return self._whole.noise(residuals)
-
-    def _settled(self, now: RunLinearisation) -> ParameterFit:
-        """Return the most likely robot near what was found, and how sure it is."""
-        for _ in range(_SETTLING):
-            spectrum = _likeliest(now, SPECTRA)
-            over = self._left_over(self._counted(now, spectrum, 1.0)).over
-            counted = _with_secants(self._counted(now, spectrum, over))
-            fit = estimate(counted, _free(counted.objective), _STEPS, _SETTLED)
-            now = fit.experiment
-        left_over = self._left_over(self._counted(now, spectrum, 1.0))
-        covariance = self._covariance(self._counted(now, spectrum, left_over.over))
-        return ParameterFit(
-            **vars(now.point),
-            covariance=covariance,
-            converged=fit.converged,
-            left_over=left_over,
-            spectrum=spectrum,
-        )
-
-    def _counted(
-        self, now: RunLinearisation, spectrum: UnmodelledSpectrum, over: float
-    ) -> RunLinearisation:
-        """Return the same with rows weighted by their noise, its variance times a factor."""
-        variance = max(over * self._whole.noise(now.point.residuals) ** 2 / 3.0, FLOOR**2)
-        objective = FitObjective(self.problem, spectrum, variance)
-        return replace(now, objective=objective, point=objective.at(now.x))
-
-    def _left_over(self, now: RunLinearisation) -> UnexplainedPart:
-        """Return what is left over noise, by rows that are weighted by that."""
-        objective, point = now.objective, now.point
-        variance = max(self._whole.noise(point.residuals) ** 2 / 3.0, FLOOR**2)
-        parts = list(zip(objective.slow, point.rows, strict=True))
-        squares = sum(mean.independent * float(np.sum(rows**2)) for mean, rows in parts)
-        count = sum(mean.independent * rows.size for mean, rows in parts)
-        data = objective.equations(point, now.slopes)[0] - np.diag(self.problem.prior**-2.0)
-        return UnexplainedPart.of(squares / variance, count, data, self.problem.prior)
-
-    def _covariance(self, now: RunLinearisation) -> np.ndarray:
-        """Return the covariance of all unknowns, by the derivatives that give the wider interval.
-
-        An unloaded gear leaves its flank at another time when anything is changed, which differences of
-        simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
-        but not what other gears do meanwhile.
-        """
-        secants = self.problem.secants(_CHANGE)
-        by_secants, by_equation = (
-            np.linalg.inv(
-                now.objective.equations(now.point, now.objective.slopes(now.x, derivatives))[0]
-            )
-            for derivatives in (secants, self.problem.effects)
-        )
-        wider = np.sqrt(np.maximum(1.0, np.diag(by_equation) / np.diag(by_secants)))
-        wider[len(self.problem.parameters) :] = 1.0
-        covariance: np.ndarray = wider[:, None] * by_secants * wider
-        return covariance
+    longest = round(1e3 * max(float(np.ptp(mean.time)) for mean in problem.slow))
+    now = RunExperiment.behind_frame(problem, start)
+    seconds = _window(now, 0.0)
+    # A run that a robot explains already has nothing that the model does not describe.
+    spectrum = USUAL if seconds < np.inf else NONE
+    while seconds < np.inf:
+        part = replace(problem.until(seconds), spectrum=spectrum)
+        here = _restarted(RunExperiment.of(part, now.x))
+        spectrum = _likeliest(here, SLOW_SPECTRA)
+        now = RunExperiment.of(replace(problem, spectrum=spectrum), here.x)
+        progress(min(round(1e3 * seconds), longest), 2 * longest)
+        seconds = _window(now, seconds, _is_noise(here))
+    progress(longest, 2 * longest)
+    return _settled(_restarted(now))
 
 
-def _likeliest(now: RunLinearisation, spectra: Sequence[UnmodelledSpectrum]) -> UnmodelledSpectrum:
+def _settled(now: RunExperiment) -> ParameterFit:
+    """Return the most likely robot near what was found, and how sure it is."""
+    for _ in range(_SETTLING):
+        spectrum = _likeliest(now, SPECTRA)
+        over = _left_over(_counted(now, spectrum, 1.0)).over
+        counted = _with_secants(_counted(now, spectrum, over))
+        fit = estimate(counted, _free(counted.problem), _STEPS, _SETTLED)
+        now = fit.experiment
+    left_over = _left_over(_counted(now, spectrum, 1.0))
+    covariance = _covariance(_counted(now, spectrum, left_over.over))
+    return ParameterFit(now, covariance, fit.converged, left_over)
+
+
+def _counted(now: RunExperiment, spectrum: UnmodelledSpectrum, over: float) -> RunExperiment:
+    """Return the same with rows weighted by their noise, its variance times a factor."""
+    variance = max(over * now.problem.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
+    return now.weighted(spectrum, variance)
+
+
+def _left_over(now: RunExperiment) -> UnexplainedPart:
+    """Return what is left over noise, by rows that are weighted by that."""
+    problem = now.problem
+    variance = max(problem.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
+    parts = list(zip(problem.slow, now.whitened, strict=True))
+    squares = sum(mean.independent * float(np.sum(rows**2)) for mean, rows in parts)
+    count = sum(mean.independent * rows.size for mean, rows in parts)
+    data = now.equations[0] - np.diag(problem.prior**-2.0)
+    return UnexplainedPart.of(squares / variance, count, data, problem.prior)
+
+
+def _covariance(now: RunExperiment) -> np.ndarray:
+    """Return the covariance of all unknowns, by the derivatives that give the wider interval.
+
+    An unloaded gear leaves its flank at another time when anything is changed, which differences of
+    simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
+    but not what other gears do meanwhile.
+    """
+    problem = now.problem
+    by_secants, by_equation = (
+        np.linalg.inv(replace(now, slopes=now.slopes_by(derivatives)).equations[0])
+        for derivatives in (problem.secants(_CHANGE), problem.effects)
+    )
+    wider = np.sqrt(np.maximum(1.0, np.diag(by_equation) / np.diag(by_secants)))
+    wider[len(problem.parameters) :] = 1.0
+    covariance: np.ndarray = wider[:, None] * by_secants * wider
+    return covariance
+
+
+def _likeliest(now: RunExperiment, spectra: Sequence[UnmodelledSpectrum]) -> UnmodelledSpectrum:
     """Return the likeliest spectrum of what the model does not describe."""
-    objective, runs = now.objective, []
-    for number, run in enumerate(objective.problem.runs):
+    problem, runs = now.problem, []
+    for number, run in enumerate(problem.runs):
         poses = run.coordinates
-        rows = now.point.slow[number][:, :poses]
-        columns = np.zeros((*rows.shape, objective.problem.size))
-        of_run = objective.columns(now.point, number, now.slopes[number])[:, :poses]
-        columns[:, :, objective.unknowns_of(number)] = of_run
-        runs.append(WhitenedRun(objective.whitening[number], rows, columns))
-    return likeliest_spectrum(runs, now.x, objective.problem.prior, spectra)
+        rows = now.slow[number][:, :poses]
+        columns = np.zeros((*rows.shape, problem.size))
+        columns[:, :, problem.unknowns_of(number)] = now.columns(number)[:, :poses]
+        runs.append(WhitenedRun(problem.whitening[number], rows, columns))
+    return likeliest_spectrum(runs, now.x, problem.prior, spectra)
 
 
-def _window(whole: FitObjective, now: FitPoint, before: float, explained: bool = True) -> float:
+def _window(now: RunExperiment, before: float, explained: bool = True) -> float:
     """Return how far to look next [s]."""
-    return fitting_window(now.rows, whole.slow, whole.noise(now.residuals), before, explained)
+    problem = now.problem
+    noise = problem.noise(now.residuals)
+    return fitting_window(now.whitened, problem.slow, noise, before, explained)
 
 
-def _free(objective: FitObjective) -> tuple[np.ndarray, np.ndarray]:
+def _free(problem: FitProblem) -> tuple[np.ndarray, np.ndarray]:
     """Return no bounds, for all unknowns in their units, (U,) each."""
-    high = np.full(objective.problem.size, np.inf)
+    high = np.full(problem.size, np.inf)
     return -high, high
 
 
-def _refined(objective: FitObjective, start: FitPoint) -> RunLinearisation:
-    """Return what is found from some unknowns on.
-
-    Args:
-        objective: Sum of squares of the runs, or of a part of them.
-        start: Unknowns to begin at.
-    """
+def _refined(start: RunExperiment) -> RunExperiment:
+    """Return what is found from some unknowns on."""
     # Far from the solution derivatives of the gears' equation lead towards it.
-    slopes = objective.slopes(start.z, objective.problem.effects)
-    here = RunLinearisation(objective, start, (), np.zeros(0), slopes)
-    return estimate(_with_secants(here), _free(objective), _STEPS, _SETTLED).experiment
+    here = replace(start, slopes=start.slopes_by(start.problem.effects))
+    return estimate(_with_secants(here), _free(start.problem), _STEPS, _SETTLED).experiment
 
 
-def _restarted(objective: FitObjective, start: FitPoint) -> RunLinearisation:
+def _restarted(start: RunExperiment) -> RunExperiment:
     """Return what is found from some unknowns and, if that leaves more than noise, beside them."""
-    here = _refined(objective, start)
-    now = here.point
-    restart = None if _is_noise(objective, now) else _best_restart(here)
+    here = _refined(start)
+    restart = None if _is_noise(here) else _best_restart(here)
     if restart is None:
         return here
-    aside, fitted = restart.point, objective.try_at(restart.z, now.scale)
-    if fitted is not None and fitted.cost < aside.cost:
-        aside = fitted
-    other = _refined(objective, aside)
-    there = other.point
-    cost = 0.5 * objective.rescaled(there.z, there.rows, now.scale)[1]
-    return other if cost < now.cost - _SETTLED else here
+    aside, x = restart
+    fitted = aside.at(x)
+    if fitted is not None and fitted.cost(here) < aside.cost(here):
+        aside = replace(fitted, scale=here.scale)
+    other = _refined(aside)
+    return other if other.cost(here) < here.cost(here) - _SETTLED else here
 
 
-def _with_secants(now: RunLinearisation) -> RunLinearisation:
+def _with_secants(now: RunExperiment) -> RunExperiment:
     """Return the same with derivatives by differences of simulations, computed when asked for.
 
     Differences are as large as the standard deviations of the parameters by the derivatives so far.
     """
-    problem = now.objective.problem
-    variance = np.diag(np.linalg.inv(now.objective.equations(now.point, now.slopes)[0]))
-    change = np.sqrt(variance[: len(problem.parameters)]).clip(_LEAST_CHANGE, _CHANGE)
-    return replace(now, derivatives=problem.secants(change), reach=change, exact_at=None)
+    variance = np.diag(np.linalg.inv(now.equations[0]))
+    change = np.sqrt(variance[: len(now.problem.parameters)]).clip(_LEAST_CHANGE, _CHANGE)
+    return replace(now, derivatives=now.problem.secants(change), reach=change, exact_at=None)
 
 
-def _is_noise(part: FitObjective, now: FitPoint) -> bool:
+def _is_noise(now: RunExperiment) -> bool:
     """Whether hardly more is left than noise, by how much chance there is in that."""
-    means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
+    means = sum(3.0 * mean.independent * len(mean.time) for mean in now.problem.slow)
     chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
-    return part.over_noise(now) <= max(_NEAR_NOISE, chance)
+    return now.over_noise <= max(_NEAR_NOISE, chance)
 
 
-def _best_restart(now: RunLinearisation) -> Restart | None:
+def _best_restart(now: RunExperiment) -> tuple[RunExperiment, np.ndarray] | None:
     """Return where to try again: beside what was found, in backlash and damping of one gear.
 
     All else is fitted to these with derivatives that are known, which tells the best gear and side.
+
+    Returns:
+        The runs around unknowns of which these were changed; and those with the others fitted to them
+        [1, m, rad, s], (U,).
     """
-    problem = now.objective.problem
+    problem = now.problem
     shown = {int(k) for secant in problem.secants(_CHANGE) for k in secant.shown}
 
-    def tried(fmu: RobotFmu, step: np.ndarray) -> Restart:
-        return now.objective.fit_others(now.point, now.slopes, step, fmu)
+    def fit_others(fmu: RobotFmu, step: np.ndarray) -> tuple[float, RunExperiment, np.ndarray]:
+        """Return a step of log factors, the others fitted to it, and the cost that is predicted."""
+        x = now.x.copy()
+        x[: len(step)] += step
+        after = replace(RunExperiment.of(problem, x, fmu), scale=now.scale, slopes=now.slopes)
+        free = np.setdiff1d(np.arange(len(x)), np.flatnonzero(step))
+        matrix, right = after.equations
+        change = np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+        fitted = x.copy()
+        fitted[free] += change
+        return after.cost(after) - 0.5 * float(right[free] @ change), after, fitted
 
-    restarts = in_parallel(problem.fmus, backlash_trials(problem.parameters, shown), tried)
-    return min(restarts, key=lambda restart: restart.cost, default=None)
+    restarts = in_parallel(problem.fmus, backlash_trials(problem.parameters, shown), fit_others)
+    best = min(restarts, key=lambda restart: restart[0], default=None)
+    return None if best is None else best[1:]
 
 
 def backlash_trials(

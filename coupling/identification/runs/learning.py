@@ -11,14 +11,14 @@ from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from coupling.identification.runs.effect import ParameterEffect
-from coupling.identification.runs.fit import Fitter, ParameterFit
+from coupling.identification.runs.experiment import RunExperiment, size_of
+from coupling.identification.runs.fit import ParameterFit, fit_runs
 from coupling.identification.runs.judge import (
     discrepancy,
     judge_parameters,
     measurement_lacks,
     mostly_in_backlash,
 )
-from coupling.identification.runs.linearisation import FitPoint, size_of
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
@@ -26,7 +26,6 @@ from coupling.identification.runs.problem import ANYWHERE, FitProblem, FramePrio
 from coupling.identification.runs.residual import weigh_motors
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
-from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.length_text import format_um
@@ -54,7 +53,6 @@ class Learned:
         fit: The fit.
         before: Residual of the robot file, behind the frame that fits it best.
         parameters: Verdict on each parameter.
-        spread: Uncertainty of their log factors.
         gears: Diagnosis of the gears where it was measured.
         whole: The same along the whole path of the last run, where nothing is identifiable.
     """
@@ -62,9 +60,8 @@ class Learned:
     sources: tuple[MeasuredFile, ...]
     runs: tuple[MeasuredPath, ...]
     fit: ParameterFit
-    before: FitPoint
+    before: RunExperiment
     parameters: tuple[LearnedParameterResult, ...]
-    spread: Uncertainty
     gears: tuple[GearDiagnosis, ...]
     whole: tuple[GearDiagnosis, ...] = field(default=())
 
@@ -79,18 +76,18 @@ class Learned:
     @property
     def residual_rms(self) -> tuple[float, float]:
         """Rms of the residuals' slow parts, with the robot file and with what was found [m]."""
-        return size_of(self.before.slow), size_of(self.fit.slow)
+        return size_of(self.before.slow), size_of(self.fit.experiment.slow)
 
     @property
     def whitened_rms(self) -> float:
         """Rms of rows as they count beside what the model does not describe [m]."""
-        return size_of(self.fit.rows)
+        return size_of(self.fit.experiment.whitened)
 
     @property
     def noise_left(self) -> float:
         """What the slow parts would be of noise alone [m], rms."""
         parts = [SlowPart.of(run.measured.time).of_noise for run in self.runs]
-        return self.spread.noise * float(np.sqrt(3.0 * np.mean(parts)))
+        return self.fit.noise * float(np.sqrt(3.0 * np.mean(parts)))
 
     @property
     def unexplained(self) -> bool:
@@ -180,21 +177,21 @@ def learn(
         runs.append(_with_weights(run, by, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), frame)
     start = factors_between(parameters, last.robot)
-    fit = Fitter(problem).fit(
-        start, lambda done, total: watch(Progress("learning: fit", done, total))
+    fit = fit_runs(
+        problem, start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
-    spread = spread_of(problem, fit)
-    x = fit.z[: len(parameters)]
+    x = fit.x[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(problem.robot_at(x), first.torque_curve)
     gears = diagnose(moving, problem.runs[-1].desired_motion)
     verdicts = judge_parameters(
-        parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
+        parameters, x, fit.deviation, fit.half, prior_of(parameters), effect, gears
     )
     identifiable = any(parameter.identified for parameter in verdicts)
     whole = gears if identifiable else diagnose(moving, last.desired_motion)
-    before = Fitter(problem).at(np.zeros(len(parameters)), fit.spectrum)
-    return Learned(tuple(sources), problem.runs, fit, before, verdicts, spread, gears, whole)
+    settled = replace(problem, spectrum=fit.experiment.problem.spectrum)
+    before = RunExperiment.behind_frame(settled, np.zeros(len(parameters)))
+    return Learned(tuple(sources), problem.runs, fit, before, verdicts, gears, whole)
 
 
 def _with_motors(run: MeasuredPath, source: MeasuredFile) -> MeasuredPath:

@@ -29,7 +29,7 @@ def figures(learned: Learned) -> LearnedResult:
         refusal=learned.refusal,
         converged=learned.fit.converged,
         left_m=LeftResult(robot_file=before, learned=after),
-        noise_m=learned.spread.noise,
+        noise_m=learned.fit.noise,
         noise_left_m=learned.noise_left,
         widened=learned.widened,
         warnings=learned.warnings,
@@ -50,9 +50,9 @@ def _of_motors(run: MeasuredPath) -> dict[str, float]:
 
 def _run(learned: Learned, number: int) -> LearnedRunResult:
     run, source = learned.runs[number], learned.sources[number]
-    size = (len(learned.fit.z) - len(learned.parameters)) // len(learned.runs)
-    frame_values = learned.fit.z[len(learned.parameters) + size * number :][:size]
-    slow_before, slow = learned.before.slow[number], learned.fit.slow[number]
+    fitted = learned.fit.experiment
+    frame_values = fitted.problem.frame_values(fitted.x, number)
+    slow_before, slow = learned.before.slow[number], fitted.slow[number]
     shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
     time = run.measured.time
     return LearnedRunResult(

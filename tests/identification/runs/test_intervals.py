@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 from circling_robots import NOISE, Robots, stored_fit
 
-from coupling.identification.runs.fit import ParameterFit
 from coupling.identification.runs.judge import discrepancy, measurement_lacks
-from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.residual import UnexplainedPart
-from coupling.identification.runs.spread import Uncertainty, spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.run.fmu_pool import FmuPool
@@ -82,12 +79,6 @@ def test_parameters_that_are_off_leave_what_widens_their_intervals_to_them():
     assert UnexplainedPart.of(rows, rows, data, PRIOR).widened == 1.0
 
 
-def learned(robots: Robots, one: MeasuredPath) -> tuple[ParameterFit, Uncertainty]:
-    fitter = robots.fitter(one)
-    fit = stored_fit(fitter, np.zeros(len(robots.parameters)))
-    return fit, spread_of(fitter.problem, fit)
-
-
 def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots):
     """Gear errors, hysteresis and drift, more than the backlash does: they are taken for a spectrum of
     their size, and the robot is not missed by more than its file misses it."""
@@ -97,12 +88,13 @@ def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots
     home = one.command.q[0][0]
     extra = own.at(robots.robot, home, one.command, one.measured.time)
     seen = replace(one.measured, position=one.measured.position + extra)
-    fit, spread = learned(robots, replace(one, measured=seen))
-    x = fit.z[: len(truth)]
-    assert spread.noise == pytest.approx(NOISE, rel=0.1)
+    problem = robots.problem(replace(one, measured=seen))
+    fit = stored_fit(problem, np.zeros(len(robots.parameters)))
+    x = fit.x[: len(truth)]
+    assert fit.noise == pytest.approx(NOISE, rel=0.1)
     size = np.sqrt(np.mean(np.var(extra, axis=0)))
-    assert 0.5 * size < fit.spectrum.deviation < 3.0 * size
-    assert np.all(np.abs(x - truth) < spread.half)
+    assert 0.5 * size < fit.experiment.problem.spectrum.deviation < 3.0 * size
+    assert np.all(np.abs(x - truth) < fit.half)
 
     def less_mean(x: np.ndarray) -> float:
         missed = robots.moved(x) - robots.moved(truth)

@@ -22,7 +22,6 @@ from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.parameters import LEARNED, factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import read_source
-from coupling.identification.runs.spread import spread_of
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
@@ -53,8 +52,8 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
     one = replace(
         one, measured=replace(one.measured, time=one.measured.time + late).at_rows(np.arange(1200))
     )
-    found = stored_fit(robots.fitter(one), np.zeros(len(truth)))
-    x, frame = found.z[: len(truth)], found.z[len(truth) :]
+    found = stored_fit(robots.problem(one), np.zeros(len(truth)))
+    x, frame = found.x[: len(truth)], found.x[len(truth) :]
     np.testing.assert_allclose(frame[3:6], turn, atol=8e-5)
     np.testing.assert_allclose(frame[6], -late, atol=1e-3)
     # What constant stiffness does is not told apart from the frame's shift.
@@ -70,16 +69,15 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
 def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsure(robots):
     """Damping of a gear that stays on its flank has no effect."""
     one = robots.measured(robots.moved(robots.factors()), every=3)
-    fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
-    found = stored_fit(fitter, start)
-    spread = spread_of(fitter.problem, found)
+    problem, start = robots.problem(one), np.zeros(len(robots.parameters))
+    found = stored_fit(problem, start)
     names = [p.name for p in robots.parameters]
-    assert np.all(np.abs(found.z[: len(start)]) < 2.0 * spread.deviation)
-    assert np.abs(found.z[: len(start)]).max() < 0.1
-    assert spread.deviation[names.index("joint[2].damping")] > 0.25
-    assert spread.deviation[names.index("joint[1].backlash")] < 0.1
-    assert spread.noise == pytest.approx(NOISE, rel=0.1)
-    assert np.all(spread.half > 1.9 * spread.deviation)
+    assert np.all(np.abs(found.x[: len(start)]) < 2.0 * found.deviation)
+    assert np.abs(found.x[: len(start)]).max() < 0.1
+    assert found.deviation[names.index("joint[2].damping")] > 0.25
+    assert found.deviation[names.index("joint[1].backlash")] < 0.1
+    assert found.noise == pytest.approx(NOISE, rel=0.1)
+    assert np.all(found.half > 1.9 * found.deviation)
 
 
 def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):

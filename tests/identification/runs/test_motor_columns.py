@@ -13,7 +13,6 @@ from tuned_fmu import tuned
 
 from coupling.errors import LearnError
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
-from coupling.identification.runs.fit import Fitter
 from coupling.identification.runs.learning import _with_motors, _with_weights
 from coupling.identification.runs.measurement import MeasuredPath, read_measurement
 from coupling.identification.runs.motors import MeasuredMotors
@@ -21,7 +20,6 @@ from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import SlowPart
-from coupling.identification.runs.spread import spread_of
 from coupling.robot.parameters import scaled_values
 from coupling.run.fmu_pool import FmuPool
 
@@ -48,10 +46,10 @@ def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -
     return replace(one, measured=replace(one.measured, motors=seen))
 
 
-def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
+def problem_of(robots: Robots, one: MeasuredPath) -> FitProblem:
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
     one = _with_weights(one, effect, robots.fmu, robots.robot)
-    return Fitter(FitProblem((robots.fmu,), robots.parameters, (one,), (effect,)))
+    return FitProblem((robots.fmu,), robots.parameters, (one,), (effect,))
 
 
 def test_what_friction_does_to_motors_is_what_simulations_do(robots):
@@ -87,14 +85,14 @@ def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(rob
     one = recorded(robots, truth, late=0.005)
     kinds = np.array([own.kind for own in robots.parameters])
     friction = np.flatnonzero(kinds == "friction")
-    start, errors, spreads = 0.0 * truth, [], []
+    start, errors, fits = 0.0 * truth, [], []
     for motors in (None, one.measured.motors):
-        fit = fitter(robots, replace(one, measured=replace(one.measured, motors=motors)))
-        found = stored_fit(fit, start)
-        start = found.z[: len(truth)]
+        problem = problem_of(robots, replace(one, measured=replace(one.measured, motors=motors)))
+        found = stored_fit(problem, start)
+        start = found.x[: len(truth)]
         errors.append(start - truth)
-        spreads.append(spread_of(fit.problem, found))
-    alone, spread = spreads
+        fits.append(found)
+    alone, _ = fits
     # Without the columns the tool tells both kinds of gears that reverse.
     identifiable = alone.deviation < 0.5 * prior_of(robots.parameters)
     for kind, least in (("friction", 4), ("hysteresis", 2)):
@@ -103,16 +101,16 @@ def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(rob
         assert np.all(np.abs(errors[0][rows]) < 0.08), kind
     held = np.abs(errors[0]) < alone.half
     assert np.mean(held[identifiable]) > 0.85
-    narrower = alone.deviation / spread.deviation
+    narrower = alone.deviation / found.deviation
     assert narrower[friction].min() > 2.0
     assert narrower.min() > 0.8
-    assert np.all(np.abs(errors[1][friction]) < spread.half[friction])
+    assert np.all(np.abs(errors[1][friction]) < found.half[friction])
     assert np.abs(errors[1][friction]).max() < 0.02
-    identifiable = np.flatnonzero((kinds == "hysteresis") & (spread.half < 0.1))
+    identifiable = np.flatnonzero((kinds == "hysteresis") & (found.half < 0.1))
     assert len(identifiable) >= 2
-    within = np.maximum(spread.half[identifiable], 0.03)
+    within = np.maximum(found.half[identifiable], 0.03)
     assert np.all(np.abs(errors[1][identifiable]) < within)
-    clocks = found.z[len(truth) :]
+    clocks = found.x[len(truth) :]
     assert clocks[10] == pytest.approx(-0.005, abs=2e-4)
     assert abs(clocks[6]) < 5e-4
 
@@ -186,7 +184,7 @@ def test_torques_of_another_joint_or_time_are_refused(robots):
             one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
         )
         with pytest.raises(LearnError, match=says):
-            fitter(robots, other)
+            problem_of(robots, other)
 
 
 def test_angles_that_are_not_those_of_their_motor_are_refused(robots):

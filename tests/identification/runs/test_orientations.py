@@ -13,7 +13,6 @@ from coupling.errors import LearnError
 from coupling.identification.runs.alignment import aligned
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import Residual
-from coupling.identification.runs.spread import spread_of
 from coupling.path.histories import ToolPath
 from coupling.run.fmu_pool import FmuPool
 
@@ -47,12 +46,12 @@ def test_orientations_narrow_what_positions_hardly_tell(robots):
     seen = aligned(seen_of(robots, path), robots.taken(0.0 * truth), own_frame=False)
     found, errors, deviations = 0.0 * truth, [], []
     for own in (replace(seen, rotation=None), seen):
-        fitter = robots.fitter(replace(robots.measured(path.position[0]), measured=own))
-        fit = stored_fit(fitter, found)
+        problem = robots.problem(replace(robots.measured(path.position[0]), measured=own))
+        fit = stored_fit(problem, found)
         assert fit.converged
-        found = fit.z[: len(truth)]
+        found = fit.x[: len(truth)]
         errors.append(np.abs(found - truth))
-        deviations.append(spread_of(fitter.problem, fit).deviation)
+        deviations.append(fit.deviation)
     narrower = deviations[0] / deviations[1]
     of = {parameter.name: k for k, parameter in enumerate(robots.parameters)}
     assert narrower[of["joint[4].backlash"]] > 2.0
