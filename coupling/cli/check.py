@@ -21,8 +21,8 @@ _NONE = (
     "Estimated time of a compensation: none, as it ends where the cut chatters (--despite-chatter)"
 )
 _UNTOUCHED = (
-    " A command that is corrected keeps that depth; without a correction a robot that sags and was not"
-    " touched off cuts deeper, as couple judges it."
+    "A command that is corrected keeps the depth of the cut; without a correction a robot that sags and"
+    " was not touched off cuts deeper, as couple judges it."
 )
 
 
@@ -102,10 +102,8 @@ def check(
     duration = _NONE if chatters else _time(loaded, each)
     others = [*alike, *loaded.task.remarks, *touches, duration]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
-    chatter = (f"{stability.sentence}.",) if stability is not None and chatters else ()
-    if stability is not None and stability.stable:
-        as_deep = "" if any(touches) else _UNTOUCHED
-        modes = replace(modes, parts=[*modes.parts, f"{stability.sentence}.{as_deep}"])
+    if stability is not None and stability.stable and not any(touches):
+        modes = replace(modes, parts=[*modes.parts, _UNTOUCHED])
     warnings = warned((), (*moving, *said))
     sections = [
         *check_summary(robots, loads),
@@ -113,7 +111,7 @@ def check(
         modes,
         Section("", others),
     ]
-    answer = check_answer(robots, loaded.resolved, case, loads, chatter)
+    answer = check_answer(robots, loaded.resolved, case, loads, stability)
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
         report = check_report(loaded.name, robots, loaded.resolved, sections, warnings, answer)

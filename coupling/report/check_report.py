@@ -17,7 +17,7 @@ from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
-from coupling.results.cut_result import WILL_CHATTER
+from coupling.results.cut_result import WILL_CHATTER, CutStability
 from coupling.results.replay import Replay
 from coupling.results.scene import Scene, SceneLine
 from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table, warned
@@ -71,7 +71,7 @@ def check_answer(
     case: Mapping[str, Any],
     file: Path,
     loads: str,
-    chatter: Sequence[str] = (),
+    stability: CutStability | None = None,
 ) -> Answer:
     """Return the first screen of a case that was checked.
 
@@ -80,8 +80,10 @@ def check_answer(
         case: Content of the case.
         file: The case file, as it was named.
         loads: Loads of the robots, in words.
-        chatter: Sentences on a cut that chatters; none where it does not.
+        stability: That of a cut; None where nothing is milled.
     """
+    chatters = stability is not None and not stability.stable
+    cut = "" if stability is None else f"{stability.sentence}."
     limits = [
         f"joint {demand.joint} of {robot.name} exceeds its {' and '.join(demand.exceeded)}"
         for robot in robots
@@ -89,7 +91,7 @@ def check_answer(
         if demand.exceeded
     ]
     overloads = [str(warning) for robot in robots for warning in robot.warnings]
-    problems = [*chatter, *limits, *overloads]
+    problems = [*([cut] if chatters else []), *limits, *overloads]
     margin = min(
         (d.margin for robot in robots for d in robot.demands if d.margin is not None),
         default=np.inf,
@@ -108,7 +110,7 @@ def check_answer(
         default=None,
     )
     fits = None if tolerance is None or expected is None else expected.fits(1e-3 * tolerance)
-    if chatter:
+    if chatters:
         sentence = WILL_CHATTER
     elif limits:
         sentence = f"The robot cannot follow this path: {limits[0]}."
@@ -128,9 +130,10 @@ def check_answer(
                 f" Its gears have to be known well: an error of their backlash alone leaves up to"
                 f" {in_words(max(wrong))}, your tolerance is {in_words(1e-3 * tolerance)}."
             )
+    further = problems[0] if problems and not limits else _say_of_gears(gears)
     return Answer(
         sentence=sentence,
-        reason=problems[0] if chatter or (problems and not limits) else _say_of_gears(gears),
+        reason=cut if chatters else f"{cut} {further}".strip(),
         good=False if problems or felt else fits,
         figures=(
             KeyFigure(
@@ -150,7 +153,7 @@ def check_answer(
             ),
         ),
         steps=_steps(
-            chatters=bool(chatter),
+            chatters=chatters,
             is_beyond=bool(problems),
             is_to_place=len(robots) == 1 and bool(gears or problems),
             case=str(file),
