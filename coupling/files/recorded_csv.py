@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -27,29 +28,36 @@ _EMPTY = frozenset(("", "nan", "null", "n/a", "#n/a", "-"))
 _DATES = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%m/%d/%y", "%d.%m.%y")
 # Days count from one that is near, so that milliseconds are not rounded.
 _SOME_DAY = datetime(2020, 1, 1)
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}([.,]\d+)?)")
+# A time of day, perhaps behind a date and before what says which half of the day or which zone it is of.
+_CLOCK = re.compile(
+    r"(?:(\S+?)[ T]+)?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*([AP]M)?"
+    r"\s*(?:Z|UTC|GMT|([+-]\d{2}):?(\d{2}))?",
+    re.IGNORECASE,
+)
+_COMMENTS = ("#", "//")
 
 
 def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     """Read a text table.
 
-    Lines that begin with # or // and lines above the table are left out, and columns that are neither
-    numbers nor times. Times of day and dates count in seconds from the first one.
+    Lines that begin with # or // and lines above the table are left out, but for titles in the comment
+    above the first row, and columns that are neither numbers nor times. Times of day and dates count in
+    seconds from the first one. Columns of one title have their number behind it.
 
     Args:
         path: The file.
         error: Exception class for every problem.
     """
-    lines = [
-        line
-        for line in _text(path, error).splitlines()
-        if line.strip() and not line.lstrip().startswith(("#", "//"))
-    ]
+    filled = [line for line in _text(path, error).splitlines() if line.strip()]
+    read = [k for k, line in enumerate(filled) if not line.lstrip().startswith(_COMMENTS)]
+    lines = [filled[k] for k in read]
     separator, first = _layout(path, lines, error)
     rows = _split(lines[first:], separator)
     head = _split(lines[max(first - 2, 0) : first], separator)
     count = len(rows[0])
     titles, above, used = _titles(head, count)
+    if not used:
+        titles = _commented_titles(filled[: read[first]], separator, count) or titles
     for number, row in enumerate(rows):
         if len(row) != count:
             raise error(
@@ -59,8 +67,10 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     _require_rows_below(path, _split(lines[: first - used], separator), rows[0], error)
     columns, units, texts = {}, {}, []
     marks: dict[str, str] = {}
-    for title, unit, cells in zip(titles, above, zip(*rows, strict=True), strict=True):
-        name, stated = name_and_unit(title)
+    names_and_units = _told_apart([name_and_unit(title) for title in titles])
+    for (name, stated), unit, cells in zip(
+        names_and_units, above, zip(*rows, strict=True), strict=True
+    ):
         try:
             values = _values(cells)
         except ValueError as cause:
@@ -77,8 +87,6 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
                 f" {marks.get('.', 'commas between cells')!r}: write decimal points, and no mark between"
                 " thousands"
             )
-        if name in columns:
-            raise error(f"{path}: expected one column {name!r}, got two")
         columns[name] = values
         if any(":" in cell for cell in cells[:1]):
             units[name] = "s"
@@ -87,7 +95,8 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     skipped = first - used
     left_out = [f"{skipped} lines above the table"] if skipped > 0 else []
     left_out += [f"the texts {', '.join(texts)}"] if texts else []
-    return RecordedTable(path, columns, units, tuple(left_out))
+    numbers = {str(number): name for number, (name, _) in enumerate(names_and_units, start=1)}
+    return RecordedTable(path, columns, units, tuple(left_out), numbers)
 
 
 def _describe_changes(cells: Sequence[str]) -> str:
@@ -176,6 +185,25 @@ def _titles(head: list[list[str]], count: int) -> tuple[list[str], list[str], in
     return titles, [""] * count, 1
 
 
+def _commented_titles(above: Sequence[str], separator: str | None, count: int) -> list[str]:
+    """Return the titles in the comment right above the first row; none where it has others."""
+    comment = above[-1].strip() if above else ""
+    if not comment.startswith(_COMMENTS):
+        return []
+    cells = _split([comment.lstrip("#/ ")], separator)[0]
+    is_title = len(cells) == count and not any(_NUMBER.fullmatch(cell) for cell in cells)
+    return cells if is_title else []
+
+
+def _told_apart(names_and_units: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return names and units of columns, those that several have with the column's number."""
+    names = [name for name, _ in names_and_units]
+    return [
+        (name if names.count(name) == 1 else f"{name} ({number})", unit)
+        for number, (name, unit) in enumerate(names_and_units, start=1)
+    ]
+
+
 def _values(cells: Sequence[str]) -> np.ndarray | None:
     """Return cells as numbers, or as seconds from the first time; None where they are texts.
 
@@ -200,13 +228,18 @@ def _values(cells: Sequence[str]) -> np.ndarray | None:
 
 def _seconds(cell: str) -> float | None:
     """Return a time of day, or a date with one [s]; None for something else."""
-    date, _, clock = cell.strip("'\"").replace("T", " ").rpartition(" ")
-    match = _CLOCK.fullmatch(clock)
+    match = _CLOCK.fullmatch(cell.strip("'\""))
     if match is None:
         return None
+    date, hours, minutes, seconds, half, zone_hours, zone_minutes = match.groups()
     day = _day(date) if date else 0.0
-    seconds = 3600.0 * int(match[1]) + 60.0 * int(match[2]) + float(match[3].replace(",", "."))
-    return None if day is None else day + seconds
+    if day is None or (half and not 1 <= int(hours) <= 12):
+        return None
+    hour = int(hours) if not half else int(hours) % 12 + 12 * (half.upper() == "PM")
+    zone = 0.0
+    if zone_hours:
+        zone = 3600.0 * int(zone_hours) + math.copysign(60.0 * int(zone_minutes), int(zone_hours))
+    return day + 3600.0 * hour + 60.0 * int(minutes) + float(seconds.replace(",", ".")) - zone
 
 
 def _day(date: str) -> float | None:

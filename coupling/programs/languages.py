@@ -16,6 +16,7 @@ from coupling.programs.fanuc import writer as fanuc
 from coupling.programs.krl import reader as krl_reader
 from coupling.programs.krl import writer as krl
 from coupling.programs.krl.assignments import CONFIGURATION
+from coupling.programs.krl.controller_folder import controller_modules, require_single
 from coupling.programs.krl.syntax import called_names, shares_data
 from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.programs.rapid import reader as rapid_reader
@@ -159,38 +160,50 @@ def _data_files(path: Path, text: str) -> list[ProgramFile]:
     if ending == ".ls":
         return _find_called(path, text, folder, fanuc_reader.find_called)
     if ending == ".src":
-        programs = _find_called(path, text, folder, called_names)
-        names = {Path(program.name).stem.upper() for program in programs}
-        with_data = {path.stem.upper(), *names, CONFIGURATION}
-        data = [_file(file) for file in folder if file.suffix.lower() == ".dat"]
-        data = [
-            file
-            for file in data
-            if Path(file.name).stem.upper() in with_data or shares_data(file.text)
-        ]
-        return [*programs, *data]
+        return _krl_files(path, text)
     return []
+
+
+def _krl_files(path: Path, text: str) -> list[ProgramFile]:
+    """Return the .src that a .src calls, and the .dat that these share or have."""
+    modules = controller_modules(path)
+    programs = _find_called(path, text, modules, called_names)
+    with_data = {path.stem.upper(), *(Path(program.name).stem.upper() for program in programs)}
+    data: list[ProgramFile] = []
+    for name, files in _by_name(modules, ".dat").items():
+        file = require_single(files, path) if name in with_data else files[0]
+        content = _file(file)
+        if name in with_data or name == CONFIGURATION or shares_data(content.text):
+            data.append(content)
+    return [*programs, *data]
+
+
+def _by_name(files: Iterable[Path], ending: str) -> dict[str, list[Path]]:
+    """Return the files of an ending by their names without it, in capitals."""
+    named: dict[str, list[Path]] = {}
+    for file in files:
+        if file.suffix.lower() == ending:
+            named.setdefault(file.stem.upper(), []).append(file)
+    return named
 
 
 def _find_called(
     path: Path, text: str, folder: Sequence[Path], called: Callable[[str], Iterable[str]]
 ) -> list[ProgramFile]:
-    """Return the files of a folder with the programs that a text calls, and those that these call.
+    """Return the files with the programs that a text calls, and those that these call.
 
     Args:
         path: The text's file.
         folder: Other files.
         called: Function from a text to the names that it calls, in capitals.
     """
-    there = {
-        file.stem.upper(): file for file in folder if file.suffix.lower() == path.suffix.lower()
-    }
+    there = _by_name(folder, path.suffix.lower())
     files: dict[str, ProgramFile] = {}
     names = sorted(called(text))
     while names:
         name = names.pop()
         if name in there and name not in files:
-            files[name] = _file(there[name])
+            files[name] = _file(require_single(there[name], path))
             names += sorted(called(files[name].text))
     return [files[name] for name in sorted(files)]
 

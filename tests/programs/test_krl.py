@@ -287,6 +287,39 @@ def test_a_folder_gives_the_programs_that_are_called_and_the_data_of_all(tmp_pat
     assert places(read_program(tmp_path / "main.src")) == [[0, 0, 0], [1, 0, 0]]
 
 
+def test_structures_and_enumerations_of_all_modules_are_declarations(tmp_path):
+    types = "GLOBAL STRUC SPOT_T REAL DEPTH,INT NO\nGLOBAL ENUM SIDE_T LEFTWARD,RIGHTWARD\n"
+    values = f"DECL GLOBAL SPOT_T SPOT={{DEPTH 5.0,NO 1}}\nDECL GLOBAL FRAME XA={ZERO}\n"
+    (tmp_path / "main.dat").write_text(f"DEFDAT main PUBLIC\n{types}{values}ENDDAT\n")
+    (tmp_path / "main.src").write_text(f"DEF main()\n{START}\nXA.X=SPOT.DEPTH\nLIN XA\nEND\n")
+    assert places(read_program(tmp_path / "main.src")) == [[0, 0, 0], [5, 0, 0]]
+
+
+def test_an_archive_of_a_controller_gives_the_modules_of_its_other_folders(tmp_path):
+    """A neighbour counts before another folder's module of its name; of two others none is chosen."""
+    root = tmp_path / "KRC" / "R1"
+    for folder in ("Program/Jobs", "Program/Moves", "Program/Old", "TP/Mill", "System"):
+        (root / folder).mkdir(parents=True)
+    main = root / "Program" / "Jobs" / "main.src"
+    main.write_text(f"DEF main()\nBAS(#BASE,1)\n{START}\nSIDE()\nMILL()\nEND\n")
+    config = ["DEFDAT $CONFIG", "DECL FRAME BASE_DATA[32]", f"BASE_DATA[1]={ZERO}", "ENDDAT"]
+    (root / "System" / "$config.dat").write_text("\n".join(config))
+    (root / "System" / "bas.src").write_text("DEF bas(COMMAND :IN)\nLIN {X 99}\nEND\n")
+    mill = root / "TP" / "Mill" / "mill.src"
+    mill.write_text("DEF mill()\nLIN {Z 3}\nEND\n")
+    (root / "Program" / "Moves" / "Side.src").write_text("DEF side()\nLIN XA\nEND\n")
+    data = f"DEFDAT side\nDECL E6POS XA={ZERO.replace('X 0', 'X 2')}\nENDDAT\n"
+    (root / "Program" / "Moves" / "SIDE.DAT").write_text(data)
+    assert places(read_program(main)) == [[0, 0, 0], [2, 0, 0], [2, 0, 3]]
+    (root / "Program" / "Old" / "side.src").write_text("DEF side()\nLIN {X 7}\nEND\n")
+    with pytest.raises(
+        ProgramError, match=r"one module Side\.src, got several, in .*Moves and .*Old"
+    ):
+        read_program(main)
+    (main.parent / "side.src").write_text("DEF side()\nLIN {X 8}\nEND\n")
+    assert places(read_program(main)) == [[0, 0, 0], [8, 0, 0], [8, 0, 3]]
+
+
 def test_data_of_all_programs_come_from_a_dat_whose_src_is_not_called(tmp_path):
     """A name that two of them define is known only if the called one is among them."""
     points = f"DEFDAT p PUBLIC\nDECL GLOBAL FRAME XA={ZERO}\nDECL FRAME XB={ZERO}\n?\nENDDAT\n"

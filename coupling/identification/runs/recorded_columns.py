@@ -156,6 +156,7 @@ def chosen_columns(
     Raises:
         LearnError: If a column is missing, could be several, or its unit is not known.
     """
+    choice = _with_titles(table, choice)
     _require_names(table, choice)
     rate = _RATE.fullmatch(choice.names.get("time", ""))
     if rate is not None:
@@ -203,6 +204,15 @@ def chosen_columns(
     time = values[:, 0]
     understood = Understood.of([column[:3] for column in columns], time, left_out)
     return time, values[:, 1:], quaternion, understood
+
+
+def _with_titles(table: RecordedTable, choice: ColumnChoice) -> ColumnChoice:
+    """Return a choice with the titles of columns that it names by their numbers."""
+    titles = {
+        quantity: name if name in table.columns else table.numbers.get(name, name)
+        for quantity, name in choice.names.items()
+    }
+    return replace(choice, names=titles)
 
 
 def _candidates(table: RecordedTable, quantity: str) -> list[str]:
@@ -263,7 +273,8 @@ def _column(
 
 def _means(name: str, quantity: str) -> bool:
     """Return whether a column's name is one that devices have for a quantity."""
-    plain = re.sub(r"[^a-z0-9]", "", name.lower())
+    title = re.sub(r" \([0-9]+\)$", "", name)  # one of several of this title
+    plain = re.sub(r"[^a-z0-9]", "", title.lower())
     if quantity == "time":
         return plain in _TIME_NAMES
     names = {pattern.format(quantity) for pattern in _AXIS_NAMES}

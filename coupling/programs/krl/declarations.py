@@ -14,6 +14,8 @@ _SIMPLE = frozenset(["INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AX
 # Types of the pendant's motions, which are declared without DECL at times.
 _PENDANT = frozenset(["FDAT", "LDAT", "PDAT", "BASIS_SUGG_T"])
 _MODIFIERS = frozenset(("DECL", "GLOBAL", "CONST", "PUBLIC"))
+# What stands behind a modifier and declares no variable.
+_OTHERS = frozenset(("STRUC", "ENUM", "SIGNAL", "INTERRUPT"))
 _TYPED = re.compile(
     r"((?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*)([A-Za-z_]\w*)\s*(?:\[[\d, ]*\])?\s+(.+)", re.IGNORECASE
 )
@@ -53,6 +55,8 @@ def declaration_of(line: KrlLine) -> Declaration | None:
             raise ProgramError(
                 f"{line.where}: expected a type and a name, got {shorten(line.text)!r}"
             )
+        return None
+    if match[2].upper() in _OTHERS:
         return None
     words = match[1].upper().split()
     names, value = [], None

@@ -89,6 +89,55 @@ TABLES = {
         ColumnChoice.of("time=100Hz,x=4,y=5,z=6", "mm"),
         "utf-8",
     ),
+    "motion capture, whose titles stand twice and whose units are words": (
+        [
+            "Format Version,1.23,Capture Frame Rate,100,Length Units,Millimeters",
+            ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position",
+            "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z",
+            *(
+                f"{k},{t:.6f},0,0,0,1,{','.join(c)}"
+                for k, (t, c) in enumerate(zip(TIME, cells(), strict=True))
+            ),
+        ],
+        ColumnChoice.of("x=7,y=8,z=9", "mm"),
+        "utf-8",
+    ),
+    "a camera, with titles in a comment": (
+        [
+            "# of camera 2",
+            "# timestamp tx ty tz qx qy qz qw",
+            *(
+                f"{1.7e9 + t:.6f} {' '.join(c)} 0 0 0 1"
+                for t, c in zip(TIME, cells(1.0), strict=True)
+            ),
+        ],
+        ColumnChoice.of("x=tx,y=ty,z=4", "s,m"),
+        "utf-8",
+    ),
+    "a logger, with dates of a zone": (
+        [
+            "Timestamp,X (Millimeters),Y (Millimeters),Z (MM)",
+            *(
+                f"2025-07-03T{hour}:59:{59 + t:09.6f}+0{zone}:00,{','.join(c)}"
+                for k, (t, c) in enumerate(zip(TIME, cells(), strict=True))
+                for hour, zone in [(14, 2) if k % 2 else (13, 1)]
+            ),
+        ],
+        None,
+        "utf-8",
+    ),
+    "a logger, with halves of the day": (
+        [
+            "Time;X [mm];Y [mm];Z [mm]",
+            *(
+                f"7/3/2025 {'11:59' if 59.7 + t < 60 else '12:00'}:{(59.7 + t) % 60:06.3f}"
+                f" {'AM' if 59.7 + t < 60 else 'PM'};{';'.join(c)}"
+                for t, c in zip(TIME, cells(), strict=True)
+            ),
+        ],
+        None,
+        "utf-8",
+    ),
     "a German date with a quote": (
         [
             "X  [mm],Y  [mm],Z  [mm],Temp [°C],Time Stamp,OTG,Delete",
@@ -164,6 +213,15 @@ def test_marks_between_thousands_second_heads_and_shuffled_rows_are_refused(tmp_
     head = HEAD.replace(";", ",") if '"' in lines[0] else HEAD
     with pytest.raises(LearnError, match=said):
         read_measurement(written(tmp_path, [head, *lines]))
+
+
+def test_titles_that_stand_twice_are_told_apart_by_their_numbers(tmp_path):
+    """A column that is not read may stand twice; of two for one coordinate one is to be named."""
+    rows = [f"{k};{k};{k};{k};{k};{k}" for k in range(60)]
+    twice = [HEAD + ";i_1;i_1", *rows]
+    assert read_measurement(written(tmp_path, twice)).understood.rows == 60
+    with pytest.raises(LearnError, match=r"one column of x, got x \(2\), x \(5\): name it"):
+        read_measurement(written(tmp_path, [HEAD + ";x_mm;i_1", *rows]))
 
 
 def test_rows_whose_values_are_nan_are_left_out(tmp_path):
