@@ -144,19 +144,20 @@ class _Sweep:
         radius = max(self.radius, _WIDE * cell)
         middle, time = self._in_steps(0.5 * cell)
         wide = int(radius / cell) + 1
-        offset = np.stack(np.meshgrid(*[np.arange(-wide, wide + 1)] * 2)).reshape(2, 1, -1)
+        offset = np.arange(-wide, wide + 1)
         height = np.full(int(np.prod(shape)), np.inf)
         last = np.full(len(height), np.nan)
-        pieces = len(middle) * offset.shape[2] // _AT_ONCE + 1
+        pieces = len(middle) * len(offset) ** 2 // _AT_ONCE + 1
         for some in np.array_split(np.arange(len(middle)), pieces):
-            centre = middle[some, :2].T[:, :, None]
-            number = np.round((centre - low[:, None, None]) / cell).astype(int) + offset
-            x, y = number * cell + low[:, None, None] - centre
-            away = np.sqrt(x * x + y * y)
-            is_on_part = (number >= 0) & (number < shape[:, None, None])
-            there = (away <= radius) & is_on_part[0] & is_on_part[1]
-            which = np.ravel_multi_index(tuple(number[:, there]), tuple(shape))
-            point = some[np.nonzero(there)[0]]
+            centre = middle[some, :2, None]
+            number = np.round((centre - low[:, None]) / cell).astype(int) + offset
+            x, y = np.moveaxis(number * cell + low[:, None] - centre, 1, 0)
+            away = np.sqrt((x * x)[:, None] + (y * y)[:, :, None])
+            is_on_part = (number >= 0) & (number < shape[:, None])
+            there = (away <= radius) & is_on_part[:, 0, None] & is_on_part[:, 1, :, None]
+            row, of_y, of_x = np.nonzero(there)
+            which = number[row, 0, of_x] * shape[1] + number[row, 1, of_y]
+            point = some[row]
             drop = np.sqrt(radius**2 - away[there] ** 2) if self.is_round else 0.0
             reached = middle[point, 2] - drop
             np.minimum.at(height, which, reached)
