@@ -26,7 +26,7 @@ PARTS = {
     "coupling.run.exact_command": {"exact_command": "inverse"},
     "coupling.store.evaluated_process": {"EvaluatedProcess.evaluate": "process"},
     "coupling.run.expected_robots": {"drawn_replays": "drawn robots"},
-    "coupling.identification.runs.fit": {"Fitter.fit": "fit", "fit_runs": "fit"},
+    "coupling.identification.runs.fit": {"fit_runs": "fit"},
     "coupling.place.screen": {"Screen.figures": "screen"},
     "coupling.place.coarse_screen": {"CoarseScreen.figures": "screen"},
     "coupling.files.csv_table": {"write_table": "tables", "read_table": "tables"},

@@ -80,7 +80,7 @@ def check_answer(
         case: Content of the case.
         file: The case file, as it was named.
         loads: Loads of the robots, in words.
-        stability: That of a cut; None where nothing is milled.
+        stability: Stability of a cut; None where nothing is milled.
     """
     chatters = stability is not None and not stability.stable
     cut = "" if stability is None else f"{stability.sentence}."
