@@ -57,16 +57,8 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
     return CuttingIdentified(
         axes=slots.axes,
         parameters=tuple(
-            ParameterResult(
-                name=name,
-                unit=unit,
-                start=None,
-                value=value,
-                low=max(value - half, 0.0),
-                high=value + half,
-                written=value,
-                identified=True,
-                reason="",
+            ParameterResult.judged(
+                name, unit, None, value, (max(value - half, 0.0), value + half), ""
             )
             for name, unit, value, half in zip(
                 (*COEFFICIENTS, "runout_m"), _UNITS, values, halves, strict=True
