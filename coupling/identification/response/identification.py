@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.response.cross_validation import posture_unlike_others
 from coupling.identification.response.fit import ResponseFit, fit_responses, fit_robot
 from coupling.identification.response.posture import (
     MeasuredPosture,
@@ -15,7 +14,7 @@ from coupling.identification.response.posture import (
     log_residual,
     posture_result,
 )
-from coupling.identification.response.refusal import refusal_of
+from coupling.identification.response.refusal import posture_unlike_others, refusal_of
 from coupling.identification.robot_file import Identification
 from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
