@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import numpy as np
 from scipy.special import fdtrc
 
@@ -18,6 +21,8 @@ _ROUNDING = 1e-9
 _PREDICTED = 0.35
 # Rows that are left out to see whether they alone make the case.
 _TRIMMED = 3
+
+Predicted = TypeVar("Predicted")
 
 
 def support(
@@ -67,6 +72,19 @@ def support(
         in_words=f"F {statistic:.3g}, p {probability:.2g}, leave-one-out {100.0 * change:+.1f} %"
         f"{words}: {'supported' if supported else 'not supported'}",
     )
+
+
+def predict_left_out(count: int, predict: Callable[[list[int], int], Predicted]) -> list[Predicted]:
+    """Return what a fit of all others says of each part of a measurement: leave-one-out.
+
+    For rows of a linear problem `left_out` says it without another fit.
+
+    Args:
+        count: Number of parts.
+        predict: Function of the numbers of the parts that are fitted, and of the one that is predicted.
+    """
+    numbers = range(count)
+    return [predict([k for k in numbers if k != part], part) for part in numbers]
 
 
 def poor_prediction(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any, Self
 
-from coupling.results.base import ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart, finite
 
 # What a robot file says beside a value that is not identified.
 KEPT = "NOT IDENTIFIED, start value kept"
@@ -56,6 +58,35 @@ class ParameterResult(ResultPart):
     added: bool = False
     term: str | None = None
     support: EvidenceResult | None = None
+
+    @classmethod
+    def judged(
+        cls,
+        name: str,
+        unit: str,
+        start: float | None,
+        value: float,
+        interval: Sequence[float],
+        reason: str,
+        **further: Any,
+    ) -> Self:
+        """Return the verdict: the value is written where it is identified, else the start's.
+
+        Args:
+            start: Value in the start file, in its unit; None where it has none.
+            value: Fitted value, in its unit.
+            interval: Ends of its 95 % interval, in its unit, infinite where nothing bounds it.
+            reason: Reason why it is not identified; "" where it is.
+            further: Other attributes, and `written` where another value is.
+        """
+        low, high = interval
+        numbers: dict[str, Any] = {
+            key: None if number is None else finite(number)
+            for key, number in (("start", start), ("value", value), ("low", low), ("high", high))
+        }
+        written = numbers["start" if reason else "value"]
+        verdict = {"written": written, "identified": not reason, "reason": reason}
+        return cls(name=name, unit=unit, **{**numbers, **verdict, **further})
 
     @property
     def kind(self) -> str:

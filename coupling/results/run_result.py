@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
-from coupling.path.deviation import Deviation, ToolGap
+from coupling.path.deviation import Deviation, ToolGap, measure_tools, worst_of
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.results.base import ResultFile, ResultPart
 from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.results.drive_result import CommandResult
@@ -51,8 +52,15 @@ class PlantCouplingResult(ResultPart):
     process_evaluations: int
 
 
-class PlantResult(ResultPart):
-    """What the command leaves on the plant."""
+class PlantReplay(ResultPart):
+    """What the command leaves on the plant.
+
+    Attributes:
+        differences: What is other than on the model, in words.
+        wrench: Whether the wrench is the model's, times a factor, or that of plant and process.
+        remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
+        deviation_m, peak_force_N: Worst figures of all tools.
+    """
 
     differences: tuple[str, ...]
     wrench: Literal["model", "coupled"]
@@ -60,6 +68,55 @@ class PlantResult(ResultPart):
     deviation_m: Deviation
     peak_force_N: float
     coupling: PlantCouplingResult | None
+    _path: ToolPath = PrivateAttr()
+    _loads: WrenchHistory = PrivateAttr()
+    _deviations: tuple[Deviation, ...] = PrivateAttr()
+
+    @classmethod
+    def of(
+        cls,
+        path: ToolPath,
+        desired: ToolPath,
+        loads: WrenchHistory,
+        differences: tuple[str, ...],
+        coupling: PlantCouplingResult | None,
+        remark: str,
+    ) -> PlantReplay:
+        """Return what the plant's tools leave, by their paths and the wrenches on them.
+
+        Args:
+            differences, coupling, remark: As of the attributes.
+        """
+        deviations = measure_tools(path, desired)
+        replay = cls(
+            differences=differences,
+            wrench="model" if coupling is None else "coupled",
+            remark=remark,
+            deviation_m=worst_of(deviations),
+            peak_force_N=loads.on(path).peak_force,
+            coupling=coupling,
+        )
+        replay._path, replay._loads, replay._deviations = path, loads, deviations
+        return replay
+
+    @property
+    def path(self) -> ToolPath:
+        """Paths that the plant's tools take, at the same times; not of one that was read."""
+        return self._path
+
+    @property
+    def loads(self) -> WrenchHistory:
+        """Wrenches on the tools; not of one that was read."""
+        return self._loads
+
+    def of_tool(self, tool: int | None) -> PlantReplay:
+        """Return what is left of one tool, by its number from 0; None: the worst of all."""
+        if tool is None:
+            return self
+        force = self.loads.on(self.path).tools[tool].peak_force
+        return self.model_copy(
+            update={"deviation_m": self._deviations[tool], "peak_force_N": force}
+        )
 
 
 class GapResult(ResultPart):
@@ -158,7 +215,7 @@ class RunResult(ResultFile):
     cut: CutResult | None = None
     mean_force_across: MeanForceAcross | None = None
     forecast: RunForecast | None = None
-    plant: PlantResult | None
+    plant: PlantReplay | None
     backlash_reversals: tuple[BacklashReversal, ...] | None
     gears: tuple[GearDiagnosis, ...]
     command: CommandResult

@@ -88,7 +88,7 @@ def figures_of(
         mean_force_across=run.finding_of(CUT_STABILITY).force,
         cut=run.finding_of(CUT_STABILITY).cut,
         forecast=run.forecast,
-        plant=None if plant is None else plant.stored(run.deviation(plant.path, tool), tool),
+        plant=plant and plant.of_tool(tool),
         backlash_reversals=None
         if reversals is None
         else tuple(r for r in (_with_robot(r, run) for r in reversals) if r.robot in names),

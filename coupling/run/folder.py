@@ -106,7 +106,7 @@ def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> Non
         history = motors.history
         _write(tables, folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
     if plant is not None and plant.coupling is not None:
-        wrench = plant.wrench
+        wrench = plant.loads.on(plant.path)
         _write(tables, folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
 
 

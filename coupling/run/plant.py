@@ -10,12 +10,11 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
-from coupling.path.deviation import Deviation
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
 from coupling.results.deviation_table import deviation_table
-from coupling.results.run_result import PlantCouplingResult, PlantResult, RunResult
+from coupling.results.run_result import PlantCouplingResult, PlantReplay, RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
@@ -68,42 +67,6 @@ class ScaledMarch(ScaledProcess):
         return self.factor * self.process.means(time, pose, since)
 
 
-@dataclass(frozen=True)
-class PlantReplay:
-    """What a command leaves on the plant.
-
-    Attributes:
-        path: Paths that the plant's tools take, at the same times.
-        coupling: Coupling of plant and process; None where the wrench is the model's.
-        remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
-    """
-
-    differences: tuple[str, ...]
-    path: ToolPath
-    wrench: WrenchHistory
-    coupling: Coupling | None = None
-    remark: str = ""
-
-    def stored(self, deviation: Deviation, tool: int | None) -> PlantResult:
-        """Return what is stored of it, of one tool, or the worst of all, with its deviation."""
-        coupling, wrench = self.coupling, self.wrench
-        return PlantResult(
-            differences=self.differences,
-            wrench="model" if coupling is None else "coupled",
-            remark=self.remark,
-            deviation_m=deviation,
-            peak_force_N=(wrench if tool is None else wrench.tools[tool]).peak_force,
-            coupling=None
-            if coupling is None
-            else PlantCouplingResult(
-                converged=coupling.converged,
-                outcome=coupling.outcome.value,
-                reason=coupling.reason,
-                process_evaluations=len(coupling.evaluations),
-            ),
-        )
-
-
 def plant_cell(cell: Cell, plant: Plant, models: FmuPool) -> Cell:
     """Return the cell with the robots that really move: what is beyond the model they do themselves."""
     cell = Cell(tuple(replace(member, discrepancy=None) for member in cell.members))
@@ -129,15 +92,21 @@ def run_on_plant(case: Case, cell: Cell, correction: Correction, watch: Watch) -
         if case.plant.couple:
             force, start = case.plant.force, correction.achieved
             try:
-                coupling = coupled_on(case, cell, force, correction.joints, start, watch)
-                loads = coupling.response.wrench
+                coupled = coupled_on(case, cell, force, correction.joints, start, watch)
+                loads = coupled.response.wrench
+                coupling = PlantCouplingResult(
+                    converged=coupled.converged,
+                    outcome=coupled.outcome.value,
+                    reason=coupled.reason,
+                    process_evaluations=len(coupled.evaluations),
+                )
             except ProcessError as error:  # what was computed on the model is worth keeping
                 remark = f"the process failed on the plant's path: {error}"
         path = cell.simulate(correction.joints, loads, "dynamic")
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
-    said = in_words(case.plant, case.robots)
-    return PlantReplay(said, path, loads.on(path), coupling, remark)
+    differences = in_words(case.plant, case.robots)
+    return PlantReplay.of(path, correction.desired, loads, differences, coupling, remark)
 
 
 def coupled_on(

@@ -74,7 +74,7 @@ def replays(run: Run) -> dict[str, Deviation]:
     """Return the deviations under a run's command on robots that differ, and on its case's plant."""
     deviations = {replay.name: replay.deviation for replay in run.robustness}
     plant = run.finding_of(PLANT_REPLAY)
-    return deviations if plant is None else deviations | {"plant": run.deviation(plant.path)}
+    return deviations if plant is None else deviations | {"plant": plant.deviation_m}
 
 
 def measured_rows(name: str) -> list[dict[str, str]]:

@@ -23,11 +23,12 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.path.length_text import format_um
 from coupling.path.linear import interpolate_rows
+from coupling.results.run_result import PlantReplay
 from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.fmu_pool import FmuPool, cell_of
-from coupling.run.plant import PLANT_REPLAY, PlantReplay, in_words, plant_cell, run_on_plant
+from coupling.run.plant import PLANT_REPLAY, in_words, plant_cell, run_on_plant
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import Correction
 from elastic_robot.body import Body
@@ -149,7 +150,7 @@ def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
     assert left < 1e-5 < 1e-3 < run.deviation(run.finding_of(PLANT_REPLAY).path).maximum
     robot = load_case(file).plant.robots[0].description
     with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
-        wrench = run.finding_of(PLANT_REPLAY).coupling.response.wrench
+        wrench = run.finding_of(PLANT_REPLAY).loads
         path = simulate_tuned(fmu, run.correction.joints, wrench, "dynamic", {"drive": "servo"})
     at = np.searchsorted(path.time, run.finding_of(PLANT_REPLAY).path.time)
     np.testing.assert_allclose(
@@ -181,7 +182,8 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     rows = np.searchsorted(run.desired.time, case.desired.time)
     response = case.process.evaluate(run.finding_of(PLANT_REPLAY).path.at_rows(rows)).wrench
     expected = interpolate_rows(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
-    met = run.finding_of(PLANT_REPLAY).wrench.wrench
+    plant = run.finding_of(PLANT_REPLAY)
+    met = plant.loads.on(plant.path).wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2")
     alone = on_plant(case, run.correction)

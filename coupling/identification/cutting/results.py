@@ -7,9 +7,9 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from coupling.identification.cutting.fit import COEFFICIENTS, CuttingFit, fitted_slots
+from coupling.identification.cutting.fit import COEFFICIENTS, fitted_slots
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.identification.evidence import poor_prediction
+from coupling.identification.evidence import poor_prediction, predict_left_out
 from coupling.results.cutting_result import (
     CuttingIdentified,
     SlotPrediction,
@@ -31,13 +31,12 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
     """
     fit = fitted_slots(cutter, slots)
     count = len(slots.feed)
-    others: list[CuttingFit] = []
-    if count >= _HELD_OUT:
-        others = [fitted_slots(cutter, slots.without(row)) for row in range(count)]
+
+    def predict(fitted: list[int], row: int) -> MeasuredSlots:
+        return fitted_slots(cutter, slots.only(fitted)).predicted(cutter, slots.feed[[row]])
+
     fitted_forces = fit.predicted(cutter, slots.feed)
-    held_out = [
-        other.predicted(cutter, slots.feed[row : row + 1]) for row, other in enumerate(others)
-    ]
+    held_out = predict_left_out(count, predict) if count >= _HELD_OUT else []
     predictions = [
         SlotPrediction(
             feed_m_s=float(slots.feed[row]),
@@ -57,16 +56,8 @@ def identify_cutting(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingIdentif
     return CuttingIdentified(
         axes=slots.axes,
         parameters=tuple(
-            ParameterResult(
-                name=name,
-                unit=unit,
-                start=None,
-                value=value,
-                low=max(value - half, 0.0),
-                high=value + half,
-                written=value,
-                identified=True,
-                reason="",
+            ParameterResult.judged(
+                name, unit, None, value, (max(value - half, 0.0), value + half), ""
             )
             for name, unit, value, half in zip(
                 (*COEFFICIENTS, "runout_m"), _UNITS, values, halves, strict=True

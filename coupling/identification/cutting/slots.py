@@ -137,10 +137,6 @@ class MeasuredSlots:
             (axes[0], axes[1], axes[2]),
         )
 
-    def without(self, row: int) -> MeasuredSlots:
-        """Return the slots but for one, by its number."""
-        return self.only([k for k in range(len(self.feed)) if k != row])
-
     def only(self, rows: list[int]) -> MeasuredSlots:
         """Return the slots of these numbers."""
         return MeasuredSlots(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,6 @@ from coupling.identification.motion.sensors import (
 )
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from coupling.identification.robot_file import Identification
-from coupling.results.base import finite
 from coupling.results.motion_result import LinesResult, MotionResult, RecordingResult
 from coupling.results.parameter_result import ParameterResult
 from elastic_robot.description import Robot
@@ -172,20 +172,11 @@ def _judge(
     for p in parameters:
         if p.of_slow_error:
             continue
-        value, (low, high), reason = fitted.get(p.name, absent)
-        verdict = ParameterResult(
-            name=p.name,
-            unit=p.unit,
-            start=finite(p.value),
-            value=finite(value),
-            low=finite(low),
-            high=finite(high),
-            written=None if p.sensor else finite(p.value if reason else value),
-            identified=not reason,
-            reason=reason,
-            term=p.term,
+        of_fit = fitted.get(p.name, absent)
+        further: dict[str, Any] = {"written": None} if p.sensor else {}
+        verdicts.append(
+            ParameterResult.judged(p.name, p.unit, p.value, *of_fit, term=p.term, **further)
         )
-        verdicts.append(verdict)
     return tuple(verdicts)
 
 

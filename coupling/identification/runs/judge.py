@@ -55,16 +55,14 @@ def judge_parameters(
         ends = np.exp(x[k] + width * np.array([0.0, -1.0, 1.0]))
         value, low, high = (parameter.value * ends).tolist()
         moves = effect[k] >= _MOVES or parameter.vibrates
-        verdict = LearnedParameterResult(
-            name=parameter.name,
-            unit=parameter.unit,
-            start=parameter.value,
-            value=value,
-            low=low,
-            high=high,
+        verdict = LearnedParameterResult.judged(
+            parameter.name,
+            parameter.unit,
+            parameter.value,
+            value,
+            (low, high),
+            "" if identifiable else _reason(parameter, float(effect[k]), gears),
             written=value if identifiable or moves else parameter.value,
-            identified=bool(identifiable),
-            reason="" if identifiable else _reason(parameter, float(effect[k]), gears),
             factor=value / parameter.value,
             factor_low=low / parameter.value,
             factor_high=high / parameter.value,

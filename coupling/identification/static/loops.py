@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from coupling.files.gear_table import sheet_elements
+from coupling.identification.evidence import predict_left_out
 from coupling.identification.robot_file import Identification
 from coupling.identification.static.elastic import Candidate, ElasticParameters, joint_of
 from coupling.identification.static.fit import (
@@ -151,13 +152,13 @@ def _left_out(fit: StaticFit, options: IdentifyOptions) -> np.ndarray:
     hardly see besides stays as fitted, as with rows that are left out.
     """
     elasticity, measured = fit.elasticity, fit.at.problem.measured
-    errors = np.empty_like(measured.deflection)
     white = fit.at.white * fit.at.weight[:, None, None]
-    scale = fit.at.linear.scale
+    scale, loops = fit.at.linear.scale, measured.sequences
     prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
-    for rows in measured.sequences:
-        kept_rows = np.setdiff1d(np.arange(measured.count), rows)
-        others, loop = measured.at_rows(kept_rows), measured.at_rows(rows)
+
+    def loop_error(fitted: list[int], number: int) -> np.ndarray:
+        rows = np.concatenate([loops[k] for k in fitted])
+        others, loop = measured.at_rows(rows), measured.at_rows(loops[number])
         model = StaticModel(elasticity, others, options.torque_curve)
         start = np.where(model.effective, fit.at.x, _before(elasticity))
         problem = StaticProblem(
@@ -165,14 +166,16 @@ def _left_out(fit: StaticFit, options: IdentifyOptions) -> np.ndarray:
             others,
             model.predict,
             options.noise,
-            white=white[kept_rows],
+            white=white[rows],
             prior=prior,
             prior_mean=start,
         )
         values = fit_from(problem, start).x
         prediction = StaticModel(elasticity, loop, options.torque_curve).predict(values)
-        errors[rows] = loop.deflection - prediction.deflection
-    return errors
+        return loop.deflection - prediction.deflection
+
+    # Rows of a loop stand one after the other, and loops in their order.
+    return np.concatenate(predict_left_out(len(loops), loop_error))
 
 
 def _before(elasticity: ElasticParameters) -> np.ndarray:

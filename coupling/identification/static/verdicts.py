@@ -51,21 +51,11 @@ def judge_parameters(fit: StaticFit, added: Collection[str] = ()) -> tuple[Param
         reason, tested = _reason(fit, j), fit.supports.get(j)
         if not reason and tested is not None and not tested.supported:
             reason = tested.in_words
-        value, low, high = map(finite, numbers[j])
-        verdict = ParameterResult(
-            name=parameter.name,
-            unit=parameter.unit,
-            start=None if parameter.name in added else parameter.value,
-            value=value,
-            low=low,
-            high=high,
-            written=value,
-            identified=not reason,
-            reason=reason,
-            added=parameter.name in added,
-            support=tested,
-        )
-        verdicts.append(verdict)
+        value, *interval = numbers[j]
+        is_added = parameter.name in added
+        start = None if is_added else parameter.value
+        of_parameter = parameter.name, parameter.unit, start, value, interval, reason
+        verdicts.append(ParameterResult.judged(*of_parameter, added=is_added, support=tested))
     return tuple(verdicts)
 
 

@@ -123,7 +123,9 @@ def test_a_measured_feed_is_predicted_by_the_others(held_out, mean):
     At 300 mm/min, beyond the others, the roundness that predicts once a revolution costs 3 N of a mean.
     """
     measured = MeasuredSlots.read(SLOTS, MILL)
-    others = fitted_slots(MILL, measured.without(held_out))
+    others = fitted_slots(
+        MILL, measured.only([k for k in range(len(measured.feed)) if k != held_out])
+    )
     feed = measured.feed[held_out : held_out + 1]
     predicted = others.predicted(MILL, feed)
     assert np.abs(predicted.mean[0] - measured.mean[held_out]).max() < mean

@@ -13,8 +13,8 @@ from coupling.files.modal_damping import with_damping_ratio
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.response.experiment import PostureResponse, ResponseProblem
 from coupling.identification.response.identification import identify_from_responses
-from coupling.identification.response.mismatch import LARGEST_ERROR
 from coupling.identification.response.posture import MeasuredPosture, read_posture
+from coupling.identification.response.refusal import LARGEST_ERROR
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import MeasuredResponse
 from coupling.report.identify_answers import response_answer
