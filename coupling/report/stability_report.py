@@ -24,10 +24,10 @@ from coupling.results.stability_result import (
 )
 
 _MM = 1e3
-_CHART = Note(
+_CHART = (
     "Limiting depth over the speed of the spindle where the cut is worst, and the frequency of the"
     " vibration at that limit. Below the line the cut is stable; beyond it, deeper islands may be stable"
-    " again. No line: no limit. Dotted: a quick estimate (zero order); the cross: the programmed cut."
+    " again. No line: {none}. Dotted: a quick estimate (zero order); the cross: the programmed cut."
 )
 _ALONE = Note(
     "The robot alone, its tool taken as rigid: at high speeds a mode of tool, holder and spindle decides"
@@ -36,14 +36,11 @@ _ALONE = Note(
 _WITH_TOOL = Note(
     "The grey line is the robot alone, by the quick estimate: where it is higher, the tool decides."
 )
-_PATH = Note(
-    "Programmed depth and limit along the path; orange crosses chatter. No line: no limit."
-)
+_PATH = "Programmed depth and limit along the path; orange crosses chatter. No line: {none}."
 _FEED = Note("Limit with the feed turned about the part's z axis, at the worst place.")
-_PART = Note(
+_PART = (
     "Limit at the programmed speed, where there is one, and the depth that no speed falls below (by the"
-    " quick estimate), with the tool moved about the part. White: no limit, or the robot cannot be"
-    " there."
+    " quick estimate), with the tool moved about the part. White: {none}, or the robot cannot be there."
 )
 _SENSITIVE = Note(
     "Limit at the worst place with other gears: damping is the least known of all numbers, and the limit"
@@ -64,11 +61,15 @@ def stability_report(result: StabilityResult) -> ResultReport:
 
 def _sections(result: StabilityResult) -> list[Section]:
     sections = _judgement(result)
+    none = f"none up to {_mm(result.deepest_m)} mm"
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
         chart = chart_figure(result.chart, result.points[result.worst])
-        sections.append(Section("Over the speed", [_CHART, alone], "chart", [chart]))
-        sections.append(Section("Along the path", [_PATH], "path", [path_figure(result.points)]))
+        sections.append(
+            Section("Over the speed", [Note(_CHART.format(none=none)), alone], "chart", [chart])
+        )
+        path = [path_figure(result.points)]
+        sections.append(Section("Along the path", [Note(_PATH.format(none=none))], "path", path))
     if result.over_feed is not None and any(v is not None for v in result.over_feed.limit_m):
         angles, limits = result.over_feed.feed_deg, result.over_feed.limit_m
         polar = feed_figure(angles, limits)
@@ -84,7 +85,7 @@ def _sections(result: StabilityResult) -> list[Section]:
             if any(v is not None for line in values for v in line)
         ]
         if maps:
-            sections.append(Section("Over the part", [_PART], "part", maps))
+            sections.append(Section("Over the part", [Note(_PART.format(none=none))], "part", maps))
     return sections
 
 
@@ -93,7 +94,7 @@ def stability_answer(result: StabilityResult) -> Answer:
     case = result.case_file
     worst, tolerance = result.points[result.worst], result.tolerance_m
     is_stable = all(point.stable for point in result.points)
-    limit = f"{1e3 * worst.limit_m:.3g} mm" if np.isfinite(worst.limit_m) else "no limit"
+    limit = f"{_limit_mm(worst.limit_m, result)} mm"
     moved = max(point.moved_m for point in result.points)
     steps = [] if tolerance is not None else [state_tolerance(case)]
     steps.append(NextStep.by("Correct the command:", "compensate", case))
@@ -161,7 +162,8 @@ def _judgement(result: StabilityResult) -> list[Section]:
     ]
     if result.sensitivities is not None:
         table = [
-            (other.name, _mm(other.limit_m), _mm(other.least_m)) for other in result.sensitivities
+            (other.name, _limit_mm(other.limit_m, result), _mm(other.least_m))
+            for other in result.sensitivities
         ]
         columns = ("gears", f"limit at {worst.rpm:.0f} 1/min [mm]", "no speed falls below [mm]")
         sections.append(Section("Other gears", [_SENSITIVE, Table(columns, table)]))
@@ -316,6 +318,11 @@ def feed_figure(angles: Sequence[float], limits: Sequence[float | None]) -> go.F
 
 def _millimetres(values: Grid) -> Grid:
     return tuple(tuple(None if v is None else _MM * v for v in line) for line in values)
+
+
+def _limit_mm(limit: float, result: StabilityResult) -> str:
+    """Return a limit [mm], beyond the deepest cut that was looked at where there is none."""
+    return _mm(limit) if np.isfinite(limit) else f"> {_mm(result.deepest_m)}"
 
 
 def _mm(depth: float) -> str:

@@ -94,7 +94,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
         tolerance_m=cuts.case.tolerance,
         sentence=path.sentence,
         tool_modes=len(cuts.tool),
-        deepest_m=cuts.deepest,
+        deepest_m=worst.deepest,
         points=tuple(_point(judgement) for judgement in path.judgements),
         worst=path.judgements.index(worst),
         joints=tuple(joints.tolist()),

@@ -47,10 +47,15 @@ class Judgement:
         """Whether it decays."""
         return self.vibration.is_stable
 
+    @property
+    def deepest(self) -> float:
+        """Depth up to which limits are looked for [m], that of the cut at least."""
+        return max(self.cuts.deepest, self.placed.cut.depth)
+
     @cached_property
     def limit(self) -> float:
         """Depth of the first border from below [m]; infinite where there is none."""
-        return first_border(self.there.whole, self.placed.cut, self.cuts.deepest, self._quick)
+        return first_border(self.there.whole, self.placed.cut, self.deepest, self._quick)
 
     @cached_property
     def _quick(self) -> ZeroOrder:
@@ -59,7 +64,7 @@ class Judgement:
     @cached_property
     def islands(self) -> list[tuple[float, float]]:
         """Depths beyond the limit at which it is stable again, from and to [m]."""
-        return stable_islands(self.there.whole, self.placed.cut, self.limit, self.cuts.deepest)
+        return stable_islands(self.there.whole, self.placed.cut, self.limit, self.deepest)
 
     @property
     def zero_order(self) -> float:
@@ -153,7 +158,7 @@ def in_words(judgement: Judgement) -> str:
     at = f"at {cut.rpm:.0f} 1/min"
     if judgement.is_stable:
         if not np.isfinite(limit):
-            return f"stable, no limit up to {1e3 * judgement.cuts.deepest:.3g} mm {at}"
+            return f"stable, no limit up to {1e3 * judgement.deepest:.3g} mm {at}"
         if limit < cut.depth:
             return (
                 f"stable at {1e3 * cut.depth:.3g} mm {at}, but chatters at depths from"

@@ -26,11 +26,12 @@ def first_border(
 ) -> float:
     """Return the depth at which a cut, made deeper, becomes unstable first [m].
 
-    Depths beyond it may be stable again (`stable_islands`); what lies within a step is not seen.
+    Depths beyond it may be stable again (`stable_islands`); what lies within a step is not seen, but
+    for the depth of the cut itself.
 
     Args:
         structure: Modes of robot and tool.
-        cut: The cut, whose depth does not count.
+        cut: The cut.
         deepest: Depth up to which it is looked for [m].
         quick: The same by zero order; None: it is computed.
 
@@ -50,6 +51,8 @@ def first_border(
             return 0.0
     while low < deepest:
         high = min(low * (_WIDE if low < _NEAR * expected else _NARROW), deepest)
+        if low < cut.depth < high:
+            high = cut.depth
         if growth(high) >= 0.0:
             return float(brentq(growth, low, high, xtol=_CLOSE * low, rtol=_CLOSE))
         low = high

@@ -91,6 +91,24 @@ def test_one_posture_is_judged_by_growth_and_limit(tmp_path, capsys):
     assert re.search(r"chatters at [\d.]+ Hz from depth [\d.]+ mm", said)
 
 
+def test_where_no_limit_was_met_the_depth_that_was_looked_at_is_said(tmp_path, capsys):
+    shallow = "\n[stability]\nmax_depth_m = 0.0003\n"
+    stable = judged(tmp_path, *ONE, "--depth-mm", "0.2", more=shallow)
+    said = capsys.readouterr().out
+    assert stable["points"][0]["limit_m"] is None
+    assert "Stable up to: > 0.3 mm" in said
+    assert "stable, no limit up to 0.3 mm at 3000 1/min" in said
+
+
+def test_a_cut_that_is_deeper_than_limits_are_looked_for_has_its_limit(tmp_path, capsys):
+    shallow = "\n[stability]\nmax_depth_m = 0.0003\n"
+    (deep,) = judged(tmp_path, *ONE, "--depth-mm", "2.0", more=shallow)["points"]
+    (usual,) = judged(tmp_path, *ONE, "--depth-mm", "2.0")["points"]
+    assert not deep["stable"]
+    assert deep["limit_m"] == pytest.approx(usual["limit_m"], rel=5e-3)
+    assert not re.search(r"from depth inf|than > ", capsys.readouterr().out)
+
+
 def test_feed_back_and_forth_in_a_slot_is_alike_but_for_the_axial_force(tmp_path):
     """Turned by half a turn chip and force across the axis change sign, the axial force does not."""
     text = SLOT.format(depth=0.002)
