@@ -13,11 +13,16 @@ from pathlib import Path
 
 from coupling.errors import reason_of
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 # Ending of a file that is not complete yet.
 PARTIAL = ".partial"
 # Name of such a file, from that of the whole one.
 DRAFT = re.compile(rf"(.+)\.[0-9a-f]{{32}}{re.escape(PARTIAL)}")
-# A draft that nobody has written to for so long, and that nobody holds, is of a killed command [s].
+# Without locks, a draft that nobody has written to for so long is of a killed command [s].
 _STALE = 60.0
 
 
@@ -45,10 +50,15 @@ class AtomicFile:
         if file.exists() and not file.is_file():
             kind = "folder" if file.is_dir() else "device or pipe"
             raise OSError(errno.EEXIST, f"expected a file or a new name, got a {kind}")
-        self._draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}{PARTIAL}")
-        self._stream = self._draft.open("xb")
+        _remove_abandoned_drafts(file)
+        while True:
+            self._draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}{PARTIAL}")
+            self._stream = self._draft.open("xb")
+            _lock(self._stream.fileno())
+            if self._draft.exists():  # else another command took it for abandoned before the lock
+                break
+            self._stream.close()
         try:
-            _is_taken(self._stream.fileno())
             if room and hasattr(os, "posix_fallocate"):
                 os.posix_fallocate(self._stream.fileno(), 0, room)
         except BaseException:
@@ -67,8 +77,10 @@ class AtomicFile:
             self._stream.truncate()
             self._stream.flush()
             os.fsync(self._stream.fileno())
-            self._stream.close()
+            if fcntl is None:  # no file that is open can be renamed
+                self._stream.close()
             os.replace(self._draft, self._file)
+            self._stream.close()
         except BaseException:
             self.discard()
             raise
@@ -82,32 +94,32 @@ class AtomicFile:
             self._draft.unlink()
 
 
-def _is_taken(number: int) -> bool:
-    """Take an open file as long as it is open; return whether another program has it.
-
-    Where the system cannot tell, nobody has it: it then refuses to remove a file that is open.
-    """
-    with suppress(ImportError):
-        import fcntl
-
-        try:
-            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return True
-    return False
+def _lock(number: int) -> None:
+    """Lock an open file as long as it is open, where the system can."""
+    if fcntl is not None:
+        with suppress(OSError):
+            fcntl.flock(number, fcntl.LOCK_EX)
 
 
-def remove_stale_drafts(file: Path) -> None:
+def _remove_abandoned_drafts(file: Path) -> None:
     """Remove what killed commands have left of a file under temporary names."""
     with suppress(OSError):
         for draft in list(file.parent.glob(f"*{PARTIAL}")):
             name = DRAFT.fullmatch(draft.name)
-            if name is None or name[1] != file.name or time.time() - draft.stat().st_mtime < _STALE:
-                continue
+            if name is not None and name[1] == file.name:
+                remove_abandoned(draft)
+
+
+def remove_abandoned(draft: Path) -> None:
+    """Remove a file under a temporary name, unless a program that may still write it has it open."""
+    with suppress(OSError):
+        if fcntl is not None:
             with draft.open("rb") as stream:
-                is_written = _is_taken(stream.fileno())
-            if not is_written:
+                fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
                 draft.unlink()
+        # Windows removes no file that is open, but one is closed for a moment before it is renamed.
+        elif time.time() - draft.stat().st_mtime > _STALE:
+            draft.unlink()
 
 
 def sync_file(file: Path) -> None:
@@ -142,7 +154,6 @@ def writing(place: Path, error: type[Exception]) -> Iterator[None]:
 
 def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
     """Write a text as a whole file; `error` is raised with the file's name if that fails."""
-    remove_stale_drafts(file)
     with writing(file, error):
         AtomicFile(file).write([text.encode("utf-8")])
 

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.files.atomic_file import DRAFT, AtomicFile
+from coupling.files.atomic_file import DRAFT, PARTIAL, AtomicFile, remove_abandoned
 
 # The list: kind of folder, and names of files and folders.
 LIST = ".elastic-robot.json"
@@ -75,7 +75,9 @@ def _is_name(name: object) -> bool:
 
 
 def begin_folder(folder: Path, kind: str) -> None:
-    """Make a folder in which a command lists what it writes, or go on with one.
+    """Make a folder in which a command lists what it writes, or go on with one that it alone writes.
+
+    Drafts that a killed command has left there go.
 
     Example:
         >>> import tempfile
@@ -89,6 +91,9 @@ def begin_folder(folder: Path, kind: str) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = _Written.of(folder)
+    for draft in folder.glob(f"*{PARTIAL}"):
+        if written.has(draft):
+            remove_abandoned(draft)
     if written.kind != kind or not (folder / LIST).is_file():
         replace(written, kind=kind).write(folder)
 

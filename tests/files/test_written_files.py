@@ -179,6 +179,17 @@ def test_a_command_that_was_killed_at_its_start_leaves_a_free_folder(tmp_path):
     assert not tmp_path.exists()
 
 
+def test_what_a_command_was_killed_writing_goes_as_soon_as_it_is_given_again(tmp_path):
+    """Drafts of listed files and of the list; not what a user has named alike."""
+    begin_folder(tmp_path, "inputs")
+    claim(tmp_path, ["robot.toml"])
+    names = [f"{name}.{'0' * 32}.partial" for name in (LIST, "robot.toml", "measured.csv")]
+    for name in names:
+        (tmp_path / name).write_text("half")
+    begin_folder(tmp_path, "inputs")
+    assert {file.name for file in tmp_path.iterdir()} == {LIST, names[-1]}
+
+
 @pytest.mark.parametrize(
     ("content", "is_ours"),
     [

@@ -87,9 +87,13 @@ class KilledCommand:
                     theirs[f"{place.name.removesuffix('.unfinished')}/measured.csv"] = b"mine"
         else:
             _end(self.words, folder)
-        found = _files(folder)
-        assert {name: found.get(name) for name in theirs} == theirs
-        assert {name: text for name, text in found.items() if name not in theirs} == self.files
+        remaining, expected = _files(folder), self.files | theirs
+        differing = {
+            name: (remaining.get(name), expected.get(name))
+            for name in remaining.keys() | expected.keys()
+            if remaining.get(name) != expected.get(name)
+        }
+        assert not differing, f"after {kills} kills, expected the second of each: {differing}"
         return kills
 
 
