@@ -8,6 +8,7 @@ alone, corrupts the heap when it is unloaded or the process ends in the ordinary
 from __future__ import annotations
 
 import ctypes
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -233,11 +234,14 @@ class Driver(ABC):
     def explained(self) -> Iterator[None]:
         """Have refused calls raise an FmuError with what the FMU has logged."""
         self._errors.clear()
+        caller, _thread.driver = _thread.driver, self
         try:
             yield
         except Exception as cause:  # FMPy raises bare Exception for most refusals
             *_, last = "", *"\n".join(self._errors).splitlines()
             raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
+        finally:
+            _thread.driver = caller
 
     def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
         rows = np.array(job.rows, dtype=float, order="C")
@@ -275,15 +279,20 @@ class Driver(ABC):
             self._errors.append(message[-1].decode(errors="replace").strip())
 
 
+class _Thread(threading.local):
+    """The driver that calls its FMU in a thread."""
+
+    driver: Driver | None = None
+
+
+_thread = _Thread()
 # Drivers that have an instance of FMI 2.0, by the environment that its messages name.
 _drivers: WeakValueDictionary[int, _Fmi2] = WeakValueDictionary()
 
 
 def _log_by_environment(environment: int | None, *message: Any) -> None:
-    driver = _drivers.get(environment or 0)
-    if driver is None and len(_drivers) == 1:
-        # Some FMUs do not say whose message it is.
-        (driver,) = _drivers.values()
+    # Some FMUs do not say whose message it is.
+    driver = _drivers.get(environment or 0) or _thread.driver
     if driver is None:
         printLogMessage(environment, *message)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import shutil
@@ -13,7 +14,17 @@ from pathlib import Path
 import fmpy
 import pytest
 from filelock import FileLock
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi1 import printLogMessage
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
+from fmpy.logging import addLoggerProxy
 from places import TESTS
 
 from coupling.native.cache import cache_folder
@@ -26,6 +37,7 @@ TCP = tuple(f"tcp.{c}" for c in POSE)
 Q_CMD = tuple(f"q_cmd[{i}]" for i in range(1, 7))
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g1", "-O1")
 _MASTERS = TESTS / "native"
+_PRINTER = fmi2CallbackLoggerTYPE(printLogMessage)
 
 
 class NativeFmu:
@@ -53,15 +65,17 @@ class NativeFmu:
         self.inputs = [v.valueReference for v in variables if v.causality == "input"]
         self.outputs = [v.valueReference for v in variables if v.causality == "output"]
 
-    def slave(self, logging: bool = False) -> FMU2Slave:
-        """An instance."""
+    def slave(
+        self, logging: bool = False, callbacks: fmi2CallbackFunctions | None = None
+    ) -> FMU2Slave:
+        """An instance that prints what it logs, or calls FMPy's callbacks."""
         slave = FMU2Slave(
             guid=self.guid,
             unzipDirectory=str(self.folder),
             modelIdentifier="ElasticRobot",
             instanceName="robot",
         )
-        slave.instantiate(loggingOn=logging)
+        slave.instantiate(callbacks=callbacks or _printing(), loggingOn=logging)
         return slave
 
     def started(self, q=POSTURE, tolerance: float | None = None, **strings: str) -> FMU2Slave:
@@ -89,6 +103,17 @@ class NativeFmu:
 
     def set(self, slave: FMU2Slave, values: Mapping[str, float]) -> None:
         slave.setReal(self.of(values), list(values.values()))
+
+
+def _printing() -> fmi2CallbackFunctions:
+    """FMPy's own callbacks call the logger that some instance of the process was given last."""
+    callbacks = fmi2CallbackFunctions(
+        logger=_PRINTER,
+        allocateMemory=fmi2CallbackAllocateMemoryTYPE(calloc),
+        freeMemory=fmi2CallbackFreeMemoryTYPE(free),
+    )
+    addLoggerProxy(ctypes.byref(callbacks))
+    return callbacks
 
 
 def compiler() -> str:

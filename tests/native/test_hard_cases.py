@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import defaultCallbacks
 from native_core import Core, CoreError, with_settings
 from native_fmu import POSTURE
 from random_robots import make_robot
+from replay_robot import Robot as ReplayedRobot
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu.stepped import SteppedFmu
@@ -94,7 +96,9 @@ def test_a_shift_grows_where_two_runs_part(example, damping, chaotic):
     assert bool(apart[-1] > 1e6 * apart[50]) is chaotic
 
 
-def test_the_log_tells_of_chaos_once(native, capfd):
+def test_the_log_tells_of_chaos_once(native, example_fmu, capfd):
+    """Beside a robot of the same process whose logger takes no notice of warnings."""
+    ReplayedRobot(example_fmu)
     slave = native.slave(logging=True)
     native.start(slave)
     damping = {v for v in native.references if v.endswith(".damping")}
@@ -108,13 +112,19 @@ def test_the_log_tells_of_chaos_once(native, capfd):
     assert "tcp_tolerance does not bound the error" in said
 
 
-def test_instances_of_others_are_heard_after_a_robot_was_stepped(native, example_fmu, capfd):
-    """FMPy's proxy would call the logger of the robot that is no more."""
-    for _ in range(3):
-        with SteppedFmu(example_fmu, ("force.x",), ("tcp.x",)):
-            pass
+def test_instances_of_others_are_heard_beside_and_after_a_robot_that_is_stepped(
+    native, example_fmu, capfd
+):
+    """FMPy's proxy calls the logger of the robot, which may be no more."""
+    with SteppedFmu(example_fmu, ("force.x",), ("tcp.x",)) as robot:
+        _hear(native, capfd)
+        robot.step(np.zeros(1), STEP)
     gc.collect()
-    slave = native.slave(logging=True)
+    _hear(native, capfd)
+
+
+def _hear(native, capfd):
+    slave = native.slave(logging=True, callbacks=defaultCallbacks)
     with pytest.raises(FMICallException):
         slave.setReal([4_000_000_000], [1.0])
     assert "value reference of a real variable: expected" in capfd.readouterr().out
