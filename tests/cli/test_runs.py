@@ -116,8 +116,13 @@ def test_fmus_of_both_kinds_give_the_same_command(tmp_path):
 
     On other robots to 1 % of what is left: a gear in its backlash carries their last digits on.
     """
-    short = "[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]", "[0.0, 0.0, 0.002]"
-    text = changed_text(LINE, short)
+    text = changed_text(
+        LINE,
+        ("[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]", "[0.0, 0.0, 0.002]"),
+        ("feed_m_s = 0.1", "feed_m_s = 0.2"),
+        ("blend_s  = 0.1", "blend_s  = 0.05"),
+        ("sample_s = 0.01", "sample_s = 0.02"),
+    )
     tables, left = [], []
     for kind in KINDS:
         case, out = tmp_path / f"{kind}.toml", tmp_path / kind

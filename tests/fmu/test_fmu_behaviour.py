@@ -12,23 +12,10 @@ from places import HOSTS, REFERENCE
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.body import Body
-from elastic_robot.description import Joint, Robot
 
 
 def test_instances_do_not_mix(example_fmu, run_host, tmp_path):
     run_host("instances", example_fmu, build_fmu(make_robot(5, 6), tmp_path / "Other.fmu"))
-
-
-def test_memory_stays_flat(run_host, tmp_path):
-    """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
-    run_host("memory", build_fmu(rigid_robot(), tmp_path / "Rigid.fmu"), 20_000)
-
-
-def rigid_robot() -> Robot:
-    link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
-    joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link)
-    return Robot("rigid", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
 
 
 def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):

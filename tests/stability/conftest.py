@@ -5,12 +5,15 @@ from __future__ import annotations
 import pytest
 
 
-@pytest.fixture
-def coarse_charts(monkeypatch):
-    for name, value in (
-        ("analysis.PLACES", 6),
-        ("chart._SPEEDS", 8),
-        ("chart._DIRECTIONS", 4),
-        ("chart._GRID", 2),
-    ):
-        monkeypatch.setattr(f"coupling.stability.{name}", value)
+@pytest.fixture(scope="module")
+def coarse_charts():
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (
+            ("analysis.PLACES", 6),
+            ("path_stability.PLACES", 6),
+            ("chart._SPEEDS", 8),
+            ("chart._DIRECTIONS", 4),
+            ("chart._GRID", 2),
+        ):
+            patch.setattr(f"coupling.stability.{name}", value)
+        yield

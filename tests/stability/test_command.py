@@ -34,7 +34,7 @@ position_m = [1.6, 0.0, 0.6]
 
 [tool_path]
 kind     = "line"
-points_m = [[0.0, 0.0, 0.001], [0.01, 0.0, -{depth}], [0.02, 0.0, -{depth}], [0.03, 0.0, 0.001]]
+points_m = [[0.0, 0.0, 0.001], [0.004, 0.0, -{depth}], [0.008, 0.0, -{depth}], [0.012, 0.0, 0.001]]
 feed_m_s = 0.02
 blend_s  = 0.1
 sample_s = 0.0015
@@ -44,6 +44,7 @@ sample_s = 0.0015
 ONE = ["--posture-deg", "0,10,-20,0,-60,0", "--feed-deg", "30", "--rpm", "3000"]
 
 
+pytestmark = pytest.mark.usefixtures("coarse_charts")
 AS_COUPLE = ("slot.toml", ("couple", "slot.toml"), unwatched)
 
 
@@ -173,7 +174,7 @@ def test_a_response_that_no_tool_has_is_refused_by_what_it_looks_like(tmp_path, 
         _ = tapped(tmp_path, change).tool
 
 
-def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys, coarse_charts):
+def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys):
     result = judged(tmp_path)
     times = [point["time"] for point in result["points"]]
     assert times == sorted(times)
@@ -197,8 +198,8 @@ def test_a_posture_beyond_the_joints_limits_is_judged_and_remarked(tmp_path, cap
 
 
 def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path, monkeypatch):
-    monkeypatch.setattr("coupling.stability.chart._SPEEDS", 6)
-    more = "\n[stability]\nspindle_rpm = [20.0, 6000.0]\n\n[[stability.tool_mode]]\n"
+    monkeypatch.setattr("coupling.stability.chart._SPEEDS", 3)
+    more = "\n[stability]\nspindle_rpm = [20.0, 60000.0]\n\n[[stability.tool_mode]]\n"
     more += "frequency_Hz = 3e3\ndamping_ratio = 0.03\nstiffness_N_m = 5e7\n"
     cuts = CaseCuts(load_case(slot(tmp_path, more=more)))
     posture = np.deg2rad([0.0, 10.0, -20.0, 0.0, -60.0, 0.0])
@@ -368,22 +369,22 @@ def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
     assert "was not touched off cuts deeper" in said
 
 
-@pytest.mark.parametrize("kind", ["couple", "compensate"])
-def test_a_cut_that_chatters_clearly_is_not_computed(
-    tmp_path, capsys, monkeypatch, coarse_charts, kind
-):
-    """Its limits are, in a folder that says so to whoever asks it for a command."""
+def test_a_cut_that_chatters_clearly_is_not_computed(tmp_path, capsys, monkeypatch):
+    """Its limits are, in a folder that says so to whoever asks it for a command.
+
+    Other commands say so as well: test_every_command.py.
+    """
     monkeypatch.setattr("coupling.run.execute._run", None)  # would fail
     folder = tmp_path / "run"
-    assert run(kind, slot(tmp_path), "-o", folder, "--no-store") == 1
+    assert run("compensate", slot(tmp_path), "-o", folder, "--no-store") == 1
     told = capsys.readouterr().out
     assert re.search(r"Warning: The cut chatters at [\d.]+ Hz .*: no command is computed", told)
     assert "This cut will chatter: do not run it. No command was computed." in told
-    again = rf"elastic-robot {kind} \S+slot.toml -o \S+run --despite-chatter --overwrite"
+    again = r"elastic-robot compensate \S+slot.toml -o \S+run --despite-chatter --overwrite"
     assert re.search(again, told)
     assert not GLOSSARY.search(told)
     stored = json.loads((folder / "stability.json").read_text())
-    assert stored["instead_of"] == [kind, str(tmp_path / "slot.toml"), "-o", str(folder)]
+    assert stored["instead_of"] == ["compensate", str(tmp_path / "slot.toml"), "-o", str(folder)]
     assert stored["chart"]["rpm"]
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()
@@ -392,7 +393,7 @@ def test_a_cut_that_chatters_clearly_is_not_computed(
     assert run("export", folder, "--to", "krl") == 2
     assert "no command computed" in capsys.readouterr().err
     # Made shallower, the same command replaces it.
-    assert run(kind, slot(tmp_path), "-o", folder, "--no-store") == 2
+    assert run("compensate", slot(tmp_path), "-o", folder, "--no-store") == 2
     assert "add --overwrite" in capsys.readouterr().err
 
 

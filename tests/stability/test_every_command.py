@@ -28,7 +28,7 @@ kind     = "line"
 points_m = [[0.0, 0.0, 0.001], [0.004, 0.0, -{depth}], [0.008, 0.0, 0.001]]
 feed_m_s = 0.02
 blend_s  = 0.1
-sample_s = 0.002
+sample_s = 0.006
 """
     + PROCESS
     + """force = "mean"
@@ -65,9 +65,7 @@ OTHERS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def few_places(monkeypatch, coarse_charts):
-    monkeypatch.setattr("coupling.stability.path_stability.PLACES", 6)
+pytestmark = pytest.mark.usefixtures("coarse_charts")
 
 
 def slot(folder: Path, depth: float) -> Path:
@@ -76,8 +74,10 @@ def slot(folder: Path, depth: float) -> Path:
     return file
 
 
-def measured_run(folder: Path) -> list[Path]:
-    """Return a run whose case was made deeper behind it, and a path measured under it."""
+@pytest.fixture(scope="module")
+def measured_run(tmp_path_factory, coarse_charts) -> list[Path]:
+    """A run whose case was made deeper behind it, and a path measured under it."""
+    folder = tmp_path_factory.mktemp("measured")
     place = folder / "measured"
     done = command("compensate", slot(folder, 0.0003), "-o", place, "--no-store")
     assert done.returncode == 0, done.stderr
@@ -95,11 +95,12 @@ def test_each_command_is_known_to_judge_or_to_compute_nothing_of_a_cut():
 
 @pytest.mark.parametrize("name", JUDGED)
 def test_a_cut_that_chatters_is_named_with_the_same_words_and_exit_status(
-    tmp_path, monkeypatch, name
+    tmp_path, monkeypatch, request, name
 ):
-    given = (
-        measured_run(tmp_path) if name in ("next", "learn", "mirror") else [slot(tmp_path, 0.002)]
-    )
+    if name in ("next", "learn", "mirror"):
+        given = request.getfixturevalue("measured_run")
+    else:
+        given = [slot(tmp_path, 0.002)]
     output = tmp_path / ("page.html" if name == "check" else "result")
     monkeypatch.setattr("coupling.run.execute._run", None)  # a command would fail
     monkeypatch.setattr("coupling.identification.next.command.learn", None)
@@ -112,4 +113,5 @@ def test_a_cut_that_chatters_is_named_with_the_same_words_and_exit_status(
         assert again
         assert all(str(file) in again[0] for file in given)
         folder = output / "run" if name == "study" else output
-        assert json.loads((folder / "stability.json").read_text())["instead_of"]
+        instead_of = json.loads((folder / "stability.json").read_text())["instead_of"]
+        assert instead_of[0] == ("next" if name in ("learn", "mirror") else name)
