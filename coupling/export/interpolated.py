@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,8 +22,6 @@ from elastic_robot.description import Robot
 # Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; a Jacobian is
 # inverted whose smallest singular value is larger than this.
 _POSE_TOLERANCE, _MAX_ITERATIONS, _MIN_SINGULAR_VALUE = 1e-10, 6, 1e-4
-
-Smooth = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -83,7 +80,6 @@ def drive_motion(
     cycle: float,
     start: float,
     near: NearAngles | None = None,
-    smooth: Smooth = spline_values,
 ) -> JointPath:
     """Return the motion of a robot's drives under the timed motions of a program.
 
@@ -96,8 +92,6 @@ def drive_motion(
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
         near: Angles near those of every set point; saves time, no more.
-        smooth: Function taken for the maker's spline, from times and values of the targets and the times
-            that are asked for.
     """
     timed = program.timed
     motions = {move.motion for move in timed[1:]}
@@ -115,11 +109,11 @@ def drive_motion(
     if any(move.pose is None for move in timed):
         angles = axes.file_angles(np.array([_joints(move, program) for move in timed]))
         curve = JointCurve(angles, np.empty(0), 0.0)
-        values = smooth(time, angles, at) if spline else _straight(curve, time, at)
+        values = spline_values(time, angles, at) if spline else _straight(curve, time, at)
         return JointPath(at, (values,))
     rows = np.array([move.pose for move in timed])
     rows[:, 3:] = continuous(rows[:, 3:])
-    values = smooth(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
+    values = spline_values(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
     values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
     base_from_path = controller_from_base(axes).inverse() @ Frame.of_pose(program.base or HERE)
     in_base = ToolPath(at, values).transformed(base_from_path)

@@ -133,10 +133,10 @@ def loads_along(
     model, time = robot.model, theta.nodes
     angles = theta.at(time)
     zero = np.zeros_like(angles)
-    static = -model.load(angles, zero, zero, wrench(time))[:, model.gears]
+    static = -model.desk.loads(angles, zero, zero, wrench(time))[:, model.gears]
     rate, acceleration = theta.at(time, 1), theta.at(time, 2)
     rate[:, model.tilts] = acceleration[:, model.tilts] = 0.0
-    carried = -model.load(angles, rate, acceleration, wrench(time))[:, model.gears]
+    carried = -model.desk.loads(angles, rate, acceleration, wrench(time))[:, model.gears]
     seldom = np.append(time[:-1:_SELDOM], time[-1])
     by_gravity, lever = _by_pose(robot, theta.at(seldom))
     return GearLoads(

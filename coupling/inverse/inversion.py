@@ -228,7 +228,7 @@ class MovingRobot:
         for first in range(0, len(time), _CHUNK):
             chunk = time[first : first + _CHUNK]
             motion = [theta.at(chunk, order) for order in range(3)]
-            load = self.model.load(motion[0], motion[1], motion[2], wrench(chunk))
+            load = self.model.desk.loads(motion[0], motion[1], motion[2], wrench(chunk))
             torque[first : first + _CHUNK] = -load[:, self.model.gears]
         return torque
 
@@ -282,7 +282,7 @@ class MovingRobot:
             wrench: Wrench on the robot, (1, 6).
         """
         chain, no_rate = self.model.chain, np.zeros_like(theta)
-        static = -self.model.load(theta, no_rate, no_rate, wrench)[0, self.model.gears]
+        static = -self.model.desk.loads(theta, no_rate, no_rate, wrench)[0, self.model.gears]
         wind_up, parameters = self._at_rest(static), self.model.parameters
         dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
         unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))

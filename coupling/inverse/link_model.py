@@ -1,8 +1,6 @@
-"""Conditions on the motion of the links at an instant: tool on the path, tilts in balance."""
+"""Robot as its links move: angles behind the gears, and tilts."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,34 +8,6 @@ from coupling.native.desk_robot import DeskRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
-
-
-@dataclass(frozen=True)
-class LinkState:
-    """Robot at several instants.
-
-    Attributes:
-        load: M theta'' + h - J^T w less the balancers' torques, that all angles of the chain need [N m],
-            (k, angles).
-        position, rotation: Pose of the TCP, base frame [m], (k, 3) and (k, 3, 3).
-    """
-
-    load: np.ndarray
-    position: np.ndarray
-    rotation: np.ndarray
-
-
-@dataclass(frozen=True)
-class LinkDerivatives:
-    """Derivatives of a `LinkState`.
-
-    Attributes:
-        load: Derivatives of the loads by theta, theta', theta'' [N m/rad, ..], (k, 3, angles, angles).
-        jacobian: Jacobian of the TCP, base axes [m/rad, rad/rad], (k, 6, angles).
-    """
-
-    load: np.ndarray
-    jacobian: np.ndarray
 
 
 class LinkModel:
@@ -96,29 +66,3 @@ class LinkModel:
         gears = self.chain.torsions
         inertia: np.ndarray = 1.0 / np.linalg.inv(self.desk.masses(theta))[:, gears, gears]
         return inertia
-
-    def state(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> LinkState:
-        """Return loads and poses; motion [rad, rad/s, rad/s^2], (k, angles), wrench [N, N m], (k, 6)."""
-        placement = self.placement(theta)
-        return LinkState(self.load(theta, rate, acceleration, wrench), *placement)
-
-    def placement(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return position [m] and rotation of the TCP, (k, 3) and (k, 3, 3)."""
-        return self.desk.placements(theta)
-
-    def load(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> np.ndarray:
-        """Return M theta'' + h - J^T w, balancers taken off [N m], (k, angles); arguments as `state`."""
-        return self.desk.loads(theta, rate, acceleration, wrench)
-
-    def linearised(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> tuple[LinkState, LinkDerivatives]:
-        """Return `state` and its derivatives; arguments in the same units, (k, angles), (k, 6)."""
-        load, by, jacobian, position, rotation = self.desk.linearised(
-            theta, rate, acceleration, wrench
-        )
-        return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)

@@ -75,14 +75,14 @@ def equilibrium_angles(
     theta = model.chain.theta(q[None])
     rest, load = np.zeros_like(theta), wrench[None]
     for _ in range(_ITERATIONS):
-        state, by = model.linearised(theta, rest, rest, load)
+        state = model.desk.linearised(theta, rest, rest, load)
         turn = (Rotation.from_matrix(state.rotation[0]) * rotation.inv()).as_rotvec()
         missed = np.concatenate([state.position[0] - position, turn])
         step = np.zeros(model.size)
         step[model.tilts] = -state.load[0, model.tilts] / model.tilt_stiffness
         step[model.tilts] -= theta[0, model.tilts]
-        missed += by.jacobian[0] @ step
-        drives = by.jacobian[0][:, model.chain.drive]
+        missed += state.jacobian[0] @ step
+        drives = state.jacobian[0][:, model.chain.drive]
         step[model.chain.drive] = -np.linalg.lstsq(drives, missed, rcond=None)[0]
         theta[0] += step
         if np.abs(step).max() < _SETTLED:
@@ -130,7 +130,7 @@ def solve_links(
 
 def _distances(model: LinkModel, path: LinkPath, motion: UniformSpline) -> np.ndarray:
     """Return the distances of the tool from its path at the nodes [m], (intervals + 1,)."""
-    position, _ = model.placement(_at_nodes(motion))
+    position, _ = model.desk.placements(_at_nodes(motion))
     distances: np.ndarray = np.linalg.norm(position - path.nodes.position, axis=1)
     return distances
 
@@ -166,7 +166,7 @@ def _at_rest_under_load(model: LinkModel, q: np.ndarray, wrench: np.ndarray) -> 
     """Return the angles of the rigid robot with the tilts that its loads at rest ask for."""
     theta = model.chain.theta(q)
     rest = np.zeros_like(theta)
-    load = model.load(theta, rest, rest, wrench)
+    load = model.desk.loads(theta, rest, rest, wrench)
     theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
     return theta
 

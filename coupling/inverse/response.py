@@ -99,11 +99,11 @@ class AlongMotion:
         chain = self.model.chain
         theta = self.theta.at(outputs)
         rest = np.zeros_like(theta)
-        _, by = self.model.linearised(theta, rest, rest, np.zeros((len(outputs), 6)))
-        answer = np.einsum("kra,kacj->krcj", by.jacobian[:, :, chain.elastic], pushed)
+        linear = self.model.desk.linearised(theta, rest, rest, np.zeros((len(outputs), 6)))
+        answer = np.einsum("kra,kacj->krcj", linear.jacobian[:, :, chain.elastic], pushed)
         first, part = command.place(outputs)
         weights = stencil(part, command.degree, 0)
-        driven = by.jacobian[:, :, chain.drive]
+        driven = linear.jacobian[:, :, chain.drive]
         driven = driven * chain.kinematic_errors.slope(command.at(outputs))[:, None]
         for k in range(len(outputs)):
             used = range(max(first[k], free.start), min(first[k] + command.degree + 1, free.stop))
@@ -117,8 +117,8 @@ class AlongMotion:
         """Return transition over a step and its half, and accelerations by q, q', q'' of the motors."""
         chain, parameters = self.model.chain, self.model.parameters
         motion = [self.theta.at(times, order) for order in range(3)]
-        _, by = self.model.linearised(motion[0], motion[1], motion[2], self.wrench(times))
-        rows = by.load[:, :, chain.elastic]
+        linear = self.model.desk.linearised(motion[0], motion[1], motion[2], self.wrench(times))
+        rows = linear.by_motion[:, :, chain.elastic]
         own, driven = rows[..., chain.elastic], rows[..., chain.drive]
         each = np.arange(chain.elastic_count)
         stiffness, damping = own[:, 0].copy(), own[:, 1].copy()

@@ -50,7 +50,7 @@ class RobotServos:
         self._gear_torque = -needed(np.minimum(dense_times(self._rows), theta.end))
         first = theta.at(fine[:1])
         zero = 0.0 * first
-        static = moving.model.load(first, zero, zero, solution.wrench(fine[:1]))
+        static = moving.model.desk.loads(first, zero, zero, solution.wrench(fine[:1]))
         self._held = static[0, moving.model.gears]
 
     def command(self, motors: UniformSpline) -> UniformSpline:

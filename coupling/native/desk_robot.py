@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import weakref
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,6 +93,24 @@ class ReachedAngles:
     away: np.ndarray
 
 
+class LinearisedChain(NamedTuple):
+    """Loads of a chain of n angles at k instants, their derivatives, and its tool.
+
+    Attributes:
+        load: M theta'' + h - J^T w, balancers taken off [N m], (k, n).
+        by_motion: Its derivatives by theta, theta', theta'' [N m/rad, ..], (k, 3, n, n).
+        jacobian: Jacobian of the TCP, base axes [m/rad, rad/rad], (k, 6, n).
+        position: Position of the TCP [m], (k, 3).
+        rotation: base_from_tool, (k, 3, 3).
+    """
+
+    load: np.ndarray
+    by_motion: np.ndarray
+    jacobian: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+
+
 class DeskRobot:
     """The chain of a robot, in C.
 
@@ -148,25 +167,14 @@ class DeskRobot:
 
     def linearised(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the loads, their derivatives, Jacobian and pose of the TCP; arguments as `loads`.
-
-        Returns:
-            Loads [N m], (k, angles); derivatives by theta, theta', theta'' [N m/rad, ..],
-            (k, 3, angles, angles); Jacobian, base axes [m/rad, rad/rad], (k, 6, angles); position [m],
-            (k, 3); base_from_tool, (k, 3, 3).
-        """
+    ) -> LinearisedChain:
+        """Return the loads, their derivatives, Jacobian and pose of the TCP; arguments as `loads`."""
         motion = self._motion(theta, rate, acceleration, wrench)
         count, n = motion[0].shape
-        found = (
-            np.empty((count, n)),
-            np.empty((count, 3, n, n)),
-            np.empty((count, 6, n)),
-            np.empty((count, 3)),
-            np.empty((count, 3, 3)),
-        )
-        self._call("er_desk_linearise", *motion, *found)
-        return found
+        shapes = ((n,), (3, n, n), (6, n), (3,), (3, 3))
+        linearised = LinearisedChain(*(np.empty((count, *shape)) for shape in shapes))
+        self._call("er_desk_linearise", *motion, *linearised)
+        return linearised
 
     def placements(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return position [m], (k, 3), and rotation base_from_tool of the TCP, (k, 3, 3).

@@ -222,9 +222,9 @@ def _gear_torque(
     load = np.hstack([to_base.apply(load[:, :3]), to_base.apply(load[:, 3:])])
     theta = chain.theta(q)
     zero_rates, torque = np.zeros_like(theta), np.zeros_like(q)
-    torque[:, np.asarray(model.gear_joint)] = -model.load(theta, zero_rates, zero_rates, load)[
-        :, model.gears
-    ]
+    torque[:, np.asarray(model.gear_joint)] = -model.desk.loads(
+        theta, zero_rates, zero_rates, load
+    )[:, model.gears]
     return torque
 
 

@@ -8,16 +8,15 @@ from typing import Literal
 
 import numpy as np
 
-from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.apt_program import AptProgram, read_program
-from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import format_counts
+from coupling.toolpaths.cam_path import CamPath
+from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
 from coupling.toolpaths.roll import ROLLS
 from coupling.toolpaths.spindle import ProgrammedSpindle
 
 
-class AptPath(OrientedPath):
+class AptPath(CamPath):
     """Points of APT cutter location data, whose coordinates are those of the TCP in the part frame.
 
     Keys: file; rapid_m_s, speed of a RAPID; roll, how the tool is rotated about its axis;
@@ -33,16 +32,10 @@ class AptPath(OrientedPath):
     def _program(self) -> AptProgram:
         return read_program(self.file)
 
-    def _read_remarks(self) -> list[str]:
-        remarks = list(self._program.assumptions)
-        if self._program.left_out:
-            remarks.append(f"read and left out: {format_counts(self._program.left_out)}")
-        return remarks
-
-    def _read_spindle(self) -> ProgrammedSpindle | None:
+    def _spindle(self) -> ProgrammedSpindle | None:
         return self._program.spindle
 
-    def _read_points(self) -> OrientedPoints:
+    def _plan(self) -> OrientedPoints:
         """Return the points, at rest where it waits and where a rapid and a feed meet."""
         program = self._program
         distinct_rows = [0]
@@ -51,14 +44,11 @@ class AptPath(OrientedPath):
             if math.dist(row, rows[distinct_rows[-1]]) > POINT_TOLERANCE:
                 distinct_rows.append(number)
         if len(distinct_rows) < 2:
-            raise CaseError(f"{self.file}: expected GOTO from one point to another, got none")
+            raise ValueError("expected GOTO from one point to another, got none")
         rapid = np.isnan(program.feed[distinct_rows])
         waits = np.add.reduceat(program.waits, distinct_rows)
         rests = waits > 0.0
         rests[1:-1] |= rapid[2:] != rapid[1:-1]
-        try:
-            rotation = ROLLS[self.roll](program.axis[distinct_rows])
-        except ValueError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
+        rotation = ROLLS[self.roll](program.axis[distinct_rows])
         feed = np.where(rapid, self.rapid_m_s, program.feed[distinct_rows])
-        return OrientedPoints(program.position[distinct_rows], rotation, feed, rests, waits)
+        return OrientedPoints(program.position[distinct_rows], rotation, feed, rests, waits[1:])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from coupling.toolpaths.cam_path import Course, PassingLaw
 from coupling.toolpaths.gcode_directions import MoveDirections
 from coupling.toolpaths.gcode_moves import UNTILTED, Dwell, GcodeMove, GcodeProgram
 from coupling.toolpaths.rotary import Kinematics
@@ -20,38 +22,31 @@ _SMALL_TURN_PARTS, _LARGE_TURN_PARTS = np.linspace(0.0, 1.0, 3), np.linspace(0.0
 _BATCH_SIZE = 20_000
 
 
-@dataclass(frozen=True)
-class CourseLaw:
-    """How moves are passed.
-
-    Attributes:
-        rapid: Speed of rapids [m/s].
-        corner: Change of direction from which on the tool rests [rad].
-        fastest_turn: Largest rate at which the tool turns [rad/s].
-    """
-
-    rapid: float
-    corner: float
-    fastest_turn: float
-
-
-class Course:
+class GcodeCourse(Course):
     """Moves joined end to end, whose ways are lengths of X, Y, Z, or angles where these stay.
 
     Args:
         program: A program.
         kinematics: Rotary axes that its angles are of; None where it has none.
+        rapid: Speed of rapids [m/s].
+        roll: Function from vectors from tip to holder, (k, 3), to rotations part_from_tool.
 
     Attributes:
-        lengths: Ways of the moves [m or rad], (n,).
         turns: Whether the tool is ever tilted.
 
     Raises:
         ValueError: If a tool turns from a direction to the opposite one.
     """
 
-    def __init__(self, program: GcodeProgram, kinematics: Kinematics | None) -> None:
+    def __init__(
+        self,
+        program: GcodeProgram,
+        kinematics: Kinematics | None,
+        rapid: float,
+        roll: Callable[[np.ndarray], Rotation],
+    ) -> None:
         self._program, self._kinematics = program, kinematics
+        self._rapid_speed, self._roll = rapid, roll
         self._moves: list[GcodeMove] = []
         waits: dict[int, float] = {}
         for step in program.steps:
@@ -63,7 +58,6 @@ class Course:
         self._directions = MoveDirections(self._moves, kinematics)
         self._chain = Chain([move.segment for move in self._moves])
         self.lengths = self._chain.lengths
-        self._ends = np.cumsum(self.lengths)
         self.waits = np.zeros(len(self._moves))
         self.waits[list(waits)] = list(waits.values())
         self._waited = np.zeros(len(self._moves), dtype=bool)
@@ -78,64 +72,65 @@ class Course:
         Args:
             way: Rising ways from the first point on [m and rad], (k,).
         """
-        places = self._chain.point(way)
+        which, along = self._chain.place(way)
+        places = self._chain.points_at(which, along)
         if not self.turns:
             return places, np.tile(UNTILTED.axis, (len(places), 1))
-        which = np.searchsorted(self._ends, way, side="left").clip(max=len(self._ends) - 1)
-        begin = self._ends[which] - self.lengths[which]
-        part = np.clip((way - begin) / self.lengths[which], 0.0, 1.0)
+        part = along / self.lengths[which]
         return self._tips(which, part, places), self._directions.axes(which, part)
 
-    def feeds(self, law: CourseLaw) -> np.ndarray:
-        """Return the speeds of the moves, none of which turns the tool too fast, (n,) [m/s or rad/s]."""
-        rapid = np.where(self._stays, law.fastest_turn, law.rapid)
-        feeds = np.array([np.nan if move.feed is None else move.feed for move in self._moves])
-        feeds = np.where(self._rapid, rapid, feeds)
-        for rows, parts in self._turning():
-            turning, moving = self._rates(rows, parts)
-            slowest = law.fastest_turn * self.lengths[rows] / np.maximum(turning, 1e-12)
-            feeds[rows] = np.minimum(feeds[rows], slowest)
-            # A table may carry the part faster than the axes go.
-            tip = law.rapid * self.lengths[rows] / np.maximum(moving, 1e-12)
-            feeds[rows] = np.where(self._rapid[rows], np.minimum(feeds[rows], tip), feeds[rows])
-        return feeds
+    def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
+        """Return points [m], (k, 3), and rotations part_from_tool at rising ways, (k,), in the part."""
+        points, axes = self.points(way)
+        if (plane := self._program.plane) is not None:
+            points, axes = plane.points(points), plane.rotate(axes)
+        return points, self._roll(axes)
 
-    def stops(self, law: CourseLaw) -> np.ndarray:
-        """Return whether the tool rests behind each move [1], (n,).
+    def passing(self, law: PassingLaw) -> tuple[np.ndarray, np.ndarray]:
+        """Return the speeds of the moves [m/s or rad/s], and whether the tool rests behind each, (n,).
 
         It rests where it waits, in a corner, between a rapid and a feed, and where it begins or ends to
         turn in place.
         """
+        return self._speeds(law.fastest_turn), self._stops(law.corner)
+
+    def _speeds(self, fastest_turn: float) -> np.ndarray:
+        """Return the speeds of the moves, none of which turns the tool too fast [m/s or rad/s], (n,)."""
+        rapid = np.where(self._stays, fastest_turn, self._rapid_speed)
+        feeds = np.array([np.nan if move.feed is None else move.feed for move in self._moves])
+        feeds = np.where(self._rapid, rapid, feeds)
+        for rows, parts in self._turning():
+            turning, moving = self._rates(rows, parts)
+            slowest = fastest_turn * self.lengths[rows] / np.maximum(turning, 1e-12)
+            feeds[rows] = np.minimum(feeds[rows], slowest)
+            # A table may carry the part faster than the axes go.
+            tip = self._rapid_speed * self.lengths[rows] / np.maximum(moving, 1e-12)
+            feeds[rows] = np.where(self._rapid[rows], np.minimum(feeds[rows], tip), feeds[rows])
+        return feeds
+
+    def _stops(self, angle: float) -> np.ndarray:
+        """Return whether the tool rests behind each move, by the angle of a corner [rad], (n,)."""
         begins, ends = self._along
         size = np.maximum(np.linalg.norm(begins[1:], axis=1), np.linalg.norm(ends[:-1], axis=1))
         sharp = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
-        corner = sharp > 2.0 * np.sin(0.5 * law.corner) * size + 1e-12
+        corner = sharp > 2.0 * np.sin(0.5 * angle) * size + 1e-12
         stays = self._stays
         corner |= (self._rapid[1:] != self._rapid[:-1]) | (stays[1:] != stays[:-1])
         for k in np.flatnonzero(stays[1:] & stays[:-1] & ~corner).tolist():
-            corner[k] = self._turns_otherwise(k, law.corner)
+            corner[k] = self._turns_otherwise(k, angle)
         return np.append(corner | self._waited[:-1], True)
 
-    def jump(self, stops: np.ndarray, feeds: np.ndarray) -> float:
+    def acceleration_jump(self, speeds: np.ndarray, stops: np.ndarray) -> float:
         """Return the largest jump of the tip's acceleration where moves meet without a rest [m/s^2].
 
         At a speed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
-
-        Args:
-            stops: Whether the tool rests behind each move [1], (n,).
-            feeds: Speeds of the moves [m/s or rad/s], (n,).
         """
         change = np.linalg.norm(self._bends[0][1:] - self._bends[1][:-1], axis=1)
-        jumps = np.minimum(feeds[1:], feeds[:-1]) ** 2 * change
+        jumps = np.minimum(speeds[1:], speeds[:-1]) ** 2 * change
         return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
 
-    def turn_jump(self, stops: np.ndarray, feeds: np.ndarray) -> float:
-        """Return the largest jump of the axis's rate where moves meet without a rest [rad/s].
-
-        Args:
-            stops: Whether the tool rests behind each move [1], (n,).
-            feeds: Speeds of the moves [m/s or rad/s], (n,).
-        """
+    def turn_jump(self, speeds: np.ndarray, stops: np.ndarray) -> float:
+        """Return the largest jump of the axis's rate where moves meet without a rest [rad/s]."""
         if not self.turns:
             return 0.0
         which, last_parts = np.arange(len(self._moves)), np.ones(len(self._moves))
@@ -148,7 +143,7 @@ class Course:
             for part in (0.0 * last_parts, last_parts)
         )
         change = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
-        jumps = np.minimum(feeds[1:], feeds[:-1]) * change
+        jumps = np.minimum(speeds[1:], speeds[:-1]) * change
         return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
 
     @cached_property

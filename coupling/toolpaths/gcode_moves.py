@@ -95,7 +95,7 @@ class GcodeProgram:
 
     Attributes:
         steps: Its moves and waits.
-        ignored: Words that were read and left out, by how often they stand there.
+        left_out: Words that were read and left out, by how often they stand there.
         assumptions: Sentences without a full stop.
         coordinates: Meaning of X, Y, Z with a tilted tool: its tip in the part, or the linear axes.
         plane: Frame of X, Y, Z in the part; None where it is the part's.
@@ -103,7 +103,7 @@ class GcodeProgram:
     """
 
     steps: tuple[GcodeMove | Dwell, ...]
-    ignored: dict[str, int]
+    left_out: dict[str, int]
     assumptions: tuple[str, ...] = ()
     coordinates: Coordinates = "tool-tip"
     plane: Frame | None = None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
 from coupling.toolpaths.instants import NO_CORNERS, Corners, PathTimes
 from coupling.toolpaths.part import tool_path
-from coupling.toolpaths.segments import Segment
+from coupling.toolpaths.segments import Chain, Function, Segment
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
@@ -49,8 +50,8 @@ class SegmentedPath(ToolPathTable):
         if follows and all(segment.heading is None for segment in segments):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
-        require_few(float(motion.ends[-1]) / self.sample_s, "tool_path")
-        instants = PathTimes.of(motion.ends, self.sample_s, corners)
+        require_few(float(motion.travel.rests[-1]) / self.sample_s, "tool_path")
+        instants = PathTimes.of(motion.travel.rests, self.sample_s, corners)
         states = motion.at(instants.time)
         path = tool_path(part, instants.time, states[:, :3])
         untilted = UntiltedPath(part, path, instants.sample_rows)
@@ -75,50 +76,46 @@ def require_few(samples: float, where: object) -> None:
 
 
 @dataclass(frozen=True)
-class Leg:
-    """A motion from rest to rest.
-
-    Attributes:
-        duration: Duration [s], > 0.
-        at: Function from times since its start (k,) to rows of what moves (k, columns).
-    """
-
-    duration: float
-    at: Callable[[np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True)
 class Motion:
-    """Motions from rest to rest, one after the other: a function of time.
+    """Motion along segments, from rest to rest on each.
 
     Attributes:
-        legs: The motions, at least one.
+        chain: The segments.
+        travel: Way along them over time.
+        headings: Functions from arc lengths (k,) of each segment to angles of the feed [rad], (k,).
+        turns: Angles by which the heading turns in the rest behind each [rad], (segments,).
 
     Example:
         >>> from coupling.toolpaths.segments import polyline
         >>> motion = follow(polyline(np.eye(2, 3) * [[0.0], [0.1]]), feed=0.1, blend=0.2)
-        >>> motion.ends.round(9), motion.at(np.array([0.0, 0.6, 1.2]))[:, 1].round(9)
+        >>> motion.travel.rests.round(9), motion.at(np.array([0.0, 0.6, 1.2]))[:, 1].round(9)
         (array([1.2]), array([0.  , 0.05, 0.1 ]))
     """
 
-    legs: Sequence[Leg]
-
-    @property
-    def ends(self) -> np.ndarray:
-        """Time at which each of the motions ends, the first beginning at 0 [s], (legs,)."""
-        return np.cumsum([leg.duration for leg in self.legs])
+    chain: Chain
+    travel: Travel
+    headings: Sequence[Function]
+    turns: np.ndarray
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return all that moves, (k, columns), at rising times from 0 to the end [s], (k,)."""
-        ends = self.ends
-        first = np.searchsorted(time, np.append(0.0, ends[:-1]), side="right")
-        first[0], last = 0, np.append(first[1:], len(time))
-        values = [
-            leg.at(np.clip(time[a:b] - (end - leg.duration), 0.0, leg.duration))
-            for leg, end, a, b in zip(self.legs, ends, first, last, strict=True)
-            if b > a
-        ]
-        return np.concatenate(values)
+        """Return points [m] and, in the fourth column, headings [rad] at rising times [s], (k, 4)."""
+        lengths, is_turning = self.chain.lengths, self.turns != 0.0
+        # Behind each segment it rests, and where the heading turns once more, until it has.
+        rests = np.arange(len(lengths)) + np.cumsum(is_turning)
+        which = np.searchsorted(self.travel.rests[rests[:-1]], time)
+        begins = np.cumsum(lengths) - lengths
+        along = np.clip(self.travel.at(time) - begins[which], 0.0, lengths[which])
+        heading = np.empty(len(time))
+        for k in np.unique(which).tolist():
+            rows = slice(*np.searchsorted(which, [k, k + 1]))
+            heading[rows] = self.headings[k](along[rows])
+        for k in np.flatnonzero(is_turning).tolist():
+            begin, end = self.travel.rests[rests[k] - 1 : rests[k] + 1]
+            rows = slice(np.searchsorted(time, begin), np.searchsorted(time, end, side="right"))
+            u = (time[rows] - begin) / (end - begin)
+            step = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+            heading[rows] = self.headings[k](lengths[[k]]) + self.turns[k] * step
+        return np.column_stack([self.chain.points_at(which, along), heading])
 
 
 def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float = 0.0) -> Motion:
@@ -126,10 +123,7 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
 
     The speed rises over `blend` seconds, stays at the feed and falls over `blend` seconds, with a
     continuous third derivative of the position.  A segment too short for that is driven at a lower
-    speed.
-
-    Its rows are points [m] and, in the fourth column, the angle of the feed about the z axis from x,
-    continuous within segments [rad].
+    speed.  Headings, angles of the feed about the z axis from x, are continuous within segments.
 
     Args:
         segments: Curves joined end to end.
@@ -138,42 +132,23 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
         turn: Duration of a rest in each corner, in which the heading turns the shorter way, with a
             continuous second derivative; 0: the tool goes on at once [s].
     """
-    first_headings = [
-        segment_of_path.heading(np.zeros(1))
-        for segment_of_path in segments
-        if segment_of_path.heading is not None
-    ]
-    heading, legs = float(first_headings[0][0]) if first_headings else 0.0, []
-    for segment in segments:
-        leg = _plan_headings(segment, feed, blend, heading)
-        start = leg.at(np.zeros(1))[0]
-        if turn > 0.0 and abs(start[3] - heading) > _HEADING_TOLERANCE:
-            legs.append(_turning(start[:3], heading, float(start[3]), turn))
-        legs.append(leg)
-        heading = float(leg.at(np.array([leg.duration]))[0, 3])
-    return Motion(legs)
+    chain, origin, everywhere = Chain(segments), np.zeros(1), np.ones(len(segments), dtype=bool)
+    first = next((s.heading for s in segments if s.heading is not None), None)
+    before = 0.0 if first is None else float(first(origin)[0])
+    headings: list[Function] = []
+    turns = np.zeros(len(segments))
+    for k, segment in enumerate(segments):
+        heading = segment.heading or partial(np.full_like, fill_value=before)
+        start = float(heading(origin)[0])
+        after = turned_to(before, start)
+        if turn > 0.0 and abs(after - before) > _HEADING_TOLERANCE:
+            turns[k - 1] = after - before
+        headings.append(partial(_shifted, heading, after - start))
+        before = float(headings[-1](np.array([segment.length]))[0])
+    waits, feeds = np.where(turns != 0.0, turn, 0.0), np.full(len(segments), feed)
+    travel = Travel.along(chain.lengths, feeds, blend, everywhere, waits)
+    return Motion(chain, travel, headings, turns)
 
 
-def _plan_headings(segment: Segment, feed: float, blend: float, before: float) -> Leg:
-    """Return the motion along a segment with its headings, at most half a turn from one before it."""
-    travel = Travel.along(np.array([segment.length]), np.array([feed]), blend)
-    heading = segment.heading or (lambda s: np.full_like(s, before))
-    start = float(heading(np.zeros(1))[0])
-    shift = turned_to(before, start) - start
-
-    def at(time: np.ndarray) -> np.ndarray:
-        way = travel.at(time)
-        return np.column_stack([segment.point(way), heading(way) + shift])
-
-    return Leg(float(travel.rests[-1]), at)
-
-
-def _turning(point: np.ndarray, before: float, behind: float, duration: float) -> Leg:
-    """Return a rest at a point in which the heading turns [rad]."""
-
-    def at(time: np.ndarray) -> np.ndarray:
-        u = time / duration
-        heading = before + (behind - before) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-        return np.column_stack([np.tile(point, (len(time), 1)), heading])
-
-    return Leg(duration, at)
+def _shifted(heading: Function, shift: float, way: np.ndarray) -> np.ndarray:
+    return heading(way) + shift

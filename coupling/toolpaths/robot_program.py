@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
 from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
-from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPath, OrientedPoints
-from coupling.toolpaths.remarks import format_counts
+from coupling.toolpaths.cam_path import CamPath
+from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
 
 _MAX_SPEED = 10.0  # no robot goes faster [m/s]
 
 
-class ProgramPath(OrientedPath):
+class ProgramPath(CamPath):
     """Lines and arcs of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
@@ -38,13 +38,7 @@ class ProgramPath(OrientedPath):
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
 
-    def _read_remarks(self) -> list[str]:
-        remarks = list(self._program.assumptions)
-        if self._program.left_out:
-            remarks.append(f"read and left out: {format_counts(dict(self._program.left_out))}")
-        return remarks
-
-    def _read_points(self) -> OrientedPoints:
+    def _plan(self) -> OrientedPoints:
         return _points(self.file, self._program.moves, self.feed_m_s)
 
 
@@ -85,7 +79,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
         Rotation.from_quat(poses[:, 3:]),
         np.array([move.speed or feed or 0.0 for move in passing]),
         np.array([move.is_stop for move in passing]),
-        np.array([move.wait for move in passing]),
+        np.array([move.wait for move in passing[1:]]),
         np.array([move.duration or math.nan for move in passing]),
     )
 

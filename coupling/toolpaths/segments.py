@@ -141,9 +141,18 @@ class Chain:
 
     def point(self, s: np.ndarray) -> np.ndarray:
         """Return points [m], (k, 3), at rising arc lengths [m], (k,)."""
+        return self.points_at(*self.place(s))
+
+    def place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return numbers of segments, rising, and ways within them [m], (k,), at rising arc lengths."""
+        # What rounding takes back at an end is a way that stays.
+        s = np.maximum.accumulate(s)
         which = np.searchsorted(self._ends, s, side="left").clip(max=len(self._ends) - 1)
         begin = self._ends - self.lengths
-        way = np.clip(s - begin[which], 0.0, self.lengths[which])
+        return which, np.clip(s - begin[which], 0.0, self.lengths[which])
+
+    def points_at(self, which: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Return points [m], (k, 3), by `place`."""
         points: np.ndarray = self._direction[which]
         points *= way[:, None]
         points += self._start[which]

@@ -12,8 +12,9 @@ from coupling.files.toml_file import validate
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.gcode import GcodePath
-from coupling.toolpaths.gcode_course import Course
+from coupling.toolpaths.gcode_course import GcodeCourse
 from coupling.toolpaths.gcode_program import read_program
+from coupling.toolpaths.roll import upright
 from coupling.toolpaths.rotary import RotaryTable
 
 PART = Frame(np.zeros(3), Rotation.identity())
@@ -72,10 +73,11 @@ def words(letters: str, values: list[float]) -> str:
     return " ".join(f"{k}{v:.12f}" for k, v in zip(letters, values, strict=True))
 
 
-def course(folder: Path, lines: list[str], rotary: RotaryTable | None) -> Course:
+def course(folder: Path, lines: list[str], rotary: RotaryTable | None) -> GcodeCourse:
     file = folder / "program.ngc"
     file.write_text("\n".join([*START, *lines]))
-    return Course(read_program(file, rotary), rotary.kinematics if rotary else None)
+    kinematics = rotary.kinematics if rotary else None
+    return GcodeCourse(read_program(file, rotary), kinematics, 0.1, upright)
 
 
 def path(folder: Path, lines: list[str], **keys: object) -> GcodePath:

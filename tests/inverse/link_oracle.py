@@ -109,7 +109,7 @@ def ends(model: LinkModel, task: LinkTask):
         yield first, 2, everything, zero
     elif task.begins == "loaded":
         theta = model.chain.theta(task.guess[:1])
-        load = model.load(theta, 0.0 * theta, 0.0 * theta, wrench[None])[0, model.tilts]
+        load = model.desk.loads(theta, 0.0 * theta, 0.0 * theta, wrench[None])[0, model.tilts]
         yield first, 0, model.tilts, -load / model.tilt_stiffness
         yield first, 1, model.tilts, 0.0 * load
     if task.ends == "rest":

@@ -98,11 +98,11 @@ def test_loads_and_their_derivatives_have_the_balancers(seed):
     expected = dynamics.loads(theta, rate, bend, ToolLoad(wrench))
     by = dynamics.load_derivatives(theta, rate, bend, ToolLoad(wrench))
     scale = 1.0 + np.abs(expected).max(initial=0.0)
-    state, slopes = model.linearised(theta, rate, bend, wrench)
+    state = model.desk.linearised(theta, rate, bend, wrench)
     rows = model.chain.elastic
-    for found in (model.load(theta, rate, bend, wrench), state.load):
+    for found in (model.desk.loads(theta, rate, bend, wrench), state.load):
         np.testing.assert_allclose(found[:, rows], expected, rtol=0, atol=1e-11 * scale)
-    np.testing.assert_allclose(slopes.load[:, 0, rows], by.angle, rtol=0, atol=1e-10 * scale)
+    np.testing.assert_allclose(state.by_motion[:, 0, rows], by.angle, rtol=0, atol=1e-10 * scale)
 
 
 @given(SEEDS)
@@ -115,7 +115,7 @@ def test_torques_of_places_have_the_balancers(seed):
     q, rate, bend = np.random.default_rng(seed).normal(size=(3, 5, 7))
     gravity = np.repeat(np.array(robot.gravity)[:, None], 7, axis=1)
     found = own.load(own.posture(q, np.zeros((3, 7))), rate, bend, gravity)
-    expected = model.load(q.T, rate.T, bend.T, np.zeros((7, 6))).T
+    expected = model.desk.loads(q.T, rate.T, bend.T, np.zeros((7, 6))).T
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-8)
 
 
@@ -220,7 +220,7 @@ def with_parts(robot: Robot) -> Robot:
 def stroke(robot: Robot) -> DesiredMotion:
     """To and fro along a line under a force that comes and goes."""
     model = LinkModel(robot)
-    (middle,), (axes,) = model.placement(model.chain.theta(HOME)[None])
+    (middle,), (axes,) = model.desk.placements(model.chain.theta(HOME)[None])
     time = np.linspace(0.0, END, 201)
     along = np.sin(np.pi * np.clip(time / (0.9 * END), 0.0, 1.0)) ** 5
     position = middle + np.outer(along, [0.04, 0.08, -0.06])

@@ -63,7 +63,7 @@ def wanted(robot, end=1.2, sample=0.004, length=0.1, force=300.0):
     """A straight stroke under a force that rises and falls."""
     model = MovingRobot(robot, "linear").model
     home = HOME[: model.chain.joint_count]
-    (middle,), (axes,) = model.placement(model.chain.theta(home)[None])
+    (middle,), (axes,) = model.desk.placements(model.chain.theta(home)[None])
     time = sample * np.arange(round(end / sample) + 1)
     along = length * np.array([0.3, 0.8, -0.5])
     position = middle + np.outer(stroke(time, 0.9 * end), along)
@@ -146,7 +146,7 @@ def test_the_error_falls_with_the_nodes_distance(robot, models):
             ),
         ).theta
         t = np.linspace(0.0, 0.8, 801)
-        load = model.state(*(links.at(t, m) for m in range(3)), np.zeros((801, 6))).load
+        load = model.desk.loads(*(links.at(t, m) for m in range(3)), np.zeros((801, 6)))
         torque = -load[:, model.gears]
         gears = gears_of(model.parameters, model.chain)
         curve = TORQUE_CURVES["linear"].build(gears)

@@ -36,7 +36,7 @@ def task_of(robot, spacing, end=0.8):
     """A path around a posture: the tool moves and turns, its load rises and falls."""
     model = LinkModel(robot)
     home = np.resize(_POSE, model.chain.joint_count)
-    (middle,), (axes,) = model.placement(model.chain.theta(home)[None])
+    (middle,), (axes,) = model.desk.placements(model.chain.theta(home)[None])
     nodes = spacing * np.arange(round(end / spacing) + 1)
     along, axis = np.array([0.004, -0.006, 0.002]), np.array([0.01, 0.004, -0.008])
     load = np.array([100.0, -50.0, 200.0, 5.0, 3.0, -2.0])
@@ -160,7 +160,7 @@ def test_the_tool_is_on_its_path_and_the_tilts_are_in_balance(robot, model):
     assert motion.iterations[-1].step < 1e-7
     t = np.linspace(0.0, 0.8, 1003)
     theta, rate, acceleration = (motion.theta.at(t, m) for m in range(3))
-    state = model.state(theta, rate, acceleration, task.wrench(t))
+    state = model.desk.linearised(theta, rate, acceleration, task.wrench(t))
     assert np.linalg.norm(state.position - task.position(t), axis=1).max() < 2e-7
     balance = state.load[:, model.tilts] + model.tilt_stiffness * theta[:, model.tilts]
     balance += model.tilt_damping * rate[:, model.tilts]
@@ -228,7 +228,7 @@ def test_a_robot_without_tilts_follows_from_inverse_kinematics_alone():
     task = task_of(robot, 0.01)
     motion = solve_links(model, task)
     for t in (0.2, 0.4, 0.55):
-        (placed,), _ = model.placement(motion.theta.at(np.array([t])))
+        (placed,), _ = model.desk.placements(motion.theta.at(np.array([t])))
         np.testing.assert_allclose(placed, task.position(np.array([t]))[0], atol=1e-8)
 
 
@@ -236,11 +236,11 @@ def test_a_symmetric_robot_stands_symmetric_with_its_tool_on_the_pose():
     """Axes 1 and 4 stay at zero to rounding, so their gears carry less than the neutral torque."""
     model = LinkModel(load_robot(shipped_robots()["icme2008"]))
     q = np.array([0.0, 0.24, 0.63, 0.0, -0.87, 0.0])
-    (position,), (axes,) = model.placement(model.chain.theta(q[None]))
+    (position,), (axes,) = model.desk.placements(model.chain.theta(q[None]))
     rotation, load = Rotation.from_matrix(axes), np.array([0.0, 0, -300.0, 0, 0, 0])
     theta = equilibrium_angles(model, q, position, rotation, load)[None]
     rest = np.zeros_like(theta)
-    state = model.state(theta, rest, rest, load[None])
+    state = model.desk.linearised(theta, rest, rest, load[None])
     np.testing.assert_allclose(state.position[0], position, atol=1e-14)
     np.testing.assert_allclose(state.rotation[0], axes, atol=1e-13)
     balance = state.load[0, model.tilts] + model.tilt_stiffness * theta[0, model.tilts]

@@ -41,7 +41,7 @@ def robot(plain):
 def wanted(robot):
     """To and fro along a line under a force that comes and goes."""
     model = MovingRobot(robot, "linear").model
-    (middle,), (axes,) = model.placement(model.chain.theta(HOME)[None])
+    (middle,), (axes,) = model.desk.placements(model.chain.theta(HOME)[None])
     time = np.linspace(0.0, END, 251)
     u = np.clip(time / (0.9 * END), 0.0, 1.0)
     along = np.sin(np.pi * u) ** 5

@@ -22,8 +22,9 @@ from five_axes import (
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from coupling.toolpaths.gcode_course import Course
+from coupling.toolpaths.gcode_course import GcodeCourse
 from coupling.toolpaths.gcode_program import read_program
+from coupling.toolpaths.roll import upright
 
 FIVE = [axes for axes in MACHINES if len(axes) == 2]
 angles_deg = st.floats(-400.0, 400.0).map(lambda value: round(value, 6))
@@ -186,7 +187,7 @@ def test_an_axis_turns_as_it_is_written_or_the_shortest_way(tmp_path):
         (tmp_path / "wrap.ngc").write_text("\n".join([*START, *lines]))
         read = read_program(tmp_path / "wrap.ngc", rotary)
         ways = np.linspace(0.0, 0.01, 50)
-        _, vectors = Course(read, rotary.kinematics).points(ways)
+        _, vectors = GcodeCourse(read, rotary.kinematics, 0.1, upright).points(ways)
         angle = np.unwrap(np.arctan2(vectors[:, 0], -vectors[:, 1]))
         return float(np.rad2deg(angle[-1] - angle[0])), list(read.assumptions)
 

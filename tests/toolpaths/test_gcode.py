@@ -279,7 +279,7 @@ def test_what_is_cut_before_the_place_is_known_is_told(tmp_path):
     file.write_text("G21 G0 X0 Y0\nG1 X10 F600\nG1 Z-1\nG1 Y5\n")
     program = read_program(file)
     assert len(program.steps) == 1
-    assert program.ignored == {"G1 from an unknown Z": 2}
+    assert program.left_out == {"G1 from an unknown Z": 2}
 
 
 def test_a_program_with_a_mark_of_its_encoding_and_a_number_is_read(tmp_path):

@@ -79,7 +79,7 @@ def test_words_that_change_no_path_are_listed(tmp_path, line, words):
     lines = [*START, line, "G1 Y20"]
     read = program(tmp_path, *lines)
     assert ends_mm(read) == [[10.0, 0.0, 0.0], [10.0, 20.0, 0.0]]
-    assert sorted(read.ignored) == sorted(words)
+    assert sorted(read.left_out) == sorted(words)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_what_stands_behind_the_end_is_not_executed(tmp_path):
     for head, tail in ((("%",), "%"), (("(part)", "%"), "%"), ((), "%"), ((), "M30"), ((), "M2")):
         read = program(tmp_path, *head, *START, tail, *behind, "%")
         assert ends_mm(read) == [[10.0, 0.0, 0.0]]
-        (count,) = [n for word, n in read.ignored.items() if word.startswith("lines behind the")]
+        (count,) = [n for word, n in read.left_out.items() if word.startswith("lines behind the")]
         assert count == 2
     with pytest.raises(CaseError, match="got none: 5 lines behind the closing %"):
         program(tmp_path, "%", "%", *START, *behind)
@@ -217,7 +217,7 @@ def test_the_name_of_a_program_is_no_line_of_it(tmp_path, name):
     unit = "G90" if "G71" in name else "G21"
     read = program(tmp_path, name, unit, *[line.replace("G21 ", "") for line in START])
     assert ends_mm(read) == [[10.0, 0.0, 0.0]]
-    assert any(name[:4] in word for word in read.ignored)
+    assert any(name[:4] in word for word in read.left_out)
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_a_work_offset_for_all_moves_is_that_of_the_part(tmp_path, offset):
     read = program(tmp_path, "G21 G0 X9 Y9 Z9", offset, *START, offset, "G1 Y1")
     assert ends_mm(read)[-2:] == [[10.0, 0.0, 0.0], [10.0, 1.0, 0.0]]
     assert len(ends_mm(read)) == (3 if offset == "G54" else 2)
-    assert read.ignored == {offset: 2}
+    assert read.left_out == {offset: 2}
 
 
 def test_axes_that_stand_still_are_left_out_and_may_not_move(tmp_path):
@@ -247,7 +247,7 @@ def test_axes_that_stand_still_are_left_out_and_may_not_move(tmp_path):
         tmp_path, "G21 G90", "G0 A90 C-5", "G0 X0 Y0 Z5 A90", "G1 X10 F600 C-5", "G91 A0"
     )
     stand = "a rotary axis that stands still"
-    assert (len(read.steps), read.ignored) == (1, {f"A90, {stand}": 3, f"C-5, {stand}": 2})
+    assert (len(read.steps), read.left_out) == (1, {f"A90, {stand}": 3, f"C-5, {stand}": 2})
     with pytest.raises(CaseError, match="A to stand still at 90, got A91"):
         program(tmp_path, "G21 G0 X0 Y0 Z5 A90", "G1 X10 F600 A91")
 

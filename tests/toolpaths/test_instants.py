@@ -111,7 +111,7 @@ def test_a_path_of_more_samples_than_fit_is_refused(tmp_path):
 def test_motions_follow_one_another():
     """0.1 m at 0.1 m/s with blends of 0.2 s takes 1.2 s; each corner is a rest."""
     motion = follow(polyline(np.array([[0.0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]])), 0.1, 0.2)
-    np.testing.assert_allclose(motion.ends, [1.2, 2.4], rtol=1e-15)
+    np.testing.assert_allclose(motion.travel.rests, [1.2, 2.4], rtol=1e-15)
     found = motion.at(np.array([0.0, 0.6, 1.2, 1.8, 2.4]))[:, 0]
     np.testing.assert_allclose(found, [0.0, 0.05, 0.1, 0.15, 0.2], atol=1e-15)
     np.testing.assert_allclose(motion.at(np.array([0.6, 1.8]))[:, 0], [0.05, 0.15], atol=1e-15)
@@ -120,11 +120,11 @@ def test_motions_follow_one_another():
 def test_headings_turn_the_shorter_way_in_corners_and_are_kept_by_links():
     corners = polyline(np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.0, 0.1, 0.0]], float))
     motion = follow(corners, 0.1, 0.1, turn=0.4)
-    heading = motion.at(np.linspace(0.0, motion.ends[-1], 4001))[:, 3]
-    assert len(motion.legs) == 5
+    rests = motion.travel.rests
+    heading = motion.at(np.linspace(0.0, rests[-1], 4001))[:, 3]
     np.testing.assert_allclose([heading[0], heading[-1]], [0.0, np.pi], atol=1e-12)
     assert np.diff(heading).min() >= 0.0
-    np.testing.assert_allclose(np.diff(motion.ends), [0.4, 1.1, 0.4, 1.1], rtol=1e-12)
+    np.testing.assert_allclose(np.diff(rests), [0.4, 1.1, 0.4, 1.1], rtol=1e-12)
 
 
 def lifted(height):

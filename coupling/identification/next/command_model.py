@@ -92,8 +92,8 @@ def lowest_mode(robot: Robot, postures: np.ndarray) -> float:
     chain = model.chain
     theta = np.array([chain.theta(angles) for angles in postures])
     at_rest = np.zeros_like(theta)
-    _, by = model.linearised(theta, at_rest, at_rest, np.zeros((len(theta), 6)))
-    masses = by.load[:, 2][:, chain.elastic][:, :, chain.elastic]
+    linear = model.desk.linearised(theta, at_rest, at_rest, np.zeros((len(theta), 6)))
+    masses = linear.by_motion[:, 2][:, chain.elastic][:, :, chain.elastic]
     squares = [
         eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, 0))[0] for mass in masses
     ]

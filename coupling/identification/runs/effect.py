@@ -70,8 +70,8 @@ class ParameterEffect:
         self._torque = moving.torque(self.theta, self._time, task.wrench)
         at = self.theta.at(self.theta.nodes[::_SELDOM])
         at_rest = np.zeros_like(at)
-        _, by = moving.model.linearised(at, at_rest, at_rest, np.zeros((len(at), 6)))
-        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian)
+        linear = moving.model.desk.linearised(at, at_rest, at_rest, np.zeros((len(at), 6)))
+        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], linear.jacobian)
         self._model = moving.model
         none = np.zeros(len(parameters))
         self._known = {none.tobytes(): self._wind_ups(none, len(self._time))}

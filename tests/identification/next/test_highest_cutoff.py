@@ -58,9 +58,11 @@ class Responses:
         chain = model.chain
         theta = np.array([chain.theta(angles) for angles in postures])
         at_rest = np.zeros_like(theta)
-        _, by = model.linearised(theta, at_rest, at_rest, np.zeros((len(theta), 6)))
+        linear = model.desk.linearised(theta, at_rest, at_rest, np.zeros((len(theta), 6)))
         ratios = []
-        for mass, jacobian in zip(by.load[:, 2, chain.elastic], by.jacobian, strict=True):
+        for mass, jacobian in zip(
+            linear.by_motion[:, 2, chain.elastic], linear.jacobian, strict=True
+        ):
             system = Posture(
                 mass[:, chain.elastic],
                 mass[:, chain.drive],
