@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-import re
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -29,6 +28,7 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
+from coupling.cli.device_accuracy import device_accuracy, length_of
 from coupling.cli.runs import NOT_CONVERGED, ended_by_chatter, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
@@ -44,14 +44,10 @@ if TYPE_CHECKING:
     from coupling.results.next_result import NextResult
     from coupling.run.execute import Run
 
-_LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
-_ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
 # Of a deviation that is slower a path has no period [Hz].
 _LOWEST_CUTOFF = 0.01
 # Exit status where no parameter is identifiable.
 REFUSED = 1
-# A frame that is known to a length is known to that over an arm of a metre.
-_ARM = 1.0
 
 NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]
 Cutoff = Annotated[
@@ -119,7 +115,7 @@ def next_command(
     verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
-    frame_accuracy = _frame_accuracy(frame_known, own_frame, tip_known)
+    frame_accuracy = device_accuracy(frame_known, own_frame, tip_known)
     options = _options(move, frame_accuracy, cutoff_hz, repeatability)
     known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
     known += [("--columns", columns), ("--unit", unit)]
@@ -180,61 +176,8 @@ def _options(
         )
     repeatability_m = REPEATABILITY
     if repeatability is not None:
-        repeatability_m = _length("--repeatability", repeatability, "0.05mm")
+        repeatability_m = length_of("--repeatability", repeatability, "0.05mm")
     return NextOptions(frame_accuracy, move, cutoff, repeatability_m)
-
-
-def _frame_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
-    """Return what is known of the measuring device, from options."""
-    from coupling.identification.next.options import ANYWHERE, FrameAccuracy
-
-    if own_frame and frame is not None:
-        raise LearnError("expected either --own-frame or --frame-known, got both")
-    accuracy = ANYWHERE if own_frame else FrameAccuracy()
-    if frame is not None:
-        accuracy = frame_of(frame)
-    if tip is None:
-        return accuracy
-    return replace(accuracy, tip=_length("--tip-known", tip, "0.5mm"))
-
-
-def _length(option: str, text: str, example: str) -> float:
-    size = _value(text.replace(" ", ""), _LENGTHS)
-    if size is None:
-        raise LearnError(f"{option}: expected a length, as {example}, got {text!r}")
-    return size
-
-
-def frame_of(text: str) -> FrameAccuracy:
-    """Return what is known of a measuring frame, from words.
-
-    Example:
-        >>> frame_of("0.05mm,0.02mrad")
-        FrameAccuracy(shift=5e-05, turn=2e-05, tip=0.0)
-    """
-    from coupling.identification.next.options import FrameAccuracy
-
-    parts = text.replace(" ", "").split(",")
-    units = (_LENGTHS, _ANGLES)
-    values = [_value(part, unit) for part, unit in zip(parts, units, strict=False)]
-    if len(parts) > len(units) or None in values:
-        raise LearnError(
-            f"--frame-known: expected a length and an angle, as 0.05mm or 0.05mm,0.05mrad, got {text!r}"
-        )
-    shift, turn = (*values, None)[:2]
-    assert shift is not None
-    return FrameAccuracy(shift, shift / _ARM if turn is None else turn)
-
-
-def _value(text: str, units: dict[str, float]) -> float | None:
-    match = re.fullmatch(r"([0-9.]+(?:e[+-]?[0-9]+)?)([a-z]+)", text)
-    if match is None or match[2] not in units:
-        return None
-    try:
-        value = float(match[1]) * units[match[2]]
-    except ValueError:
-        return None
-    return value if 0.0 < value < math.inf else None
 
 
 def _advance(
@@ -366,7 +309,7 @@ def expected(case: Case, command_plan: CommandPlan, watch: Watch, store: Path | 
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation
 
-    run = run_compensation(case, watch, store)
+    run = run_compensation(case, watch, store, is_measured=True)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
     return replace(run, forecast=forecast(command_plan, correction.joints, wrench))

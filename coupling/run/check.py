@@ -36,6 +36,7 @@ class CheckedCommand:
         case: The case; its process is without the noise that is taken off.
         kind: "couple" or "compensate".
         noise: Noise in the process's forces; None where it can have none, or is periodic.
+        is_measured: Whether the robot was measured, and a forecast tells what to expect of it.
         findings: Findings by the names of their checks.
         durations: Wall time by part of the run [s].
     """
@@ -48,6 +49,7 @@ class CheckedCommand:
     correction: Correction
     noise: ForceNoise | None
     watch: Watch
+    is_measured: bool = False
     findings: dict[str, object] = field(default_factory=dict)
     durations: dict[str, float] = field(default_factory=dict)
 

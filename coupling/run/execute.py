@@ -132,9 +132,15 @@ def run_coupling(case: Case, watch: Watch = unwatched, store: Path | None = None
     return _run(case, "couple", Uncorrected(), watch, store)
 
 
-def run_compensation(case: Case, watch: Watch = unwatched, store: Path | None = None) -> Run:
-    """Compute the corrected command of a case and validate it, as `run_coupling`."""
-    return _run(case, "compensate", case.method, watch, store)
+def run_compensation(
+    case: Case, watch: Watch = unwatched, store: Path | None = None, is_measured: bool = False
+) -> Run:
+    """Compute the corrected command of a case and validate it, as `run_coupling`.
+
+    Args:
+        is_measured: Whether the robot was measured: a forecast takes the place of drawn robots.
+    """
+    return _run(case, "compensate", case.method, watch, store, is_measured)
 
 
 def coupled_path(case: Case) -> ToolPath | None:
@@ -148,7 +154,14 @@ def coupled_path(case: Case) -> ToolPath | None:
     return coupled.achieved.transformed(robot.world_from_base.inverse())
 
 
-def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | None) -> Run:
+def _run(
+    case: Case,
+    kind: Kind,
+    method: Method,
+    watch: Watch,
+    store: Path | None,
+    is_measured: bool = False,
+) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
     moving = ends_in_motion(case.desired, tuple(robot.name for robot in case.robots))
@@ -173,6 +186,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch, store: Path | Non
             correction,
             answers.noise,
             watch,
+            is_measured,
             durations=durations,
         )
         for check in CHECKS:

@@ -247,4 +247,8 @@ def assumed_ranges(placed: PlacedRobot) -> StiffnessRanges:
     }
 
 
-DRAWN_ROBOTS = Check("drawn", _compute, DrawnReplays(), of_corrections)
+def _applies(command: CheckedCommand) -> bool:
+    return of_corrections(command) and not command.is_measured
+
+
+DRAWN_ROBOTS = Check("drawn", _compute, DrawnReplays(), _applies)

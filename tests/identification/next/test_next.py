@@ -17,7 +17,7 @@ from replay_robot import Robot as ReplayedRobot
 from replay_robot import Settings
 from scipy.spatial.transform import Rotation
 
-from coupling.cli.next import frame_of
+from coupling.cli.device_accuracy import frame_of
 from coupling.errors import LearnError
 from coupling.files.atomic_folder import exclusively
 from coupling.files.csv_table import read_table
@@ -96,6 +96,10 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     for name, own in zip(runs[1:], left[1:], strict=True):
         told = json.loads((folder / name / "result.json").read_text())["forecast"]
         assert told["low"] < own < told["high"]
+    # What is expected of robots of the file is not computed only to be left out.
+    for run, is_drawn in (("first", True), ("third", False)):
+        state = json.loads((folder / run / "run.json").read_text())
+        assert ("drawn" in state["durations_s"]) == is_drawn
     page = (folder / "third" / "report.html").read_text()
     assert "Measured under the last command" in page
     assert "Expected deviation on a real robot" not in page
