@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.runs.alignment import aligned, clock_offset
-from coupling.identification.runs.lost_target import near_those_around
+from coupling.identification.runs.lost_target import distance_from_neighbours, near_those_around
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import noise_of
 from coupling.identification.runs.source import MeasuredFile
@@ -20,8 +20,9 @@ from coupling.results.next_result import DeviationSize
 
 # What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
 _IDENTIFIABLE = 1e-4
-# How far a sample is beside those around it that is an outlier, by the noise and at least [m].
-_FAR, _FAR_OFF = 10.0, 1e-4
+# Distance of an outlier from the samples around it: by the noise, at least [m], and by the distance of
+# this part of all samples, which vibrate where the device is slow.
+_FAR, _FAR_OFF, _FAR_OF_OTHERS, _OTHERS = 10.0, 1e-4, 3.0, 0.9
 # Iterations that find clock and frame.
 _ROUNDS = 3
 
@@ -93,7 +94,8 @@ class MeasuredRun:
         coarse = clock_offset(source.measured, model.path)
         measured = aligned(source.measured, model.path, np.isinf(frame_accuracy.turn), coarse)
         unmodelled = measured.position - model.position(measured.time)
-        far = max(_FAR * noise_of([unmodelled]), _FAR_OFF)
+        vibration = float(np.quantile(distance_from_neighbours(unmodelled), _OTHERS))
+        far = max(_FAR * noise_of([unmodelled]), _FAR_OFF, _FAR_OF_OTHERS * vibration)
         near = near_those_around(measured.name, unmodelled, far)
         measured = measured.at_rows(np.flatnonzero(near))
         recorded = source.measured.time

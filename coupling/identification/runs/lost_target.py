@@ -50,8 +50,7 @@ def near_those_around(name: str, unmodelled: np.ndarray, far: float) -> np.ndarr
     Raises:
         LearnError: If too many are.
     """
-    median = median_filter(unmodelled, size=(_AROUND, 1), mode="nearest")
-    near: np.ndarray = np.linalg.norm(unmodelled - median, axis=1) <= far
+    near: np.ndarray = distance_from_neighbours(unmodelled) <= far
     outlier_count = len(near) - np.count_nonzero(near)
     if outlier_count > _MOST_BESIDE * len(near):
         raise LearnError(
@@ -59,6 +58,13 @@ def near_those_around(name: str, unmodelled: np.ndarray, far: float) -> np.ndarr
             f" more than {1e3 * far:.3g} mm off their neighbours: has the device lost its target?"
         )
     return near
+
+
+def distance_from_neighbours(unmodelled: np.ndarray) -> np.ndarray:
+    """Return how far rows (n, 3) are from the median of those around them, in their unit, (n,)."""
+    median = median_filter(unmodelled, size=(_AROUND, 1), mode="nearest")
+    distance: np.ndarray = np.linalg.norm(unmodelled - median, axis=1)
+    return distance
 
 
 def _repeated(position: np.ndarray, there: np.ndarray) -> np.ndarray:

@@ -210,6 +210,20 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
     assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 
+def test_a_tool_that_vibrates_is_not_lost_by_a_slow_device(shop, models, tmp_path):
+    """0.7 mm at 9 Hz in 83 rows a second; 1 % of rows 5 mm beside it are outliers all the same."""
+    folder, robot = shop
+    own = MeasuredRobot(robot.fmu, robot.chain, Settings(), Extras())
+    own.measure(folder / "first", tmp_path / "m.csv")
+    rows = np.loadtxt(tmp_path / "m.csv", delimiter=",", skiprows=1)[::3]
+    rows[:, 3] += 7e-4 * np.sin(2.0 * np.pi * 9.0 * rows[:, 0])
+    rows[50::100, 2] += 5e-3
+    np.savetxt(tmp_path / "n.csv", rows, delimiter=",", header="time,x,y,z", comments="")
+    source = read_source(folder / "first", read_measurement(tmp_path / "n.csv"))
+    (run,) = History.of([source], FrameAccuracy(), models).runs
+    assert run.left_out == len(rows[50::100])
+
+
 def test_what_was_measured_under_another_command_is_refused(shop, measured, models, tmp_path):
     """The rows of the first run given twice, its command measured again, and runs exchanged."""
     folder, robot = shop
