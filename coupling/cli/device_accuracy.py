@@ -18,13 +18,16 @@ _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
 _ARM = 1.0
 
 
-def device_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
+def device_accuracy(
+    frame: str | None, own_frame: bool, tip: str | None, clock_known: bool
+) -> FrameAccuracy:
     """Return what is known of the measuring device, from options.
 
     Args:
         frame: Text of --frame-known.
         own_frame: Whether --own-frame is given.
         tip: Text of --tip-known.
+        clock_known: Whether --clock-known is given.
 
     Raises:
         LearnError: If a text is none of a length, or both options are given.
@@ -36,9 +39,8 @@ def device_accuracy(frame: str | None, own_frame: bool, tip: str | None) -> Fram
     accuracy = ANYWHERE if own_frame else FrameAccuracy()
     if frame is not None:
         accuracy = frame_of(frame)
-    if tip is None:
-        return accuracy
-    return replace(accuracy, tip=length_of("--tip-known", tip, "0.5mm"))
+    tip_accuracy = 0.0 if tip is None else length_of("--tip-known", tip, "0.5mm")
+    return replace(accuracy, tip=tip_accuracy, is_clock_known=clock_known)
 
 
 def length_of(option: str, text: str, example: str) -> float:
@@ -58,7 +60,7 @@ def frame_of(text: str) -> FrameAccuracy:
 
     Example:
         >>> frame_of("0.05mm,0.02mrad")
-        FrameAccuracy(shift=5e-05, turn=2e-05, tip=0.0)
+        FrameAccuracy(shift=5e-05, turn=2e-05, tip=0.0, is_clock_known=False)
     """
     from coupling.identification.next.options import FrameAccuracy
 

@@ -75,6 +75,13 @@ Tip = Annotated[
         " identified where the tool rotates.",
     ),
 ]
+ClockKnown = Annotated[
+    bool,
+    typer.Option(
+        "--clock-known",
+        help="Measured times are those of the command: a delay of the robot is corrected.",
+    ),
+]
 Repeatability = Annotated[
     str | None,
     typer.Option(
@@ -105,6 +112,7 @@ def next_command(
     columns: Columns = None,
     unit: Unit = None,
     tip_known: Tip = None,
+    clock_known: ClockKnown = False,
     cutoff_hz: Cutoff = None,
     repeatability: Repeatability = None,
     inputs_only: InputsOnly = False,
@@ -115,12 +123,12 @@ def next_command(
     verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
-    frame_accuracy = device_accuracy(frame_known, own_frame, tip_known)
+    frame_accuracy = device_accuracy(frame_known, own_frame, tip_known, clock_known)
     options = _options(move, frame_accuracy, cutoff_hz, repeatability)
     known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
     known += [("--columns", columns), ("--unit", unit)]
     words = [word for option, value in known if value for word in (option, value)]
-    words += ["--own-frame"] * own_frame
+    words += ["--own-frame"] * own_frame + ["--clock-known"] * clock_known
     choice = column_choice(columns, unit)
     _advance(
         runs,

@@ -126,8 +126,8 @@ def clock_sentence(run: MeasuredRun) -> str:
         f"The clock of {run.measured.name} was shifted by {1e3 * run.clock:+.2g} ms to fit best. A"
         " delay of the robot of this order is not distinguishable from it: it is neither corrected"
         f" nor contained in these figures, and is {format_um(1e-3 * speed)} um along the path per ms at"
-        f" up to {speed:.2g} m/s. To have it corrected, measure on the controller's clock, within one"
-        " cycle."
+        f" up to {speed:.2g} m/s. To have it corrected, measure on the controller's clock and give"
+        " --clock-known."
     )
 
 

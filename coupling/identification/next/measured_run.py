@@ -91,7 +91,8 @@ class MeasuredRun:
         Raises:
             LearnError: If what was measured does not fit the run.
         """
-        coarse = clock_offset(source.measured, model.path)
+        is_clock_known = frame_accuracy.is_clock_known
+        coarse = 0.0 if is_clock_known else clock_offset(source.measured, model.path)
         measured = aligned(source.measured, model.path, np.isinf(frame_accuracy.turn), coarse)
         unmodelled = measured.position - model.position(measured.time)
         vibration = float(np.quantile(distance_from_neighbours(unmodelled), _OTHERS))
@@ -120,7 +121,7 @@ class MeasuredRun:
         tip = tip * frame_accuracy.of_tip()
         # A device on the command's clock is not known from one that is a few milliseconds late; what the
         # robot is late by is the robot's.
-        if abs(coarse + clock) <= cycle:
+        if is_clock_known or abs(coarse + clock) <= cycle:
             clock = -coarse
         there = model.position(measured.time + clock)
         tip_free = measured.position - model.rotation(measured.time + clock).apply(tip)

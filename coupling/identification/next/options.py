@@ -28,11 +28,14 @@ class FrameAccuracy:
         shift: Deviation of each coordinate of its origin [m].
         turn: Deviation of each coordinate of its turn about the middle of the path [rad].
         tip: Deviation of each coordinate of the probe's tip from the TCP, axes of the tool [m]; 0: none.
+        is_clock_known: Whether the device's clock is the command's, and what the tool is late by the
+            robot's.
     """
 
     shift: float = np.inf
     turn: float = 1e-4
     tip: float = 0.0
+    is_clock_known: bool = False
 
     def of_device(self, shift: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the parts of a shift [m] and a turn [rad] that are the device's, not the robot's.

@@ -17,7 +17,7 @@ from replay_robot import Robot as ReplayedRobot
 from replay_robot import Settings
 from scipy.spatial.transform import Rotation
 
-from coupling.cli.device_accuracy import frame_of
+from coupling.cli.device_accuracy import device_accuracy, frame_of
 from coupling.errors import LearnError
 from coupling.files.atomic_folder import exclusively
 from coupling.files.csv_table import read_table
@@ -165,6 +165,14 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, models, tmp_path):
             assert frame_sentence(run, known) == ""
             assert run.shift[0] == pytest.approx(share * 3e-4, abs=2e-5)
             assert run.deviation.mean(axis=0)[0] == pytest.approx((1.0 - share) * 3e-4, abs=2e-5)
+    # On the command's clock a robot is late by more than a cycle as well: 0.4 mm at 50 mm/s.
+    moved = rows + np.array([0.008, 0.0, 0.0, 0.0])
+    np.savetxt(tmp_path / "n.csv", moved, delimiter=",", header="time,x,y,z", comments="")
+    source = read_source(folder / "first", read_measurement(tmp_path / "n.csv"))
+    known = device_accuracy("0.01mm", False, None, clock_known=True)
+    run = History.of([source], known, models).runs[0]
+    assert run.clock == 0.0
+    assert run.size.maximum == pytest.approx(4e-4, rel=0.1)
 
 
 def test_a_frame_that_is_not_where_it_is_said_to_be_is_doubted(shop, models, tmp_path):
