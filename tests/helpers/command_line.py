@@ -31,16 +31,18 @@ BY_MODE = {
 
 def command(*arguments: object) -> subprocess.CompletedProcess[str]:
     """Run the command line in this process: importing all takes longer than it works."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        code = status(*arguments)
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
+
+
+def status(*arguments: object) -> int:
+    """Return the exit status of the command line in this process, which prints."""
     from coupling.cli import main
 
-    typed = [str(argument) for argument in arguments]
-    with (
-        redirect_stdout(StringIO()) as out,
-        redirect_stderr(StringIO()) as err,
-        pytest.raises(SystemExit) as end,
-    ):
-        main(typed)
-    return subprocess.CompletedProcess(typed, end.value.code or 0, out.getvalue(), err.getvalue())
+    with pytest.raises(SystemExit) as end:
+        main([str(argument) for argument in arguments])
+    return int(end.value.code or 0)
 
 
 def program(*arguments: object) -> subprocess.CompletedProcess[str]:

@@ -12,19 +12,34 @@ from coupling.errors import IdentifyError
 from coupling.identification.evidence import support
 from coupling.identification.intervals import left_out
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import IdentifyOptions, fit_static
+from coupling.identification.static.fit import IdentifyOptions, StaticFit, fit_static
 from coupling.identification.static.identification import identify
 from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.model import StaticModel
 from coupling.identification.static.suspicions import loss_suspicion
+from coupling.results.parameter_result import EvidenceResult
+
+
+def tilt_in(count: int) -> tuple[StaticFit, int, EvidenceResult]:
+    """Return a fit to so many rows of an arm with a tilt, the tilt's number, and how it is supported."""
+    robot = arm(tilt=True)
+    rows = noisy(exact(robot, count, seed=1), np.random.default_rng(0), 2e-5)
+    fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, IdentifyOptions(noise_of(rows)))
+    number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
+    return fit, number, support(fit.at.linear, np.arange(4) == number, fit.at.weight, tests=1)
+
+
+@pytest.mark.parametrize(("count", "is_trimmed"), [(11, False), (12, True)])
+def test_evidence_is_told_without_the_worst_rows_where_three_are_a_quarter_at_most(
+    count, is_trimmed
+):
+    _, _, found = tilt_in(count)
+    assert found.supported
+    assert (found.left_out_change_without_worst is not None) is is_trimmed
 
 
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
-    robot = arm(tilt=True)
-    rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
-    fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, IdentifyOptions(noise_of(rows)))
-    number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    found = support(fit.at.linear, np.arange(4) == number, fit.at.weight, tests=1)
+    fit, number, found = tilt_in(14)
     columns = fit.at.linear.columns.reshape(-1, 4)
     rest = fit.at.linear.residual(fit.at.linear.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from coupling.path.frame import Frame
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath
 from coupling.path.path_ends import ends_in_motion, is_near_moving_end
 
@@ -43,6 +43,7 @@ def test_frames_multiply_and_invert_as_homogeneous_matrices(seed):
     assert_same(a_from_b.coordinates(a_from_b.points(points)), points)
 
 
+@pytest.mark.filterwarnings("ignore:Optimal rotation is not uniquely")
 @given(SEEDS)
 def test_the_frame_of_the_nearest_points_is_the_one_that_they_were_told_in(seed):
     rng = np.random.default_rng(seed)
@@ -50,7 +51,15 @@ def test_the_frame_of_the_nearest_points_is_the_one_that_they_were_told_in(seed)
     assert_same(matrix(Frame.fitted(points, frame.points(points))), matrix(frame))
     alone = Frame.fitted(points[:1], frame.points(points[:1]))
     assert alone.rotation.magnitude() == 0.0
-    assert_same(alone.points(points[0]), frame.points(points[0]))
+    for count in (1, 2):  # two leave a turn about their line open
+        some = Frame.fitted(points[:count], frame.points(points[:count]))
+        assert_same(some.points(points[:count]), frame.points(points[:count]))
+
+
+def test_a_frame_that_is_moved_or_turned_is_not_at_the_origin():
+    assert AT_THE_ORIGIN.is_at_the_origin
+    for shift in 1e-6 * np.eye(6):
+        assert not Frame.of_rpy(shift[:3], shift[3:]).is_at_the_origin
 
 
 _TIME = np.linspace(0.0, 10.0, 201)

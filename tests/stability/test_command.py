@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import status
 from first_screens import GLOSSARY
 from titanium_slot import PROCESS
 
 from coupling.case.file import load_case
-from coupling.cli.main import main
 from coupling.errors import CaseError, StabilityError
 from coupling.events import unwatched
 from coupling.stability.case_cut import CaseCuts
@@ -54,15 +54,9 @@ def slot(folder: Path, depth: float = 0.002, more: str = "") -> Path:
     return file
 
 
-def run(*words: object) -> int:
-    with pytest.raises(SystemExit) as end:
-        main([str(word) for word in words])
-    return int(end.value.code or 0)
-
-
 def judged(folder: Path, *words: object, more: str = "") -> dict:
     out = folder / f"out{len(list(folder.iterdir()))}"
-    assert run("stability", slot(folder, more=more), "-o", out, "-v", *words) == 0
+    assert status("stability", slot(folder, more=more), "-o", out, "-v", *words) == 0
     return json.loads((out / "stability.json").read_text())
 
 
@@ -220,21 +214,21 @@ def test_a_cut_is_marched_in_time_where_asked(tmp_path):
 
 def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsys, monkeypatch):
     out, words = tmp_path / "out", (*ONE, "--depth-mm", "1")
-    assert run("stability", slot(tmp_path), "-o", out, *words) == 0
+    assert status("stability", slot(tmp_path), "-o", out, *words) == 0
     before = (out / "stability.json").read_bytes()
     (out / "notes.txt").write_text("of the user")
-    assert run("stability", slot(tmp_path), "-o", out, *words) == 2
+    assert status("stability", slot(tmp_path), "-o", out, *words) == 2
     assert "add --overwrite" in capsys.readouterr().err
 
     def fails(*_: object) -> str:
         raise StabilityError("no page")
 
     monkeypatch.setattr("coupling.report.result_report.document", fails)
-    assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 2
+    assert status("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 2
     assert (out / "stability.json").read_bytes() == before
     assert (out / "report.html").is_file()
     monkeypatch.undo()
-    assert run("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 0
+    assert status("stability", slot(tmp_path), "-o", out, *words, "--overwrite") == 0
     assert {place.name for place in out.glob("[!.]*")} == {
         "stability.json",
         "report.html",
@@ -242,7 +236,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
     }
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("of the user")
-    assert run("stability", slot(tmp_path), "-o", tmp_path / "mine", *words, "--overwrite") == 2
+    assert status("stability", slot(tmp_path), "-o", tmp_path / "mine", *words, "--overwrite") == 2
     assert "files that are not a result" in capsys.readouterr().err
 
 
@@ -261,7 +255,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
     ],
 )
 def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
-    assert run("stability", slot(tmp_path), "-o", tmp_path / "out", *words) == 2
+    assert status("stability", slot(tmp_path), "-o", tmp_path / "out", *words) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -327,7 +321,7 @@ def test_a_path_that_never_cuts_is_refused_by_the_command_and_passed_over_by_oth
     file = slot(tmp_path)
     file.write_text(file.read_text().replace("-0.002", "0.0005"))
     assert stability_in_brief(load_case(file)) is None
-    assert run("stability", file, "-o", tmp_path / "out") == 2
+    assert status("stability", file, "-o", tmp_path / "out") == 2
     assert "stays off the stock" in capsys.readouterr().err
 
 
@@ -351,7 +345,7 @@ def test_a_robot_that_sags_is_judged_as_deep_as_it_cuts(tmp_path):
 
 
 def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
-    assert run("check", slot(tmp_path), "-o", tmp_path / "check.html") == 1
+    assert status("check", slot(tmp_path), "-o", tmp_path / "check.html") == 1
     said = capsys.readouterr().out
     assert re.search(
         r"do not run it\.\nThe cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min .*"
@@ -360,7 +354,7 @@ def test_check_ends_with_a_cut_that_chatters(tmp_path, capsys):
     )
     assert said.count("The cut chatters") == 1
     assert "elastic-robot stability" in said
-    assert run("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
+    assert status("check", slot(tmp_path, 0.0005), "-v", "-o", tmp_path / "check.html") == 0
     said = capsys.readouterr().out
     assert "chatters" not in said
     first_screen, _ = said.split("To the nearest joint limit", 1)
@@ -376,7 +370,7 @@ def test_a_cut_that_chatters_clearly_is_not_computed(tmp_path, capsys, monkeypat
     """
     monkeypatch.setattr("coupling.run.execute._run", None)  # would fail
     folder = tmp_path / "run"
-    assert run("compensate", slot(tmp_path), "-o", folder, "--no-store") == 1
+    assert status("compensate", slot(tmp_path), "-o", folder, "--no-store") == 1
     told = capsys.readouterr().out
     assert re.search(r"Warning: The cut chatters at [\d.]+ Hz .*: no command is computed", told)
     assert "This cut will chatter: do not run it. No command was computed." in told
@@ -388,12 +382,12 @@ def test_a_cut_that_chatters_clearly_is_not_computed(tmp_path, capsys, monkeypat
     assert stored["chart"]["rpm"]
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()
-    assert run("report", folder) == 0
+    assert status("report", folder) == 0
     assert (folder / "report.html").read_text() == page
-    assert run("export", folder, "--to", "krl") == 2
+    assert status("export", folder, "--to", "krl") == 2
     assert "no command computed" in capsys.readouterr().err
     # Made shallower, the same command replaces it.
-    assert run("compensate", slot(tmp_path), "-o", folder, "--no-store") == 2
+    assert status("compensate", slot(tmp_path), "-o", folder, "--no-store") == 2
     assert "add --overwrite" in capsys.readouterr().err
 
 
@@ -437,7 +431,7 @@ def test_a_cut_that_cannot_be_judged_or_is_stable_is_not_refused(tmp_path):
 
 def test_a_run_of_a_cut_ends_with_its_stability(tmp_path, capsys):
     folder, words = tmp_path / "run", ["-v", "--no-store", "--despite-chatter"]
-    assert run("couple", slot(tmp_path), *words, "-o", folder) == 1
+    assert status("couple", slot(tmp_path), *words, "-o", folder) == 1
     verdict = next(line for line in capsys.readouterr().out.splitlines() if "UNSTABLE" in line)
     assert re.search(r": the cut chatters at [\d.]+ Hz from depth [\d.]+ mm at 3000 1/min", verdict)
     assert re.search(
@@ -459,5 +453,5 @@ def test_place_optimises_the_stability_of_milling_alone(tmp_path, capsys):
         "--optimise",
         "stability",
     ]
-    assert run(*words) == 2
+    assert status(*words) == 2
     assert "expected the process milling-force" in capsys.readouterr().err

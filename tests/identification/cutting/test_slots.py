@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from command_line import status
 from fixture_store import stored
 from places import EXAMPLES, ROOT
 
 from coupling.case.file import load_case
-from coupling.cli.main import main
 from coupling.errors import IdentifyError
 from coupling.files.toml_file import document
 from coupling.identification.cutting import results
@@ -47,12 +47,6 @@ def fitted(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
 @pytest.fixture(autouse=True)
 def _fitted_once(monkeypatch):
     monkeypatch.setattr(results, "fitted_slots", fitted)
-
-
-def run(*words: object) -> int:
-    with pytest.raises(SystemExit) as end:
-        main([str(word) for word in words])
-    return int(end.value.code or 0)
 
 
 def test_coefficients_and_run_out_are_recovered_from_a_slots_forces():
@@ -162,7 +156,7 @@ def test_columns_and_signs_of_the_axes_are_told_apart(tmp_path):
 
 def test_the_command_writes_keys_that_a_case_reads(tmp_path, capsys):
     target = tmp_path / "coefficients.toml"
-    assert run("identify", SLOTS, *OPTIONS, "-o", target) == 0
+    assert status("identify", SLOTS, *OPTIONS, "-o", target) == 0
     keys = document(target, IdentifyError)
     assert keys["K_tc_Pa"] == pytest.approx(8.47e8, rel=0.02)
     assert keys["runout_m"] == pytest.approx(1.49e-5, rel=0.02)
@@ -183,7 +177,7 @@ def _milling_case(folder, helix):
 def test_coefficients_and_run_out_are_written_into_a_case(tmp_path, capsys):
     """Beside it, as a case that loads; of another cutter, or elsewhere, they are refused."""
     case = _milling_case(tmp_path, 45.0)
-    assert run("identify", SLOTS, *OPTIONS, "--case", case) == 0
+    assert status("identify", SLOTS, *OPTIONS, "--case", case) == 0
     target = tmp_path / "slot_identified.toml"
     assert f"elastic-robot compensate {target}" in capsys.readouterr().out
     process = load_case(target).resolved["process"]
@@ -200,7 +194,7 @@ def test_coefficients_and_run_out_are_written_into_a_case(tmp_path, capsys):
             "milling-force",
         ),
     ):
-        assert run("identify", SLOTS, *OPTIONS, *words) == 2
+        assert status("identify", SLOTS, *OPTIONS, *words) == 2
         assert said in " ".join(capsys.readouterr().err.split())
     assert not target.exists()
     assert not (EXAMPLES / "cases" / "x.html").exists()
@@ -208,8 +202,7 @@ def test_coefficients_and_run_out_are_written_into_a_case(tmp_path, capsys):
 
 def test_forces_that_do_not_follow_the_feeds_are_refused():
     """Every other row of another depth: one left out is predicted to no better than a third."""
-    feeds = np.linspace(5.0, 30.0, 4) * 1e-3
-    exact = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, np.ones(5)).predicted(MILL, feeds)
+    exact = CuttingFit(TRUE, TRUE, 1.2e-5, 0.0, np.ones(5)).predicted(MILL, FEEDS)
     mixed = replace(exact, mean=exact.mean * np.array([[0.4], [1.6]] * 2))
     assert not identify_cutting(MILL, exact).refusal
     assert "half of the mean forces" in identify_cutting(MILL, mixed).refusal
@@ -240,7 +233,7 @@ def test_what_cannot_be_used_is_refused(tmp_path, capsys, lines, words, options)
     given |= dict(zip(options[::2], options[1::2], strict=True))
     flat = [word for pair in given.items() for word in pair]
     target = tmp_path / "out.toml"
-    assert run("identify", file, *flat, "-o", target) == 2
+    assert status("identify", file, *flat, "-o", target) == 2
     assert words in capsys.readouterr().err.replace("\n", " ")
     assert not target.exists()
 
