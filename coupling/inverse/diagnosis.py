@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
@@ -23,10 +22,9 @@ from coupling.inverse.reversals import (
     negligible_torque,
 )
 from coupling.inverse.spline import UniformSpline
+from coupling.native.desk_robot import DeskRobot
 from coupling.path.linear import interpolate_rows
 from coupling.results.gear_result import GearDiagnosis
-from elastic_robot.chain import build_chain
-from elastic_robot.kinematics import tcp_jacobian
 
 # Directions in which the base is tilted.
 _DIRECTIONS = 72
@@ -151,19 +149,13 @@ def loads_along(
 
 def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the derivatives of the gears' static torque by gravity, and their levers."""
-    model = robot.model
+    gears, zero, no_wrench = robot.model.gears, np.zeros_like(theta), np.zeros((len(theta), 6))
+    jacobian = robot.model.desk.linearised(theta, zero, zero, no_wrench)[2]
     # What is linear in gravity follows from gravity of 1 along each axis.
-    unit = [build_chain(replace(robot.robot, gravity=tuple(axis))).model for axis in np.eye(3)]
-    data = model.chain.model.createData()
-    by_gravity = np.empty((len(theta), len(model.gears), 3))
-    lever = np.empty((len(theta), len(model.gears)))
-    for k, angles in enumerate(theta):
-        jacobian = tcp_jacobian(model.chain, data, angles)
-        lever[k] = np.linalg.norm(jacobian[:3, model.gears], axis=0)
-        for axis, pulled in enumerate(unit):
-            torque = pin.computeGeneralizedGravity(pulled, data, angles)
-            by_gravity[k, :, axis] = -torque[model.gears]
-    return by_gravity, lever
+    joints = tuple(replace(joint, balancer=None) for joint in robot.robot.joints)
+    pulled = [replace(robot.robot, gravity=tuple(axis), joints=joints) for axis in np.eye(3)]
+    loads = [DeskRobot(unit).loads(theta, zero, zero, no_wrench)[:, gears] for unit in pulled]
+    return -np.stack(loads, axis=2), np.linalg.norm(jacobian[:, :3, gears], axis=1)
 
 
 def _base_tilt(

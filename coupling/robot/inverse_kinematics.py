@@ -20,7 +20,6 @@ from coupling.robot.batch.redundancy import POSE, NearHome, few_joints
 from coupling.robot.batch.rigid_robot import RigidRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import tcp_jacobian
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _POSE_TOLERANCE = 1e-10
@@ -68,7 +67,7 @@ class InverseKinematics:
     def __init__(self, robot: Robot, home: np.ndarray, watch: Watch = unwatched) -> None:
         self._robot = robot
         self._chain = build_chain(robot)
-        self._data, self._desk = self._chain.model.createData(), DeskRobot(robot)
+        self._desk = DeskRobot(robot)
         self._rigid = RigidRobot(robot)
         if len(home) != self._chain.joint_count:
             raise PlanningError(
@@ -121,7 +120,10 @@ class InverseKinematics:
         angles = np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _BATCH_SIZE)):
             q, is_reached = self._reach_poses(path.pose[0, rows], near(path.time[rows]))
-            if not is_reached.all() or self._least_singular_value(q.T) < _SINGULAR:
+            if (
+                not is_reached.all()
+                or _least_singular_values(self._scaled_jacobians(q)).min() < _SINGULAR
+            ):
                 return None
             angles[rows] = q
             self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
@@ -139,25 +141,31 @@ class InverseKinematics:
         )
         return q.T, is_reached
 
-    def _least_singular_value(self, q: np.ndarray) -> float:
-        """Return the smallest singular value of the Jacobians at angles (joints, n)."""
-        scaled = self._rigid.posture(q).jacobian
+    def _scaled_jacobians(self, q: np.ndarray) -> np.ndarray:
+        """Return the Jacobians at angles (n, joints), lengths in units of the reach, (n, 6, joints)."""
+        scaled = self._rigid.posture(q.T).jacobian
         scaled[:, :3] /= self._rigid.reach
-        return float(np.linalg.svd(scaled, compute_uv=False).min())
+        return scaled
 
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
         """Return joint angles (n, joints), each sample from those before it."""
         angles = np.empty((len(path.time), self._chain.joint_count))
-        guess = self._begin(path.position[0][0], path.rotations[0][0].as_matrix())
-        for k, pose in enumerate(path.pose[0]):
-            where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
-            angles[k] = self._solve(pose, guess, where)
-            if k > 0:
-                self._require_continuity(angles[k], angles[k - 1], where)
-            # Linear extrapolation along the path saves an iteration.
-            guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
-            if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
-                self._watch(Progress(_WORK, k + 1, len(angles)))
+        guess, reached = self._begin(path.position[0][0], path.rotations[0][0].as_matrix()), 0
+        try:
+            for k, pose in enumerate(path.pose[0]):
+                where = _place_on_path(k, path.time)
+                angles[k] = self._solve(pose, guess, where)
+                reached = k + 1
+                if k > 0:
+                    self._require_continuity(angles[k], angles[k - 1], where)
+                # Linear extrapolation along the path saves an iteration.
+                guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
+                if reached % _REPORT_EVERY == 0 or reached == len(angles):
+                    self._watch(Progress(_WORK, reached, len(angles)))
+        except PlanningError:
+            self._require_regular(angles[:reached], path.time)  # of which it may come
+            raise
+        self._require_regular(angles, path.time)
         return angles
 
     def _begin(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -206,11 +214,10 @@ class InverseKinematics:
         else:
             (q,), (came,) = self._reach_poses(pose[None], guess[None])
             away = float(np.linalg.norm(self.poses(q[None])[0, :3] - pose[:3]))
-        # At the border of what it reaches an arm is stretched, and so singular as well.
-        if came or away < _AWAY:
-            self._require_regular(self._jacobian(q), where)
         if came:
             return q
+        if away < _AWAY:  # at the border of what it reaches an arm is stretched, and so singular
+            self._refuse_singular(self._scaled_jacobians(q[None])[0], where)
         farthest = int(np.argmax(np.abs(q - guess))) + 1
         raise PlanningError(
             f"{where}: the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
@@ -218,15 +225,17 @@ class InverseKinematics:
             f"{few_joints(len(q)) or _MOVE}"
         )
 
-    def _jacobian(self, q: np.ndarray) -> np.ndarray:
-        return tcp_jacobian(self._chain, self._data, self._chain.theta(q))[:, self._chain.drive]
+    def _require_regular(self, angles: np.ndarray, time: np.ndarray) -> None:
+        """Refuse the first singular one of postures (n, joints) at the first times of a path [s]."""
+        for first in range(0, len(angles), _BATCH_SIZE):
+            jacobians = self._scaled_jacobians(angles[first : first + _BATCH_SIZE])
+            for k in np.flatnonzero(_least_singular_values(jacobians) < _SINGULAR)[:1]:
+                self._refuse_singular(jacobians[k], _place_on_path(first + int(k), time))
 
-    def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
-        scaled = jacobian.copy()
-        scaled[:3] /= self._rigid.reach
-        values = np.linalg.svd(scaled, compute_uv=False)
+    def _refuse_singular(self, jacobian: np.ndarray, where: str) -> None:
+        """Refuse a posture by its Jacobian, lengths in units of the reach, if it is singular."""
+        _, values, rows = np.linalg.svd(jacobian)
         if values[-1] < _SINGULAR:
-            rows = np.linalg.svd(scaled)[2]
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
             raise PlanningError(
                 f"{where}: the robot is in a singular posture (smallest singular value"
@@ -255,6 +264,17 @@ class InverseKinematics:
                 f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
                 f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}"
             )
+
+
+def _least_singular_values(jacobians: np.ndarray) -> np.ndarray:
+    """Return the smallest singular value of each matrix, (n,)."""
+    least: np.ndarray = np.linalg.svd(jacobians, compute_uv=False)[:, -1]
+    return least
+
+
+def _place_on_path(sample: int, time: np.ndarray) -> str:
+    """Return a sample, from 0, and its time [s] in words."""
+    return f"sample {sample + 1}, t = {time[sample]:.3f} s"
 
 
 def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:
