@@ -131,6 +131,18 @@ def test_a_tool_that_is_softer_than_the_robot_decides(tmp_path):
     assert (alone["tool_share"], alone["tool_modes"]) == (0.0, 0)
 
 
+def test_a_slow_cut_is_judged_with_the_many_waves_of_a_tool(tmp_path):
+    """The deepest cuts take too many points: limits are looked for up to less, which is said."""
+    more = "pitch_deg = [170.0, 190.0]\n[[stability.tool_mode]]\n"
+    more += "frequency_Hz = 1900.0\ndamping_ratio = 0.02\nstiffness_N_m = 1e7\n"
+    figures = judged(tmp_path, *ONE[:-1], "1700", "--depth-mm", "2", more=more)
+    (point,) = figures["points"]
+    assert not point["stable"]
+    assert point["limit_m"] < 2e-3 < figures["deepest_m"] < 0.064
+    # 67 waves in a turn.
+    assert point["frequency_Hz"] == pytest.approx(2000.0, abs=100.0)
+
+
 def tapped(tmp_path, change=lambda compliance, s: compliance) -> CaseCuts:
     """Return the cuts of a slot with the response of a tool, 600 Hz, 2 %, 2e7 N/m, in its file."""
     frequency = np.arange(100.0, 1500.0, 2.0)
@@ -159,6 +171,7 @@ def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
         (lambda h, s: 1e6 * h, "if they are in um/N"),
         (lambda h, s: s * h, "if they are velocities over force"),
         (lambda h, s: s**2 * h, "if they are accelerations over force:"),
+        (lambda h, s: 0.0 * h, "xx: expected a response, got 0 at all its frequencies"),
         (lambda h, s: 1.0 / h, "that 6 modes at most follow, got one that they miss by 100 %:"),
         (lambda h, s: abs(h) + 0j, "that 6 modes at most follow, got one that they miss"),
     ],
@@ -247,6 +260,11 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
         ([*ONE], "--depth-mm"),
         ([*ONE, "--depth-mm", "-1"], "expected a number > 0, got -1"),
         ([*ONE, "--depth-mm", "nan"], "--depth-mm"),
+        ([*ONE, "--depth-mm", "1e300"], "at most 1000 mm, got 1e+300 mm"),
+        (
+            [*ONE[:-1], "1e-3", "--depth-mm", "1"],
+            "below the radius of the cutter, 8 mm, got 5.747e+05 mm",
+        ),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
         ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "at most 3600 deg, got inf"),
@@ -265,6 +283,7 @@ def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
     [
         ("\n[stability]\nspindle_rpm = [9000.0, 3000.0]\n", "lowest < highest"),
         ("\n[stability]\nmodes = 3\n", "modes"),
+        ("\n[stability]\nmax_depth_m = 1e9\n", "max_depth_m"),
         (
             "\n[[stability.tool_mode]]\nfrequency_Hz = 1e3\ndamping_ratio = 2.0\nstiffness_N_m = 1e7\n",
             "damping_ratio",
