@@ -15,7 +15,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process import ElasticWall, Process, ProcessResponse
-from coupling.robot.robot import SimulatedRobot
+from coupling.robot.contract import SimulatedRobot
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.store import EvaluatedProcess, Store
 from coupling.toolpaths.line import Line

@@ -24,7 +24,7 @@ from coupling.events import Event
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
-from coupling.robot.robot import SimulatedRobot
+from coupling.robot.contract import SimulatedRobot
 from coupling.run.fmu_pool import FmuPool
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Evaluated, Loop, Tolerance, unloaded_path

@@ -15,8 +15,8 @@ from coupling.report.stored_result import write_figures
 from coupling.results.stability_result import FIGURES as STABILITY
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
-from coupling.run.new_folder import logged_folder
 from coupling.run.stored_run import StoredRun, read_run
+from coupling.run.unfinished_folder import logged_folder
 from coupling.stability.clear_chatter import ClearChatterError, refuse_clear_chatter
 
 

@@ -20,7 +20,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema, ProcessTable
-from coupling.process.smoothing import NoiseRemoval
+from coupling.process.noise import NoiseRemoval
 from coupling.robot.cell import Cell
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting

@@ -221,9 +221,9 @@ def _advance(
     from coupling.report.terminal import print_report
     from coupling.run.console import RunView
     from coupling.run.fmu_pool import FmuPool
-    from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
     from coupling.run.stored_run import CASE as RUN_CASE
+    from coupling.run.unfinished_folder import RUN_FOLDER
     from coupling.run_to_folder import limits_to_folder, run_to_folder
 
     pairs = pairs_of(runs)

@@ -49,7 +49,7 @@ def place(
     from coupling.report.place_report import place_report
     from coupling.report.terminal import print_report
     from coupling.run.console import RunView
-    from coupling.run.new_folder import logged_folder
+    from coupling.run.unfinished_folder import logged_folder
 
     folder = output or Path("results", f"{case.stem}_placed")
     objective = _objective(optimise)

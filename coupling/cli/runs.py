@@ -22,55 +22,58 @@ from coupling.cli.arguments import (
 )
 from coupling.cli.console import console
 from coupling.cli.stability import print_stability
-from coupling.events import Progress, Watch
+from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case.case import Case
     from coupling.results.run_result import Kind
-    from coupling.run.execute import Run
     from coupling.run_to_folder import FinishedRun
 
 NOT_CONVERGED = 1
 
 
-def couple(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    store: StoreFolder = None,
-    no_store: NoStore = False,
-    despite_chatter: DespiteChatter = False,
-    verbose: Verbose = False,
-) -> None:
-    """Evaluate robot and process in turn until path and forces no longer change."""
-    from coupling.run.execute import run_coupling
+def _run_command(kind: Kind, meaning: str) -> Callable[..., None]:
+    """Return the command that runs a case by one of the methods, described by its meaning."""
 
-    _run(case, output, overwrite, store, no_store, despite_chatter, verbose, "couple", run_coupling)
+    def command(
+        case: CaseFile,
+        output: Output = None,
+        overwrite: Overwrite = False,
+        store: StoreFolder = None,
+        no_store: NoStore = False,
+        despite_chatter: DespiteChatter = False,
+        verbose: Verbose = False,
+    ) -> None:
+        from coupling.report.report_file import name_path
+        from coupling.run.console import RunView
+        from coupling.run.execute import run_compensation, run_coupling
+        from coupling.run_to_folder import run_to_folder
+
+        folder = output or Path("results", case.stem)
+        evaluations = store_folder(folder, store, no_store)
+        words = None if despite_chatter else (kind, name_path(case), "-o", str(folder))
+        work = run_coupling if kind == "couple" else run_compensation
+        with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
+            finished = run_to_folder(
+                case, folder, overwrite, evaluations, kind, work, view.watch, words
+            )
+        print_run(finished, folder, verbose)
+        if finished.run.not_stored:
+            count = finished.run.not_stored
+            text = f"Warning: {count} evaluations could not be kept in {evaluations}"
+            console.print(text, style="yellow")
+        if not finished.run.correction.converged:
+            raise typer.Exit(NOT_CONVERGED)
+
+    command.__name__, command.__doc__ = kind, meaning
+    return command
 
 
-def compensate(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    store: StoreFolder = None,
-    no_store: NoStore = False,
-    despite_chatter: DespiteChatter = False,
-    verbose: Verbose = False,
-) -> None:
-    """Correct the command until the tool follows the desired path."""
-    from coupling.run.execute import run_compensation
-
-    _run(
-        case,
-        output,
-        overwrite,
-        store,
-        no_store,
-        despite_chatter,
-        verbose,
-        "compensate",
-        run_compensation,
-    )
+couple = _run_command(
+    "couple", "Evaluate robot and process in turn until path and forces no longer change."
+)
+compensate = _run_command(
+    "compensate", "Correct the command until the tool follows the desired path."
+)
 
 
 def report(
@@ -101,36 +104,6 @@ def ended_by_chatter(folder: Path, verbose: bool) -> Iterator[None]:
     except ClearChatterError as refusal:
         print_stability(refusal.stability, folder, verbose)
         raise typer.Exit(NOT_CONVERGED) from refusal
-
-
-def _run(
-    file: Path,
-    output: Path | None,
-    overwrite: bool,
-    store: Path | None,
-    no_store: bool,
-    despite_chatter: bool,
-    verbose: bool,
-    kind: Kind,
-    work: Callable[[Case, Watch, Path | None], Run],
-) -> None:
-    from coupling.report.report_file import name_path
-    from coupling.run.console import RunView
-    from coupling.run_to_folder import run_to_folder
-
-    folder = output or Path("results", file.stem)
-    evaluations = store_folder(folder, store, no_store)
-    words = None if despite_chatter else (kind, name_path(file), "-o", str(folder))
-    with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
-        finished = run_to_folder(
-            file, folder, overwrite, evaluations, kind, work, view.watch, words
-        )
-    print_run(finished, folder, verbose)
-    if finished.run.not_stored:
-        text = f"Warning: {finished.run.not_stored} evaluations could not be kept in {evaluations}"
-        console.print(text, style="yellow")
-    if not finished.run.correction.converged:
-        raise typer.Exit(NOT_CONVERGED)
 
 
 def print_run(finished: FinishedRun, folder: Path, verbose: bool = False) -> None:

@@ -47,10 +47,9 @@ def study(
     from coupling.run.console import RunView
     from coupling.run_to_folder import limits_to_folder
     from coupling.study.conduct import changed_table, open_study, simulate_samples
-    from coupling.study.evaluate import write_findings
+    from coupling.study.findings import read_study, write_findings
     from coupling.study.folder import RUN, lock_folder
     from coupling.study.robot_pool import Workers
-    from coupling.study.stored_study import read_study
 
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)

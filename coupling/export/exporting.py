@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress, Watch, unwatched
-from coupling.export.commands import RobotCommand, commands_of_run
+from coupling.export.commands import RobotCommand
 from coupling.export.curves import SampledCurve
 from coupling.export.exported_program import ExportedProgram, ExportOptions
 from coupling.export.job import ExportJob
@@ -34,20 +33,6 @@ _INVERSE_TOLERANCES = (0.5, 0.1)
 _MOST_CYCLES, _CYCLE_ROUNDING = 3, 1e-6
 # Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
 _MIN_CYCLES = 8
-
-
-def export_run(
-    folder: Path, options: ExportOptions, watch: Watch = unwatched
-) -> tuple[ExportedProgram, ...]:
-    """Return the programs of a run's robots.
-
-    Args:
-        watch: Function called with the progress of the work.
-
-    Raises:
-        CouplingError: If the run cannot be read, or as `export_commands`.
-    """
-    return export_commands(commands_of_run(folder), options, watch)
 
 
 def export_commands(

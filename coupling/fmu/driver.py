@@ -20,7 +20,7 @@ from weakref import WeakValueDictionary
 
 import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi1 import printLogMessage
 from fmpy.fmi2 import (
     FMU2Slave,
     calloc,
@@ -36,120 +36,11 @@ from fmpy.model_description import ModelDescription
 from fmpy.simulation import apply_start_values
 
 from coupling.fmu.job import FmuError, Progress, SimulationJob
+from coupling.fmu.row_by_row import WARNING, StepFunctions, Stepper
 
-# Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
-# reports no refusal.
-_WARNING = 1
 # Between two reports of progress [s].
 _REPORT_EVERY = 0.1
-# ER_STEPS_STOPPED of desk/fmi_steps.h.
-_STOPPED = 4
 _REALS = ("Real", "Float64")
-
-
-class Series(ctypes.Structure):
-    """Reals that are set before each step or read behind it: er_series of desk/fmi_steps.h.
-
-    Attributes:
-        reference: Value references of the variables.
-        references: Number of these.
-        width: Number of their values.
-    """
-
-    _fields_ = (
-        ("reference", ctypes.POINTER(ctypes.c_uint32)),
-        ("references", ctypes.c_uint64),
-        ("width", ctypes.c_uint64),
-    )
-
-
-class _Steps(ctypes.Structure):
-    """An instance that is stepped: er_steps of desk/fmi_steps.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("instance", "set", "step", "get")),
-        ("inputs", Series),
-        ("outputs", Series),
-        *((name, ctypes.c_int64) for name in ("number", "status", "has_ended")),
-    )
-
-
-class Stepper:
-    """Sets, steps and reads an instance of an FMU, row by row, in C.
-
-    A call of Python for each costs more than a step of a fast FMU.
-
-    Args:
-        driver: The FMU; it has an instance.
-        inputs, outputs: Names of real variables.
-        widths: Numbers of the values of these, an array counts as all its elements.
-    """
-
-    def __init__(
-        self,
-        driver: Driver,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        widths: tuple[int, int],
-    ) -> None:
-        slave = driver.slave
-        self._functions, self._dll = (driver.setter, driver.do_step, driver.getter), slave.dll
-        self._counted = driver.counted
-        self._call = driver.library[f"er_fmi{driver.version}_steps"]
-        self._call.restype = ctypes.c_int64
-        addresses = [
-            ctypes.cast(slave.dll[name], ctypes.c_void_p).value for name in self._functions
-        ]
-        # ctypes keeps the arrays that a structure points to.
-        series = [
-            Series((ctypes.c_uint32 * len(names))(*map(driver.reference, names)), len(names), width)
-            for names, width in zip((inputs, outputs), widths, strict=True)
-        ]
-        self._steps = _Steps(slave.component, *addresses, *series)
-
-    def set_inputs(self, row: np.ndarray) -> None:
-        """Set the inputs, any unit, (inputs,)."""
-        self._move(0, self._steps.inputs, row)
-
-    def read(self) -> np.ndarray:
-        """Return the outputs, any unit, (outputs,)."""
-        row = np.empty(self._steps.outputs.width)
-        self._move(2, self._steps.outputs, row)
-        return row
-
-    def advance(self, time: np.ndarray, rows: np.ndarray, answers: np.ndarray) -> None:
-        """Take steps.
-
-        Args:
-            time: Their starts, and the end of the last one [s], (n + 1,).
-            rows: Inputs over each of them, any unit, (n, inputs), in C order.
-            answers: Filled with the outputs at their ends, any unit, (n, outputs), in C order.
-
-        Raises:
-            FmuError: If the FMU has ended its simulation.
-            FMICallException: If it refuses a call.
-        """
-        steps, arrays = self._steps, [array.ctypes.data for array in (time, rows, answers)]
-        count = ctypes.c_int64(len(rows))
-        end = self._call(ctypes.byref(steps), count, *map(ctypes.c_void_p, arrays))
-        if end == _STOPPED:
-            raise FmuError(
-                f"has ended its simulation at {time[steps.number]:.6g} s, before the end of the path"
-            )
-        if end:
-            raise FMICallException(function=self._functions[end - 1], status=steps.status)
-
-    def _move(self, function: int, series: Series, row: np.ndarray) -> None:
-        count = (ctypes.c_size_t(series.width),) if self._counted else ()
-        status = self._dll[self._functions[function]](
-            ctypes.c_void_p(self._steps.instance),
-            series.reference,
-            ctypes.c_size_t(series.references),
-            ctypes.c_void_p(row.ctypes.data),
-            *count,
-        )
-        if status > _WARNING:
-            raise FMICallException(function=self._functions[function], status=status)
 
 
 class Driver(ABC):
@@ -162,23 +53,16 @@ class Driver(ABC):
 
     Attributes:
         variables: Names of its variables.
-        library: The desk library.
-        version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
         slave: FMPy's FMU.
-        setter, do_step, getter: Names of the standard's functions that set reals, step and get reals.
-        counted: Whether these take the number of values as well.
+        functions: What its version of FMI steps it with.
     """
 
-    version: ClassVar[str]
     slave_type: ClassVar[type]
-    setter: ClassVar[str]
-    do_step: ClassVar[str]
-    getter: ClassVar[str]
-    counted: ClassVar[bool]
+    functions: ClassVar[StepFunctions]
 
     def __init__(self, folder: Path, description: ModelDescription, library: ctypes.CDLL) -> None:
-        self._description, self.library = description, library
+        self._description, self._library = description, library
         _require_plain_name(description.coSimulation.modelIdentifier)
         # References of FMI 2 count per type: that of a Real says nothing of an Integer.
         self._references = {
@@ -246,7 +130,7 @@ class Driver(ABC):
     def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
         rows = np.array(job.rows, dtype=float, order="C")
         time, answers = np.array(job.time, dtype=float), np.empty((len(rows), job.width))
-        steps = Stepper(self, job.inputs, job.outputs, (rows.shape[1], job.width))
+        steps = self.stepper(job.inputs, job.outputs, (rows.shape[1], job.width))
         self.enter_initialization(job)
         steps.set_inputs(rows[0])
         self.slave.exitInitializationMode()
@@ -265,9 +149,14 @@ class Driver(ABC):
         self.slave.terminate()
         return answers
 
-    def reference(self, name: str) -> int:
-        """Return the value reference of a real variable."""
-        return self._references[name]
+    def stepper(
+        self, inputs: Sequence[str], outputs: Sequence[str], widths: tuple[int, int]
+    ) -> Stepper:
+        """Return what steps its instance, by names of real variables and numbers of their values."""
+        inputs_at, outputs_at = (
+            [self._references[name] for name in names] for names in (inputs, outputs)
+        )
+        return Stepper(self.functions, self.slave, self._library, inputs_at, outputs_at, widths)
 
     def _set_parameters(self, job: SimulationJob) -> None:
         apply_start_values(self.slave, self._description, dict(job.parameters))
@@ -275,7 +164,7 @@ class Driver(ABC):
     def log(self, *message: Any) -> None:
         """Keep the text of a message of the FMU if it is an error."""
         # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
-        if message[-3] > _WARNING:
+        if message[-3] > WARNING:
             self._errors.append(message[-1].decode(errors="replace").strip())
 
 
@@ -305,9 +194,8 @@ _LOGGER = fmi2CallbackLoggerTYPE(_log_by_environment)
 
 
 class _Fmi2(Driver):
-    version, slave_type = "2", FMU2Slave
-    setter, do_step, getter = "fmi2SetReal", "fmi2DoStep", "fmi2GetReal"
-    counted = False
+    slave_type = FMU2Slave
+    functions = StepFunctions("2", ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal"), counted=False)
 
     def instantiate(self) -> None:
         callbacks = fmi2CallbackFunctions(
@@ -331,9 +219,8 @@ class _Fmi2(Driver):
 
 
 class _Fmi3(Driver):
-    version, slave_type = "3", FMU3Slave
-    setter, do_step, getter = "fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64"
-    counted = True
+    slave_type = FMU3Slave
+    functions = StepFunctions("3", ("fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64"), counted=True)
 
     def instantiate(self) -> None:
         self.slave.instantiate(loggingOn=True, logMessage=self.log)
@@ -346,7 +233,7 @@ class _Fmi3(Driver):
         self.slave.fmi3FreeInstance(self.slave.component)
 
 
-_DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2, _Fmi3)}
+_DRIVERS: dict[str, type[Driver]] = {driver.functions.version: driver for driver in (_Fmi2, _Fmi3)}
 
 
 def _require_plain_name(identifier: str) -> None:

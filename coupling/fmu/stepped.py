@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import Driver, Stepper, load
+from coupling.fmu.driver import Driver, load
 from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import unpack
 from coupling.native.desk_library import loaded_library
@@ -42,7 +42,7 @@ class SteppedInstance:
             with driver.explained():
                 driver.instantiate()
                 self._is_there = True
-                self._steps = Stepper(driver, job.inputs, job.outputs, (len(row), job.width))
+                self._steps = driver.stepper(job.inputs, job.outputs, (len(row), job.width))
                 driver.enter_initialization(job)
                 self._steps.set_inputs(row)
                 driver.slave.exitInitializationMode()

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+import elastic_robot
 from coupling.fmu_export.units import BASE_UNITS
+from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import STEP_SIZE
+from elastic_robot.fmi.tolerance import RELATIVE
 from elastic_robot.fmi.variables import TIME, Block, Variable
 
 # Statuses of which there are messages; a Python that is not found is fatal beside them.
@@ -20,26 +25,28 @@ class ModelInfo:
     Attributes:
         model_name: Name of the model; also of its library.
         description: One line.
-        version: Version of the model.
-        tool: Program that wrote it.
-        date: UTC, ISO 8601, ending in Z.
+        made_with: Tool beside this one that it was made with.
+        date: Date of the build, UTC.
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
-        step_size: Communication step to begin with [s].
-        tolerance: Relative tolerance to begin with.
         stop_time: Stop time to begin with [s].
         exchange: Flags of `ModelExchange` that are true; None where there is none.
     """
 
     model_name: str
     description: str
-    version: str
-    tool: str
-    date: str
+    made_with: str
+    date: datetime
     capabilities: tuple[str, ...]
-    step_size: float
-    tolerance: float
     stop_time: float = 1.0
     exchange: tuple[str, ...] | None = None
+
+
+def robot_line(robot: Robot) -> str:
+    """Return a robot's FMU in one line."""
+    return (
+        f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
+        " tool forces in, TCP pose out"
+    )
 
 
 def root_element(about: ModelInfo, fmi_version: str, token_name: str, token: str) -> Element:
@@ -50,6 +57,7 @@ def root_element(about: ModelInfo, fmi_version: str, token_name: str, token: str
         token_name: Name of the attribute that ties the description to the binary.
         token: Its value.
     """
+    version = elastic_robot.__version__
     return Element(
         "fmiModelDescription",
         {
@@ -58,11 +66,11 @@ def root_element(about: ModelInfo, fmi_version: str, token_name: str, token: str
             token_name: token,
             "description": about.description,
             "author": "The elastic-robot-fmu authors",
-            "version": about.version,
+            "version": version,
             "copyright": "Copyright (c) 2026 The elastic-robot-fmu authors",
             "license": "MIT, see documentation/licenses",
-            "generationTool": about.tool,
-            "generationDateAndTime": about.date,
+            "generationTool": f"elastic-robot-fmu {version}, {about.made_with}",
+            "generationDateAndTime": f"{about.date:%Y-%m-%dT%H:%M:%SZ}",
             "variableNamingConvention": "structured",
         },
     )
@@ -122,8 +130,8 @@ def add_experiment(root: Element, about: ModelInfo) -> None:
         {
             "startTime": "0",
             "stopTime": repr(about.stop_time),
-            "tolerance": repr(about.tolerance),
-            "stepSize": repr(about.step_size),
+            "tolerance": repr(RELATIVE),
+            "stepSize": repr(STEP_SIZE),
         },
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import elastic_robot
@@ -12,10 +11,10 @@ from coupling.fmu_export.archive import build_date, write_fmu
 from coupling.fmu_export.build_options import BuildOptions
 from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import Groups
-from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
-from coupling.fmu_export.model_description import at_points
+from coupling.fmu_export.licenses import licenses
+from coupling.fmu_export.model_description import ModelInfo, at_points, robot_line
 from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
 from coupling.native.compiler import SOURCES, host_platform
 from coupling.native.core_library import core_libraries, platforms_named
@@ -78,10 +77,14 @@ def build_native_fmu(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
     entries |= standard.further_entries(groups, name, source_files)
-    described = replace(
-        about(name, robot_line(robot), "native", date, standard.capabilities),
-        exchange=standard.exchange,
-        stop_time=_STOP_TIME,
+    described = ModelInfo(
+        name,
+        robot_line(robot),
+        "native",
+        date,
+        standard.capabilities,
+        _STOP_TIME,
+        standard.exchange,
     )
 
     def identified(guid: str) -> dict[str, bytes]:

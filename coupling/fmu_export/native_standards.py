@@ -9,7 +9,7 @@ from pathlib import Path
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
-from coupling.fmu_export.identity import ICON
+from coupling.fmu_export.licenses import ICON
 from coupling.fmu_export.model_description import ModelInfo
 from coupling.fmu_export.terminals import terminal_entries
 from coupling.native.compiler import SOURCES, Platform, core_sources

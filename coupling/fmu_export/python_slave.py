@@ -16,8 +16,8 @@ from pythonfmu.builder import FmuBuilder
 
 from coupling.fmu_export.archive import write_fmu
 from coupling.fmu_export.fmi2 import fmi2_description
-from coupling.fmu_export.identity import about, licenses
-from coupling.fmu_export.model_description import STATUSES
+from coupling.fmu_export.licenses import licenses
+from coupling.fmu_export.model_description import STATUSES, ModelInfo
 from coupling.fmu_export.python_host import with_host
 from coupling.native.compiler import FMU_SOURCES
 from elastic_robot.fmi.variables import Block
@@ -81,7 +81,7 @@ class PythonSlave:
                 fails, or the file cannot be written.
         """
         tool = f"PythonFMU {metadata.version('pythonfmu')}"
-        described = about(self.model_name, self.description, tool, date, self.capabilities)
+        described = ModelInfo(self.model_name, self.description, tool, date, self.capabilities)
         entries = self._build_files(resources) | licenses(pythonfmu="pythonfmu") | further
         entries = with_host(entries, self.model_name, platforms)
 

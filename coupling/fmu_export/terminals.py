@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export.grouping import Groups
-from coupling.fmu_export.identity import ICON
+from coupling.fmu_export.licenses import ICON
 from coupling.fmu_export.model_description import xml_text
 
 FOLDER = "terminalsAndIcons"

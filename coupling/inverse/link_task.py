@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.inverse.loads import SmoothWrench
+from coupling.inverse.smooth_wrench import SmoothWrench
 from coupling.inverse.spline import UniformSpline
 from coupling.native.desk_links import GaussNewtonStep
 from coupling.path.histories import WrenchHistory

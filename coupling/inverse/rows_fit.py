@@ -23,9 +23,9 @@ from scipy import sparse
 from scipy.linalg import solveh_banded
 
 from coupling.inverse.drive_limits import DriveLimits
+from coupling.inverse.lag import lagged
 from coupling.inverse.limited_fit import solve_program
 from coupling.inverse.rows import CommandRows
-from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.drive import Drive
 
@@ -96,9 +96,9 @@ class RowsFit:
         if self.drive is None:
             return values
         step, lag = self.rows.cycle / _parts(self.rows), _lag(self.drive)
-        once = low_pass(values, step, lag, values[0])
+        once = lagged(values, step, lag, values[0])
         kff = self.drive.feed_forward
-        blended = kff * once + (1.0 - kff) * low_pass(once, step, lag, once[0])
+        blended = kff * once + (1.0 - kff) * lagged(once, step, lag, once[0])
         return blended
 
     @cached_property

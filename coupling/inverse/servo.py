@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.inverse.gear_elements import GearElements
-from coupling.inverse.recursion import recursion
+from coupling.inverse.lag import lagged
 from elastic_robot.drive import Drive
 
 
@@ -115,7 +115,7 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
     integral = np.full(len(torque), start)
     if ki > 0.0:
         moved = by_rate * rate
-        integral = moved + low_pass(rest - moved, step, kp / ki, start - moved[0])
+        integral = moved + lagged(rest - moved, step, kp / ki, start - moved[0])
     wanted = (torque - integral) / kp + (1.0 - kff) * rate
     if kff == 0.0:
         ahead = wanted / kv
@@ -123,21 +123,5 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
         return ServoMotion(motion.angle + ahead, rate + growth, torque)
     moved = drive.inertia / (kp * kff) * rate
     slow = (rest - integral) / kp + (1.0 - kff) * rate
-    ahead = moved + low_pass(slow / kv - moved, step, kff / kv, -moved[0])
+    ahead = moved + lagged(slow / kv - moved, step, kff / kv, -moved[0])
     return ServoMotion(motion.angle + ahead, rate + (wanted - kv * ahead) / kff, torque)
-
-
-def low_pass(values: np.ndarray, step: float, time_constant: float, start: float) -> np.ndarray:
-    """Return y of  T y' = u - y,  y(0) given, any unit, (n,), at even times; u is straight in between.
-
-    Args:
-        values: u, in the same unit, (n,).
-        step: Distance of the times [s].
-        time_constant: T [s], > 0.
-        start: y at the first time.
-    """
-    ratio = step / time_constant
-    decay, mean = np.exp(-ratio), -np.expm1(-ratio) / ratio
-    before, now = mean - decay, 1.0 - mean
-    pushed = now * values[1:] + before * values[:-1]
-    return np.append(start, recursion(pushed, decay, start))

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from coupling.errors import StabilityError, reason_of
+from coupling.errors import StabilityError
+from coupling.files.atomic_file import writing
 from coupling.files.extras import extra
 from coupling.files.written_files import claim_file
 from elastic_robot.linearisation import Linearisation
@@ -73,21 +74,14 @@ class NamedStateSpace:
         from scipy.io import savemat
 
         matrices = {name: getattr(self, name) for name in "ABCD"}
-        names = {
-            name: getattr(self, name)
-            for name in (
-                *("states", "inputs", "outputs"),
-                *("state_units", "input_units", "output_units"),
-            )
-        }
-        try:
+        words = ("states", "inputs", "outputs", "state_units", "input_units", "output_units")
+        names = {name: getattr(self, name) for name in words}
+        with writing(folder, StabilityError):
             arrays = matrices | {name: np.array(values) for name, values in names.items()}
             with claim_file(folder / NPZ).open("wb") as stream:
                 np.savez(stream, allow_pickle=False, **arrays)
             cells = {name: np.array(values, dtype=object) for name, values in names.items()}
             savemat(claim_file(folder / MAT), {**matrices, **cells}, oned_as="column")
-        except OSError as cause:
-            raise StabilityError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
     def system(self) -> Any:
         """Return it as a `control.StateSpace` of python-control, `tcp.x` being its `tcp_x`.

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import elastic_robot
-from coupling.errors import ResultError, reason_of
+from coupling.errors import ResultError
+from coupling.files.atomic_file import writing
 from coupling.files.csv_table import read_table, write_table
 from coupling.files.written_files import claim_file
 from coupling.place.evaluated_setting import EvaluatedSetting
@@ -32,7 +33,7 @@ def placed_file(number: int) -> str:
 def write_placement(folder: Path, placement: CasePlacement) -> None:
     """Write all files but the report into an existing folder."""
     case = placement.placing.case.name
-    try:
+    with writing(folder, ResultError):
         for number, setting in enumerate(placement.best, start=1):
             head = (
                 f"# {case}, placed by elastic-robot place: number {number} of the best settings\n\n"
@@ -44,8 +45,6 @@ def write_placement(folder: Path, placement: CasePlacement) -> None:
         if placement.maps:
             rows = [_rows(number, setting) for number, setting in enumerate(placement.maps)]
             write_table(claim_file(folder / MAP), _MAP_COLUMNS, np.vstack(rows))
-    except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
 
 def _rows(number: int, part_map: PartMap) -> np.ndarray:

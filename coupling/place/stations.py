@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from coupling.inverse.loads import SmoothWrench
+from coupling.inverse.smooth_wrench import SmoothWrench
 from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.toolpaths.untilted import UntiltedPath

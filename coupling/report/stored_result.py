@@ -24,8 +24,8 @@ from coupling.results.stability_result import FIGURES as STABILITY
 from coupling.results.stability_result import StabilityResult
 from coupling.run.run_log import is_run
 from coupling.run.stored_run import RESULT, StoredRun, read_run
+from coupling.study.findings import StoredStudy, read_study
 from coupling.study.folder import FIGURES as STUDIED
-from coupling.study.stored_study import StoredStudy, read_study
 
 StoredResult = StoredRun | StoredStudy | StoredPlacement | StabilityResult | ModesResult
 

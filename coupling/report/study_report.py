@@ -21,9 +21,9 @@ from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.outlook import EXPECTED_SHARE
 from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
 from coupling.results.study_result import StudyResult
+from coupling.study.findings import StoredStudy
 from coupling.study.folder import RUN
 from coupling.study.robot_pool import PARTS
-from coupling.study.stored_study import StoredStudy
 
 _BAND = "rgba(0, 114, 178, 0.22)"
 _AS_USUAL = " and usual values of what their files leave out"

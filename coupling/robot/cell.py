@@ -17,9 +17,9 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.limit_warning import LimitWarning
+from coupling.robot.contract import Advance, InverseCommand, MarchingRobot, SimulatedRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
-from coupling.robot.robot import Advance, InverseCommand, MarchingRobot, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
 

@@ -20,7 +20,7 @@ from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
-from coupling.robot.robot import InverseCommand
+from coupling.robot.contract import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
 

@@ -20,6 +20,7 @@ from coupling.fmu.worker import WorkerEndedError, WorkerProcess, WorkerProcesses
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
+from coupling.robot.contract import Advance
 from coupling.robot.fmu_signals import (
     POSE_OUTPUTS,
     SPRING_INPUTS,
@@ -29,7 +30,6 @@ from coupling.robot.fmu_signals import (
     rows_with_spring,
     save_trajectory,
 )
-from coupling.robot.robot import Advance
 from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode

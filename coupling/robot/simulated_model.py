@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from coupling.errors import SimulationError
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.robot.contract import Advance
 from coupling.robot.differences import RobotDifference
-from coupling.robot.robot import Advance
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL, Mode

@@ -8,7 +8,8 @@ import numpy as np
 import tomlkit
 
 from coupling.case.case import Case
-from coupling.errors import ResultError, reason_of
+from coupling.errors import ResultError
+from coupling.files.atomic_file import writing
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
@@ -52,7 +53,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
         ResultError: If a file cannot be written.
     """
     tables = WrittenTables()
-    try:
+    with writing(folder, ResultError):
         claim_file(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
@@ -68,8 +69,6 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
             figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool, tables)
-    except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
     return tables
 
 

@@ -15,8 +15,8 @@ from coupling.process import (
     ProcessTable,
 )
 from coupling.process.base import ProcessRequest
+from coupling.process.noise import NoiseRemoval
 from coupling.process.noise_filter import LowPass
-from coupling.process.smoothing import NoiseRemoval
 from coupling.results.force_noise import ForceNoise
 from coupling.results.repeatability import Repeatability
 from coupling.solve.correction import Correction

@@ -16,7 +16,7 @@ from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.iteration_result import CorrectionIteration
-from coupling.robot.robot import InvertibleRobot
+from coupling.robot.contract import InvertibleRobot
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Loop, unloaded_path
 from coupling.solve.outcome import Outcome

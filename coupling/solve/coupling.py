@@ -8,7 +8,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import marched
-from coupling.robot.robot import SimulatedRobot
+from coupling.robot.contract import SimulatedRobot
 from coupling.solve.fixed_point import Coupling, Loop, iterate, unloaded_path
 from coupling.solve.windows import march
 

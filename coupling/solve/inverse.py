@@ -24,8 +24,8 @@ from coupling.results.iteration_result import (
     CorrectionIteration,
     Evaluation,
 )
-from coupling.robot.robot import InverseCommand as RobotInverse
-from coupling.robot.robot import InvertibleRobot
+from coupling.robot.contract import InverseCommand as RobotInverse
+from coupling.robot.contract import InvertibleRobot
 from coupling.solve.correction import (
     Correction,
     How,

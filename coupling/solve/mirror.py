@@ -18,7 +18,7 @@ from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.path.low_pass import low_pass
 from coupling.results.iteration_result import CorrectionIteration
-from coupling.robot.robot import InvertibleRobot
+from coupling.robot.contract import InvertibleRobot
 from coupling.solve.correction import Correction, Uncorrected
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Coupling, Loop

@@ -12,7 +12,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolate_rows
 from coupling.process.base import joined, own_blocks
-from coupling.robot.robot import SimulatedRobot
+from coupling.robot.contract import SimulatedRobot
 from coupling.solve.local_stabilisation import LocalStabilisation
 from coupling.solve.relaxation import Anderson, ConstantRelaxation
 from coupling.solve.scheme import Iterate, LoadedMotion

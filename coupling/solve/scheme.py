@@ -11,7 +11,7 @@ import numpy as np
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
-from coupling.robot.robot import SimulatedRobot
+from coupling.robot.contract import SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
 

@@ -18,7 +18,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, ProcessResponse
 from coupling.results.iteration_result import Evaluation
-from coupling.robot.robot import Advance, MarchingRobot, SimulatedRobot
+from coupling.robot.contract import Advance, MarchingRobot, SimulatedRobot
 from coupling.solve.fixed_point import Coupling, Evaluated, Loop, Tolerance, iterate
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode

@@ -17,7 +17,7 @@ from coupling.process.base import (
     ProcessResponse,
     marched,
 )
-from coupling.process.smoothing import NoiseRemoval
+from coupling.process.noise import NoiseRemoval
 from coupling.process.validation import evaluate_validated
 from coupling.results.run_state import StoredAnswer
 from coupling.store.entry import EntryInfo, as_stored, evaluation_key, size_of

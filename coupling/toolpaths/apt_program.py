@@ -20,17 +20,15 @@ from coupling.toolpaths.apt_words import (
     idle_word,
     numbers,
     refusal,
-    require_within,
     tool_of,
     unit_vector,
 )
+from coupling.toolpaths.bounds import MAX_DISTANCE, MAX_DWELL, MAX_SPEED, require_within
 from coupling.toolpaths.spindle import ProgrammedSpindle, SpindleCourse, take_spindl
 
 _UNITS = {"MM": 0.001, "CM": 0.01, "INCH": 0.0254, "INCHES": 0.0254, "IN": 0.0254}  # [m]
 _FEED_UNITS = {"MMPM": 0.001, "IPM": 0.0254}  # per minute
 _PER_MINUTE = ("PERMIN", "UPM")
-# No robot goes farther [m], faster [m/s], or waits longer [s].
-_MAX_DISTANCE, _MAX_FEED, _MAX_DWELL = 100.0, 10.0, 3600.0
 # Axes of a frame may be off a right angle by this [rad].
 _MAX_SKEW = 0.01
 _IDENTITY_POSE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -152,9 +150,9 @@ class _Reader:
         if any(frame.pose != _IDENTITY_POSE for _, frame in self.frames):
             assumptions.append("the part frame is MSYS, the first one where there are others")
         points *= scale
-        if (farthest := np.abs(points).max()) > _MAX_DISTANCE:
+        if (farthest := np.abs(points).max()) > MAX_DISTANCE:
             raise ValueError(
-                f"expected points within {_MAX_DISTANCE:g} m, got {farthest:.4g} m: look at UNITS"
+                f"expected points within {MAX_DISTANCE:g} m, got {farthest:.4g} m: look at UNITS"
             )
         waits = np.zeros(len(points))
         waits[list(self.waits)] = list(self.waits.values())
@@ -186,7 +184,7 @@ class _Reader:
         if feed is None:
             return float("nan")
         speed = feed[0] * _FEED_UNITS.get(feed[1], scale) / 60.0
-        return require_within("FEDRAT", speed, 1e-9, _MAX_FEED, " m/s")
+        return require_within("FEDRAT", speed, 1e-9, MAX_SPEED, "m/s")
 
     def _places(self, arguments: tuple[str, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         values = numbers(arguments)
@@ -253,7 +251,7 @@ class _Reader:
             )
         if unit in _FEED_UNITS:
             self.implied.add(unit)
-        self.feed = (require_within("FEDRAT", float(values[0]), 1e-6, 1e7, ""), unit)
+        self.feed = (require_within("FEDRAT", float(values[0]), 1e-6, 1e7, "per minute"), unit)
 
     def _units(self, statement: Statement) -> None:
         name = statement.arguments[0] if len(statement.arguments) == 1 else "none"
@@ -292,7 +290,7 @@ class _Reader:
     def _wait(self, statement: Statement) -> None:
         if len(statement.arguments) != 1 or not self.points:
             raise ValueError("expected DELAY/ and seconds behind a point, got another one")
-        seconds = require_within("DELAY", numbers(statement.arguments)[0], 0.0, _MAX_DWELL, " s")
+        seconds = require_within("DELAY", numbers(statement.arguments)[0], 0.0, MAX_DWELL, "s")
         last = len(self.points) - 1
         self.waits[last] = self.waits.get(last, 0.0) + seconds
 

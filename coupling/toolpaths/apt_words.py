@@ -116,14 +116,3 @@ def unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
     if abs(length - 1.0) > _LENGTH:
         raise ValueError(f"expected a vector of length 1, got length {length:.4g}")
     return tuple(value / length for value in vector)
-
-
-def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
-    """Return a value that lies within bounds.
-
-    Raises:
-        ValueError: If it does not.
-    """
-    if not low <= value <= high:
-        raise ValueError(f"{word}: expected {low:g} to {high:g}{unit}, got {value:g}{unit}")
-    return value

@@ -16,6 +16,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath, divide_steps
 from coupling.programs.text import shorten
+from coupling.toolpaths.bounds import MAX_SPEED
 from coupling.toolpaths.instants import NO_CORNERS, Corners, insert_corners
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.table import ToolPathTable
@@ -24,8 +25,8 @@ from coupling.toolpaths.untilted import UntiltedPath
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
-# No robot reaches so far [m], or is so fast [m/s]: its path is in other units.
-_MAX_DISTANCE, _MAX_SPEED = 20.0, 10.0
+# No robot reaches so far [m]: its path is in other units.
+_MAX_DISTANCE = 20.0
 # A path that is nowhere as fast may be in other units [m/s].
 _SLOW = 1e-3
 # No path is so long [s].
@@ -117,9 +118,9 @@ class CsvPath(ToolPathTable):
         steps = np.diff(table[:, 0])
         if np.all(steps > 0.0) and len(steps):  # other times are refused with the path
             speed = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1) / steps
-            if speed.max() > _MAX_SPEED:
+            if speed.max() > MAX_SPEED:
                 raise CaseError(
-                    f"{self.file}: expected metres and seconds, at most {_MAX_SPEED:g} m/s, got"
+                    f"{self.file}: expected metres and seconds, at most {MAX_SPEED:g} m/s, got"
                     f" {speed.max():.4g} m/s to row {int(np.argmax(speed)) + 2}: divide millimetres by"
                     " 1000, or look at its times"
                 )

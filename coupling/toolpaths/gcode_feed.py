@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable
 
 from coupling.programs.reading import ReadingNotes
+from coupling.toolpaths.bounds import MAX_SPEED, require_within
 
-# No robot goes faster [m/s], and no move takes less or more [s].
-_MAX_SPEED, _MIN_DURATION, _MAX_DURATION = 10.0, 1e-4, 3.6e5
+# No move takes less or more [s].
+_MIN_DURATION, _MAX_DURATION = 1e-4, 3.6e5
 
 
 class Feed:
@@ -57,11 +58,7 @@ class Feed:
                 )
         else:
             self._unit = length(1.0)
-            speed = self._unit * value / 60.0
-            if not 1e-9 <= speed <= _MAX_SPEED:
-                raise ValueError(
-                    f"F: expected 1e-09 to {_MAX_SPEED:g} m/s, got {speed:g} m/s: look at its unit"
-                )
+            require_within("F", self._unit * value / 60.0, 1e-9, MAX_SPEED, "m/s")
         self._value = value
 
     def over(self, way: float, turns_in_place: bool) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.arcs import PLANES
+from coupling.toolpaths.bounds import MAX_DISTANCE, require_within
 from coupling.toolpaths.gcode_arcs import ArcWords
 from coupling.toolpaths.gcode_codes import (
     IDLE_G,
@@ -35,7 +36,7 @@ from coupling.toolpaths.gcode_rotary import OTHER_AXES
 from coupling.toolpaths.gcode_setups import Setups
 from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_waits import Waits
-from coupling.toolpaths.gcode_words import Block, read_blocks, require_letters, require_within
+from coupling.toolpaths.gcode_words import Block, read_blocks, require_letters
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.spindle import GcodeSpindle
 
@@ -52,7 +53,6 @@ _PLACELESS_WORDS = frozenset((5.1, 50.0, 60.0, 80.0))
 _WORDS_OF = {"S": 4.0, "E": 187.0, "H": 15.0}
 # Words behind whose line the tool stands still on every control, if only for a moment.
 _PROGRAM_STOP, _EXACT_STOP = 0.0, 9.0
-_MAX_DISTANCE = 100.0  # no robot goes farther [m]
 
 
 def read_program(
@@ -301,12 +301,12 @@ class _Machine:
             if letter in values:
                 way = self._lengths(values[letter])
                 place = way if self._absolute else target[axis] + way
-                if not -_MAX_DISTANCE <= place <= _MAX_DISTANCE:
+                if not -MAX_DISTANCE <= place <= MAX_DISTANCE:
                     if math.isnan(place):
                         raise ValueError(
                             f"expected a place to go on from, got none for {letter}: give it after G90"
                         )
-                    require_within(letter, abs(place), 0.0, _MAX_DISTANCE, "m")
+                    require_within(letter, abs(place), 0.0, MAX_DISTANCE, "m")
                 target[axis] = place
         end = self._place = np.array(target)
         unknown = (

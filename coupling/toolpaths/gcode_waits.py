@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from coupling.programs.reading import ReadingNotes
+from coupling.toolpaths.bounds import MAX_DWELL, require_within
 from coupling.toolpaths.gcode_moves import Dwell
-from coupling.toolpaths.gcode_words import require_within
 
-_MAX_DWELL = 3600.0  # no robot waits longer [s]
 _DOUBTFUL_DWELL = 10.0  # a longer wait may be one in milliseconds [s]
 # On other controls G60 is a positioning from one side.
 _EXACT_STOPS = ("G60", "G61")
@@ -41,7 +40,7 @@ class Waits:
         letter = words[0] if words else ""
         if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
-        duration = require_within(letter, values.pop(letter), 0.0, _MAX_DWELL, "s")
+        duration = require_within(letter, values.pop(letter), 0.0, MAX_DWELL, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
         if duration > _DOUBTFUL_DWELL or (

@@ -234,15 +234,6 @@ def _strip_comments(line: str) -> str:
     return "".join(code)
 
 
-def require_within(word: str, value: float, low: float, high: float, unit: str) -> float:
-    """Return the value of a word, which must be between two bounds."""
-    if not low <= value <= high:
-        raise ValueError(
-            f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
-        )
-    return value
-
-
 def require_letters(values: dict[str, float], is_arc: bool) -> None:
     """Refuse the words of a move that are not read; P1 of an arc is one turn at most, as without.
 

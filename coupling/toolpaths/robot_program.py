@@ -14,10 +14,9 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
 from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
+from coupling.toolpaths.bounds import MAX_SPEED
 from coupling.toolpaths.cam_path import CamPath
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
-
-_MAX_SPEED = 10.0  # no robot goes faster [m/s]
 
 
 class ProgramPath(CamPath):
@@ -86,9 +85,9 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
         where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
-            if speed is not None and speed > _MAX_SPEED:
+            if speed is not None and speed > MAX_SPEED:
                 raise CaseError(
-                    f"{where}: expected at most {_MAX_SPEED:g} m/s, got {speed:.4g} m/s: look at its"
+                    f"{where}: expected at most {MAX_SPEED:g} m/s, got {speed:.4g} m/s: look at its"
                     " unit, m/s in KRL, mm/s in RAPID"
                 )
             if targets and speed is None and move.duration is None:

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.path.frame import Frame
+from coupling.toolpaths.bounds import MAX_DISTANCE
 
-# No robot goes farther [m], and no plane is turned by more [deg].
-_MAX_DISTANCE, _MAX_ANGLE = 100.0, 720.0
+_MAX_ANGLE = 720.0  # no plane is turned by more [deg]
 # CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, ...)
 _MODE_ARGUMENT, _FIRST_COORDINATE, _LAST_COORDINATE = 3, 4, 13
 # The mode of rotations about X, the new Y and the new Z.
@@ -81,7 +81,7 @@ def plane_of_cycle800(statement: str, unit: float) -> Frame | None:
 
 def _frame(origin: np.ndarray, sequence: str, angles: np.ndarray) -> Frame:
     for name, values, most in (
-        ("origin [m]", origin, _MAX_DISTANCE),
+        ("origin [m]", origin, MAX_DISTANCE),
         ("angles [deg]", angles, _MAX_ANGLE),
     ):
         if not np.abs(values).max() <= most:

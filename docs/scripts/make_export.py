@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cache, partial
 from pathlib import Path
 
+from coupling.export.commands import commands_of_run
 from coupling.export.exported_program import ExportedProgram, ExportOptions
-from coupling.export.exporting import export_run
+from coupling.export.exporting import export_commands
 from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
 from docs.scripts.experiment import Page, results, scratch
@@ -37,7 +38,9 @@ def _run(name: str) -> Path:
 def _exported(name: str, language: str) -> ExportedProgram:
     own = LANGUAGES[language]
     closest = None if own.dense else _CLOSEST
-    (found,) = export_run(_run(name), ExportOptions(own, own.targets[0], shortest=closest))
+    (found,) = export_commands(
+        commands_of_run(_run(name)), ExportOptions(own, own.targets[0], shortest=closest)
+    )
     return found
 
 
@@ -74,7 +77,7 @@ def cycles() -> str:
 
     def loss(name: str, cycle: float) -> str:
         options = ExportOptions(LANGUAGES["csv"], "joints", cycle=cycle)
-        (exported,) = export_run(_run(name), options)
+        (exported,) = export_commands(commands_of_run(_run(name)), options)
         return _um(exported.figures.loss_m)
 
     cases = {f"`{name}`": name for name in CASES} | {"`iso9283` at 1 m/s": _FAST}

@@ -20,10 +20,9 @@ from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.study.conduct import changed_table, open_study, simulate_samples
-from coupling.study.evaluate import write_findings
+from coupling.study.findings import StoredStudy, read_study, write_findings
 from coupling.study.folder import RUN
 from coupling.study.robot_pool import Workers
-from coupling.study.stored_study import StoredStudy, read_study
 from docs.scripts.experiment import Page, um
 from docs.scripts.page import table
 from docs.scripts.pictures import save

@@ -21,8 +21,8 @@ from coupling.files.written_files import claim_file
 from coupling.fmu_export.build import KINDS
 from coupling.native.compiler import host_platform
 from coupling.report.stored_result import write_report
-from coupling.run.new_folder import RUN_FOLDER
 from coupling.run.stored_run import read_run
+from coupling.run.unfinished_folder import RUN_FOLDER
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.trajectory import read_trajectory

@@ -14,8 +14,9 @@ from wall_case import WALL_CASE
 from coupling.case.file import load_case
 from coupling.errors import PlanningError
 from coupling.export import exporting
-from coupling.export.exported_program import ExportOptions
-from coupling.export.exporting import export_run
+from coupling.export.commands import commands_of_run
+from coupling.export.exported_program import ExportedProgram, ExportOptions
+from coupling.export.exporting import export_commands
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
@@ -27,6 +28,10 @@ from coupling.programs.program import RobotProgram
 from coupling.robot.inverter import Inverter
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.stored_run import read_run
+
+
+def programs_of(run: Path, options: ExportOptions) -> tuple[ExportedProgram, ...]:
+    return export_commands(commands_of_run(run), options)
 
 
 def simulated(run: Path, files: Path, name: str) -> tuple[float, float]:
@@ -117,9 +122,9 @@ def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path
     text = WALL_CASE.format(robot="icme2008", home=home, part=part)
     run = ran(tmp_path, text.replace("feed_m_s = 0.1", f"feed_m_s = {feed:.15f}"))
     options = ExportOptions(csv, "joints", cycle=0.02)
-    (solved,) = export_run(run, options)
+    (solved,) = programs_of(run, options)
     monkeypatch.setattr(exporting, "_INVERSE_TOLERANCES", ())
-    (samples,) = export_run(run, options)
+    (samples,) = programs_of(run, options)
     assert samples.figures.loss_m > 5 * options.tolerance
     assert solved.figures.loss_m <= options.tolerance
     loss, deviation = moved(run, csv.read(solved.files), "icme2008", 0.02)
@@ -132,17 +137,17 @@ def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
         raise PlanningError("joint 2: passes its limit")
 
     monkeypatch.setattr(Inverter, "invert", lost)
-    (found,) = export_run(runs["icme2008"], ExportOptions(LANGUAGES["csv"], "joints", cycle=0.02))
+    (found,) = programs_of(runs["icme2008"], ExportOptions(LANGUAGES["csv"], "joints", cycle=0.02))
     assert found.figures.loss_m > 5e-6
     assert found.remark.endswith("command were found: joint 2: passes its limit")
 
 
 def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
     krl = LANGUAGES["krl"]
-    (loose,) = export_run(
+    (loose,) = programs_of(
         runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6, shortest=0.004)
     )
-    (tight,) = export_run(
+    (tight,) = programs_of(
         runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6, shortest=0.004)
     )
     assert tight.figures.loss_m <= 1e-6 < loose.figures.loss_m <= 50e-6
@@ -154,7 +159,7 @@ def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
 )
 def test_no_two_targets_are_closer_than_asked(runs, asked, closest):
     rapid = LANGUAGES["rapid"]
-    (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(rapid, "joints", shortest=asked))
+    (found,) = programs_of(runs["fanuc_r2000ic"], ExportOptions(rapid, "joints", shortest=asked))
     times = [move.duration for move in rapid.read(found.files).timed[1:]]
     assert min(times) == pytest.approx(found.figures.shortest_time_s, rel=1e-5)
     assert min(times) > closest - 1e-6
@@ -172,13 +177,13 @@ def test_no_two_targets_are_closer_than_asked(runs, asked, closest):
 def test_targets_are_as_far_apart_as_is_usual_or_as_the_tolerance_takes(runs, language, usual):
     def exported(tolerance: float):
         options = ExportOptions(LANGUAGES[language], "joints", tolerance=tolerance)
-        return export_run(runs["fanuc_r2000ic"], options)[0]
+        return programs_of(runs["fanuc_r2000ic"], options)[0]
 
     assert exported(1e-3).figures.shortest_time_s > usual - 1e-6
     tight = exported(5e-6)
     assert tight.figures.loss_m <= 5e-6
     asked = ExportOptions(LANGUAGES[language], "joints", shortest=usual)
-    if export_run(runs["fanuc_r2000ic"], asked)[0].figures.loss_m > 5e-6:
+    if programs_of(runs["fanuc_r2000ic"], asked)[0].figures.loss_m > 5e-6:
         assert tight.figures.shortest_time_s < usual - 1e-6
 
 
@@ -203,7 +208,7 @@ def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path)
     )
     again = command(*typed, *option.groups())
     assert again.returncode == 0, again.stdout
-    (tight,) = export_run(
+    (tight,) = programs_of(
         runs["abb_irb7600"], ExportOptions(LANGUAGES["rapid"], "joints", tolerance=1e-9)
     )
     accepted = re.match(r"--tolerance (\S+) accepts it", tight.advice)
@@ -214,7 +219,7 @@ def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path)
 def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, language):
     """Reference: angles between set points by np.interp, every 0.2 ms a row of their own."""
     own, run = LANGUAGES[language], runs["fanuc_r2000ic"]
-    (found,) = export_run(run, ExportOptions(own, "joints", cycle=cycle, shortest=cycle))
+    (found,) = programs_of(run, ExportOptions(own, "joints", cycle=cycle, shortest=cycle))
     case, stored = load_case(run / "case.toml"), read_run(run).first
     axes = controller_axes(find_robot("fanuc_r2000ic"), 6)
     motion = drive_motion(own.read(found.files), case.robots[0].description, axes, cycle, 0.0)
@@ -233,7 +238,7 @@ def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, lang
 
 
 def test_splines_have_no_loss_on_joint_lines(runs):
-    (found,) = export_run(
+    (found,) = programs_of(
         runs["icme2008"], ExportOptions(LANGUAGES["krl"], "joints", tolerance=1e-3)
     )
     assert found.figures.loss_on_joint_lines_m is None
@@ -241,7 +246,7 @@ def test_splines_have_no_loss_on_joint_lines(runs):
 
 def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs):
     texts = {
-        name: export_run(
+        name: programs_of(
             runs["icme2008"], ExportOptions(LANGUAGES[name], "joints", tolerance=1e-3)
         )[0]
         .files[0]
@@ -304,7 +309,7 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
 def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):
     """FANUC's count, base and flange against the robot file's: other numbers, the same motion."""
     fanuc = LANGUAGES["fanuc"]
-    (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(fanuc, "cartesian"))
+    (found,) = programs_of(runs["fanuc_r2000ic"], ExportOptions(fanuc, "cartesian"))
     case = load_case(runs["fanuc_r2000ic"] / "case.toml")
     robot = case.robots[0].description
     counted = drive_motion(

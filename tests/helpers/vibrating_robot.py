@@ -10,7 +10,7 @@ from spring_robot import upright
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.robot.robot import Advance
+from coupling.robot.contract import Advance
 from elastic_robot.fmi.interface import Mode
 
 

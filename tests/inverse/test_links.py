@@ -15,7 +15,7 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import LinkTask
 from coupling.inverse.links import equilibrium_angles, link_path, rigid_motion, solve_links
-from coupling.inverse.loads import SmoothWrench
+from coupling.inverse.smooth_wrench import SmoothWrench
 from coupling.native.desk_links import LinkIterations
 from coupling.native.desk_robot import DeskRobot
 from coupling.path.histories import ToolPath, WrenchHistory, poses

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import ProcessError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.inverse.loads import SmoothWrench
+from coupling.inverse.smooth_wrench import SmoothWrench
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame

@@ -21,8 +21,8 @@ from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass, noise_share
 from coupling.process import ProcessResponse
 from coupling.process.base import ProcessRequest
+from coupling.process.noise import NoiseRemoval, noise_level
 from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequency
-from coupling.process.smoothing import NoiseRemoval, noise_level
 from coupling.run import repeated_evaluation
 from coupling.run.execute import run_compensation
 from coupling.run.fmu_pool import FmuPool, cell_of

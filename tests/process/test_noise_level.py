@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coupling.path.deviation_parts import DeviationParts
-from coupling.process.smoothing import noise_level
+from coupling.process.noise import noise_level
 
 
 def cone_force(time: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ from coupling.results.study_result import (
     StudySource,
     UncertainResult,
 )
-from coupling.study.stored_study import StoredStudy
+from coupling.study.findings import StoredStudy
 
 NEXT = ("next", "results/a run", "m.csv", "results/2", "measured.csv", "-o", "out")
 MM = 1e-3

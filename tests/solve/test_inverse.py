@@ -18,7 +18,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
-from coupling.robot.robot import InverseCommand as RobotInverse
+from coupling.robot.contract import InverseCommand as RobotInverse
 from coupling.run.execute import run_compensation
 from coupling.solve.fixed_point import Loop
 from coupling.solve.inverse import InverseCorrection

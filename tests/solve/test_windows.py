@@ -15,7 +15,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process import MillingForceTable
 from coupling.process.cutting_force import Cutter, CuttingCoefficients
-from coupling.robot.robot import Advance
+from coupling.robot.contract import Advance
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.outcome import Outcome

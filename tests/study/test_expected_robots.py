@@ -13,9 +13,8 @@ from coupling.run.figures import outlook_of
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
 from coupling.study.conduct import changed_table, open_study, simulate_samples
-from coupling.study.evaluate import write_findings
+from coupling.study.findings import read_study, write_findings
 from coupling.study.robot_pool import Workers
-from coupling.study.stored_study import read_study
 
 pytestmark = pytest.mark.usefixtures("drawn_robots")
 
