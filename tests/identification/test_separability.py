@@ -142,7 +142,7 @@ def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
     found = identify(
         robot, replace(rows, deflection=-rows.deflection), IdentifyOptions(noise_of(rows))
     )
-    assert np.all(found.fit.at.x >= 0.0)
+    assert np.all(found.fit.x >= 0.0)
     assert found.result.refusal == "nothing is identified"
     assert {parameter.reason for parameter in found.result.parameters} == {
         "deflections are opposite to its load: it would be negative"
