@@ -174,4 +174,4 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
     )
     start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
     found = fit_static(start, rows, IdentifyOptions(noise_of(rows), "spline"))
-    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)
+    np.testing.assert_allclose(found.x, right.start, rtol=1e-7)
