@@ -26,7 +26,11 @@ def tilt_in(count: int) -> tuple[StaticFit, int, EvidenceResult]:
     rows = noisy(exact(robot, count, seed=1), np.random.default_rng(0), 2e-5)
     fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, IdentifyOptions(noise_of(rows)))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    return fit, number, support(fit.at.linear, np.arange(4) == number, fit.at.weight, tests=1)
+    return (
+        fit,
+        number,
+        support(fit.experiment.linear, np.arange(4) == number, fit.experiment.weight, tests=1),
+    )
 
 
 @pytest.mark.parametrize(("count", "is_trimmed"), [(11, False), (12, True)])
@@ -40,13 +44,15 @@ def test_evidence_is_told_without_the_worst_rows_where_three_are_a_quarter_at_mo
 
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     fit, number, found = tilt_in(14)
-    columns = fit.at.linear.columns.reshape(-1, 4)
-    rest = fit.at.linear.residual(fit.at.linear.solve())
+    columns = fit.experiment.linear.columns.reshape(-1, 4)
+    rest = fit.experiment.linear.residual(fit.experiment.linear.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
-    t = fit.at.x[number] / np.sqrt(variance[number, number])
+    t = fit.x[number] / np.sqrt(variance[number, number])
     np.testing.assert_allclose(found.F, t**2, rtol=1e-6)
-    problems = fit.at.linear.only(np.arange(4) != number), fit.at.linear
-    without, within = (np.sum(left_out(problem, fit.at.weight) ** 2) for problem in problems)
+    problems = fit.experiment.linear.only(np.arange(4) != number), fit.experiment.linear
+    without, within = (
+        np.sum(left_out(problem, fit.experiment.weight) ** 2) for problem in problems
+    )
     assert found.left_out_change == pytest.approx(np.sqrt(within / without) - 1.0)
     assert found.supported
 
