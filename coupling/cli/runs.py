@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from coupling.run.execute import Run
     from coupling.run_to_folder import FinishedRun
 
-NOT_CONVERGED = 1
+NOT_CONVERGED, BAD_INPUT = 1, 2
 
 
 def couple(
@@ -92,6 +92,19 @@ def report(
 
 
 @contextmanager
+def pointing_to_check(file: Path) -> Iterator[None]:
+    """Add to an error of a path that a robot cannot follow the command that shows where."""
+    from coupling.robot.blocked_path import UnreachableError
+
+    try:
+        yield
+    except UnreachableError as error:
+        command = shlex.join(["elastic-robot", "check", str(file)])
+        error.add_note(f"to see where the robot stops, and what is in the way: {command}")
+        raise
+
+
+@contextmanager
 def ended_by_chatter(folder: Path, verbose: bool) -> Iterator[None]:
     """End a command whose cut chatters with its limits, which are in a folder, on the screen."""
     from coupling.stability.clear_chatter import ClearChatterError
@@ -121,7 +134,11 @@ def _run(
     folder = output or Path("results", file.stem)
     evaluations = store_folder(folder, store, no_store)
     words = None if despite_chatter else (kind, name_path(file), "-o", str(folder))
-    with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
+    with (
+        pointing_to_check(file),
+        ended_by_chatter(folder, verbose),
+        RunView(console, verbose) as view,
+    ):
         finished = run_to_folder(
             file, folder, overwrite, evaluations, kind, work, view.watch, words
         )

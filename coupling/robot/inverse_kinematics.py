@@ -18,6 +18,7 @@ from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, solve_poses
 from coupling.robot.batch.redundancy import POSE, NearHome, few_joints
 from coupling.robot.batch.rigid_robot import RigidRobot
+from coupling.robot.blocked_path import BlockedPath, Obstacle, UnreachableError
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import tcp_jacobian
@@ -86,7 +87,7 @@ class InverseKinematics:
         The paths planned last are not planned again.
 
         Raises:
-            PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
+            UnreachableError: With sample, time, distance and joint, if a pose is out of reach, beyond
                 a joint limit, singular or only reached by a jump.
         """
         for last, joints in self._planned:
@@ -100,7 +101,7 @@ class InverseKinematics:
         angles = self._between_some(path)
         if angles is None:
             angles = self._from_pose_to_pose(path)
-        self._require_limits(path.time, angles)
+        self._require_limits(path, angles)
         return JointPath(path.time, (angles,))
 
     def _between_some(self, path: ToolPath) -> np.ndarray | None:
@@ -150,10 +151,14 @@ class InverseKinematics:
         angles = np.empty((len(path.time), self._chain.joint_count))
         guess = self._begin(path.position[0][0], path.rotations[0][0].as_matrix())
         for k, pose in enumerate(path.pose[0]):
-            where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
-            angles[k] = self._solve(pose, guess, where)
-            if k > 0:
-                self._require_continuity(angles[k], angles[k - 1], where)
+            try:
+                angles[k] = self._solve(pose, guess)
+                if k > 0:
+                    self._require_continuity(angles[k], angles[k - 1])
+            except _NoPostureError as no_posture:
+                angles[k], obstacle = no_posture.q, no_posture.obstacle
+                blocked = BlockedPath(path, k, angles[: k + 1].copy(), obstacle)
+                raise UnreachableError(str(no_posture), self._robot, blocked) from no_posture
             # Linear extrapolation along the path saves an iteration.
             guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
             if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
@@ -195,7 +200,7 @@ class InverseKinematics:
                 warnings.append(LimitWarning.of("rate", rate, joint.max_rate, time, i + 1))
         return warnings
 
-    def _solve(self, pose: np.ndarray, guess: np.ndarray, where: str) -> np.ndarray:
+    def _solve(self, pose: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Return the joint angles at a pose (7,) from others [rad], (joints,)."""
         if self._near is None:
             solution = self._desk.reach(
@@ -208,32 +213,36 @@ class InverseKinematics:
             away = float(np.linalg.norm(self.poses(q[None])[0, :3] - pose[:3]))
         # At the border of what it reaches an arm is stretched, and so singular as well.
         if came or away < _AWAY:
-            self._require_regular(self._jacobian(q), where)
+            self._require_regular(q)
         if came:
             return q
         farthest = int(np.argmax(np.abs(q - guess))) + 1
-        raise PlanningError(
-            f"{where}: the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
+        raise _NoPostureError(
+            f"the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
             f" the tool stays {1e3 * away:.0f} mm away (joint {farthest} moved farthest)"
-            f"{few_joints(len(q)) or _MOVE}"
+            f"{few_joints(len(q)) or _MOVE}",
+            q,
+            Obstacle("reach", farthest, float(away)),
         )
 
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
         return tcp_jacobian(self._chain, self._data, self._chain.theta(q))[:, self._chain.drive]
 
-    def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
-        scaled = jacobian.copy()
+    def _require_regular(self, q: np.ndarray) -> None:
+        scaled = self._jacobian(q)
         scaled[:3] /= self._rigid.reach
         values = np.linalg.svd(scaled, compute_uv=False)
         if values[-1] < _SINGULAR:
             rows = np.linalg.svd(scaled)[2]
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
-            raise PlanningError(
-                f"{where}: the robot is in a singular posture (smallest singular value"
-                f" {values[-1]:.2g}, joint {joint} moves most): move the part or the home posture"
+            raise _NoPostureError(
+                f"the robot is in a singular posture (smallest singular value"
+                f" {values[-1]:.2g}, joint {joint} moves most): move the part or the home posture",
+                q,
+                Obstacle("singular", joint),
             )
 
-    def _require_continuity(self, q: np.ndarray, last: np.ndarray, where: str) -> None:
+    def _require_continuity(self, q: np.ndarray, last: np.ndarray) -> None:
         jump = np.abs(q - last)
         joint = int(np.argmax(jump))
         if jump[joint] > _LARGEST_JUMP:
@@ -243,18 +252,30 @@ class InverseKinematics:
                     ", or another posture is nearer to home from here on: give a home posture nearer to"
                     " this path"
                 )
-            raise PlanningError(
-                f"{where}: joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg; {cause}"
+            raise _NoPostureError(
+                f"joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg; {cause}",
+                q,
+                Obstacle("jump", joint + 1, float(jump[joint])),
             )
 
-    def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
+    def _require_limits(self, path: ToolPath, angles: np.ndarray) -> None:
         low, high = self._limits.lower, self._limits.upper
         for i, k in np.argwhere(((angles < low) | (angles > high)).T)[:1].tolist():
             degrees = np.rad2deg([angles[k, i], low[i], high[i]])
-            raise PlanningError(
-                f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
-                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}"
+            raise UnreachableError(
+                f"joint {i + 1} is at {degrees[0]:.2f} deg; its"
+                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}",
+                self._robot,
+                BlockedPath(path, k, angles, Obstacle("limit", i + 1)),
             )
+
+
+class _NoPostureError(Exception):
+    """A posture that cannot be taken: why, its joint angles [rad], (joints,), and what is in the way."""
+
+    def __init__(self, words: str, q: np.ndarray, obstacle: Obstacle) -> None:
+        super().__init__(words)
+        self.q, self.obstacle = q, obstacle
 
 
 def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:
