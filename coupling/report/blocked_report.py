@@ -51,13 +51,15 @@ def blocked_report(case: Case, error: UnreachableError, file: Path) -> ResultRep
 
 def _answer(case: Case, placed: PlacedRobot, blocked: BlockedPath, file: Path) -> Answer:
     way = arc_length(blocked.path.position[0])
-    done, whole, time = float(way[blocked.row]), float(way[-1]), blocked.time
+    followed, whole, time = float(way[blocked.row]), float(way[-1]), blocked.time
     away = float(np.linalg.norm(blocked.path.position[0][blocked.row]))
     length, joint, is_alone = _arm(placed), blocked.obstacle.joint, len(case.robots) == 1
     what, reason, hindrance = _hindrance(placed, blocked, away, length)
     who = "robot" if is_alone else f"{placed.name} robot"
     begins = (
-        f"at t = {time:.3g} s, after {done:.3g} of {whole:.3g} m," if done else "from its start"
+        f"at t = {time:.3g} s, after {followed:.3g} of {whole:.3g} m,"
+        if followed
+        else "from its start"
     )
     again = ("check", str(file))
     move = f"Move the part, position_m in [part] of {file}, and check again:"
@@ -74,7 +76,7 @@ def _answer(case: Case, placed: PlacedRobot, blocked: BlockedPath, file: Path) -
         figures=(
             KeyFigure(
                 "Followed",
-                f"{100.0 * done / whole if whole else 0.0:.0f} % of the path",
+                f"{100.0 * followed / whole if whole else 0.0:.0f} % of the path",
                 f"up to t = {time:.3g} of {blocked.path.time[-1]:.3g} s",
             ),
             hindrance,

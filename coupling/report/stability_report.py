@@ -69,7 +69,8 @@ def _sections(result: StabilityResult) -> list[Section]:
             figure = chart_figure(chart, result.points[result.worst])
             sections.append(Section("Over the speed", [note, alone], "chart", [figure]))
         else:
-            words = f"Limit at all speeds from {min(chart.rpm):.0f} to {max(chart.rpm):.0f} 1/min: {none}."
+            speeds = f"{min(chart.rpm):.0f} to {max(chart.rpm):.0f} 1/min"
+            words = f"Limit at all speeds from {speeds}: {none}."
             sections.append(Section("Over the speed", [words, alone]))
         path = [path_figure(result.points)]
         sections.append(Section("Along the path", [Note(_PATH.format(none=none))], "path", path))

@@ -72,17 +72,17 @@ class Replay(ResultPart):
 
 def keeping_the_worst(replays: Iterable[Replay]) -> list[Replay]:
     """Return replays of which none but the one with the largest deviation keeps its path."""
-    kept: list[Replay] = []
+    results: list[Replay] = []
     worst: int | None = None
     for number, replay in enumerate(replays):
-        if worst is None or replay.deviation.maximum > kept[worst].deviation.maximum:
+        if worst is None or replay.deviation.maximum > results[worst].deviation.maximum:
             if worst is not None:
-                kept[worst] = kept[worst].without_path()
+                results[worst] = results[worst].without_path()
             worst = number
-            kept.append(replay)
+            results.append(replay)
         else:
-            kept.append(replay.without_path())
-    return kept
+            results.append(replay.without_path())
+    return results
 
 
 def worst_backlash(replays: Sequence[Replay]) -> Replay | None:
