@@ -77,6 +77,7 @@ class Case:
 
     Attributes:
         name: The file's name without ending.
+        title: Name for people: that of the file, or of its folder where the file is any `case.toml`.
         robots: One robot, or forming and supporting robot of a cell.
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
@@ -89,6 +90,7 @@ class Case:
     """
 
     name: str
+    title: str
     robots: tuple[PlacedRobot, ...]
     mode: Mode
     fmu: str

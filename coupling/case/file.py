@@ -41,6 +41,8 @@ from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 
 _DEFAULT_METHOD = "inverse"
+# Name of a file that says nothing of its case.
+_ANY_CASE = "case"
 
 
 class CaseFile(Schema):
@@ -120,6 +122,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     }
     return Case(
         name=path.stem,
+        title=_title(path),
         robots=tuple(robots),
         mode=file.robot.mode,
         fmu=file.robot.fmu,
@@ -139,6 +142,11 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         stability=file.stability,
         resolved=_resolve(file, robots, tables, path.parent),
     )
+
+
+def _title(path: Path) -> str:
+    """Return what people call a case; `init` and runs name every file alike."""
+    return (path.resolve().parent.name or path.stem) if path.stem == _ANY_CASE else path.stem
 
 
 def _resolve(

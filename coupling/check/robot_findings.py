@@ -75,18 +75,23 @@ class RobotFindings:
 
 
 def examine_robots(
-    case: Case, wrench: WrenchHistory, watch: Watch = unwatched, is_loaded: bool = False
+    case: Case,
+    wrench: WrenchHistory,
+    watch: Watch = unwatched,
+    is_loaded: bool = False,
+    rigid: JointPath | None = None,
 ) -> tuple[RobotFindings, ...]:
     """Return the findings on the robots of a case.
 
     Args:
         wrench: Wrenches on its tools along the desired path, world axes.
         is_loaded: Whether the wrenches are those of its process, so that it is known what to expect.
+        rigid: Joint angles with the undeflected tools on their paths; None: they are planned.
     """
     robots = []
     with FmuPool(_FMU_KIND, watch) as models:
         for placed, motion in zip(
-            case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
+            case.robots, wanted_of(case.robots, case.desired, wrench, rigid), strict=True
         ):
             path, q = motion.path, motion.rigid.q[0]
             moving = MovingRobot(placed.description, placed.torque_curve)

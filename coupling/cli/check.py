@@ -11,7 +11,7 @@ import typer
 
 from coupling.cli.arguments import CaseFile, Verbose
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED
+from coupling.cli.runs import BAD_INPUT, NOT_CONVERGED
 from coupling.events import Progress
 
 if TYPE_CHECKING:
@@ -55,14 +55,17 @@ def check(
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
+    from coupling.report.blocked_report import blocked_report
     from coupling.report.check_report import check_answer, check_report, check_summary
     from coupling.report.cut_report import cut_section
     from coupling.report.modes_report import modes_in_brief
     from coupling.report.report_file import write_page
     from coupling.report.terminal import print_report
     from coupling.results.section import Section, warned
+    from coupling.robot.blocked_path import UnreachableError
     from coupling.run.console import RunView
     from coupling.run.cut_figures import cut_result
+    from coupling.run.gear_loads import planned_joints
     from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import noise_removal
     from coupling.run.robot_results import touch_off_of
@@ -77,6 +80,14 @@ def check(
         desired = loaded.desired
         if much := warn_of_memory(desired):
             console.print(much)
+        try:
+            rigid = planned_joints(loaded.robots, desired)
+        except UnreachableError as error:
+            report = blocked_report(loaded, error, case)
+            write_page(file, report.page, ResultError)
+            print_report(console, report, verbose)
+            console.print(f"Page: {file}")
+            raise typer.Exit(BAD_INPUT) from error
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
         said, alike = remarks(loaded), []
         loads = "the robot's own weight, without the process (--evaluate)"
@@ -94,7 +105,7 @@ def check(
                 alike = [check_repeatability(process, process.last)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
-        robots = examine_robots(loaded, wrench, view.watch, is_loaded=evaluate)
+        robots = examine_robots(loaded, wrench, view.watch, evaluate, rigid)
         modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
         stability = stability_in_brief(loaded)
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
@@ -114,7 +125,7 @@ def check(
     answer = check_answer(robots, loaded.resolved, case, loads, stability)
     with RunView(console) as view:
         view.watch(Progress("drawing the page", 0, 1))
-        report = check_report(loaded.name, robots, loaded.resolved, sections, warnings, answer)
+        report = check_report(loaded.title, robots, loaded.resolved, sections, warnings, answer)
         write_page(file, report.page, ResultError)
     print_report(console, report, verbose)
     if not verbose:

@@ -42,11 +42,12 @@ from coupling.cli import (
 from coupling.cli import next as next_
 from coupling.cli.console import errors
 from coupling.cli.failures import describe_failure
+from coupling.cli.runs import BAD_INPUT
 from coupling.cli.streams import lasting_streams
 from coupling.errors import reason_of
 
 DEBUG = "--debug"
-BAD_INPUT, INTERRUPTED = 2, 130
+INTERRUPTED = 130
 # New objects until garbage is looked for: with the 700 that Python has, imports and reports take a tenth
 # longer.
 _NEW_OBJECTS = 50_000

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from coupling.results.run_result import Kind
     from coupling.run_to_folder import FinishedRun
 
-NOT_CONVERGED = 1
+NOT_CONVERGED, BAD_INPUT = 1, 2
 
 
 def _run_command(kind: Kind, meaning: str) -> Callable[..., None]:
@@ -52,7 +52,11 @@ def _run_command(kind: Kind, meaning: str) -> Callable[..., None]:
         evaluations = store_folder(folder, store, no_store)
         words = None if despite_chatter else (kind, name_path(case), "-o", str(folder))
         work = run_coupling if kind == "couple" else run_compensation
-        with ended_by_chatter(folder, verbose), RunView(console, verbose) as view:
+        with (
+            pointing_to_check(case),
+            ended_by_chatter(folder, verbose),
+            RunView(console, verbose) as view,
+        ):
             finished = run_to_folder(
                 case, folder, overwrite, evaluations, kind, work, view.watch, words
             )
@@ -92,6 +96,19 @@ def report(
         view.watch(Progress("drawing the page", 0, 1))
         page = write(folder, output)
     console.print(f"report: {page}")
+
+
+@contextmanager
+def pointing_to_check(file: Path) -> Iterator[None]:
+    """Add to an error of a path that a robot cannot follow the command that shows where."""
+    from coupling.robot.blocked_path import UnreachableError
+
+    try:
+        yield
+    except UnreachableError as error:
+        command = shlex.join(["elastic-robot", "check", str(file)])
+        error.add_note(f"to see where the robot stops, and what is in the way: {command}")
+        raise
 
 
 @contextmanager

@@ -89,7 +89,7 @@ def modes_of_case(
     entries = _softest_first(time, modes)
     result = _result(
         placed.description,
-        case.name,
+        case.title,
         placed.torque_curve,
         places.loads,
         modes[softest],

@@ -32,7 +32,7 @@ def placed_file(number: int) -> str:
 
 def write_placement(folder: Path, placement: CasePlacement) -> None:
     """Write all files but the report into an existing folder."""
-    case = placement.placing.case.name
+    case = placement.placing.case.title
     with writing(folder, ResultError):
         for number, setting in enumerate(placement.best, start=1):
             head = (
@@ -64,7 +64,7 @@ def figures_of(placement: CasePlacement) -> PlacementResult:
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
     goal, present = placing.goal, placement.present
     return PlacementResult(
-        case=placing.case.name,
+        case=placing.case.title,
         robot=placing.robot.name,
         tolerance_m=placing.case.tolerance,
         optimise=goal.objective,

@@ -40,13 +40,22 @@ def comparison_answer(comparison: Comparison) -> Answer:
             )
         robot = next_best.run.figures.robots[0].title
         steps = [NextStep.export(purpose, name_path(next_best.run.folder), robot)]
+    sentence, reason = judged(words, good, tolerance), own_answer.sentence
+    if best.kind == _MEASURED_KIND:
+        reason = ""
+    elif good is False and best.run.figures.converged and not best.run.figures.gains:
+        # What is worse than the simple alternative is not to be sent, though others are worse still.
+        sentence, reason = (
+            f"{words[:1].upper()}{words[1:]}. {own_answer.sentence}",
+            own_answer.reason,
+        )
     standings_shown = standings
     if len(standings) > _FIGURES:
         standings_shown = sorted(standings, key=lambda standing: standing.order)[:_FIGURES]
     learning = _next_command(comparison)
     return Answer(
-        sentence=judged(words, good, tolerance),
-        reason="" if best.kind == _MEASURED_KIND else own_answer.sentence,
+        sentence=sentence,
+        reason=reason,
         good=good,
         figures=[
             KeyFigure(

@@ -304,8 +304,9 @@ def _inputs(comparison: Comparison) -> Section:
 
 
 _MEASURED = Note(
-    "Measured paths on the clock and in the frame of their runs: what was taken off the device's clock"
-    " and frame, as next does, is listed. A shift of the whole path is not seen where the frame is"
+    "Measured paths on the clock and in the frame of their runs. What was taken off the device's clock"
+    " and frame is listed; it is fitted to the robot of the last run, as next does, and so changes a"
+    " little as the robot becomes better known. A shift of the whole path is not seen where the frame is"
     " unknown."
 )
 _ALONG = Note(

@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from coupling.case.file import load_case
 from coupling.errors import ResultError
 from coupling.files.recorded_bag import is_bag
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import ANYWHERE, FrameAccuracy
 from coupling.identification.runs.measurement import SimulatedPath, read_measurement
 from coupling.identification.runs.recorded_columns import ColumnChoice
-from coupling.identification.runs.source import read_source
+from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath
 from coupling.report.background import case_content
 from coupling.results.shown import Shown
-from coupling.run.stored_run import StoredRobot, StoredRun, read_run
+from coupling.run.fmu_pool import FmuPool
+from coupling.run.stored_run import CASE, StoredRobot, StoredRun, read_run
 
 # Times per row at which commands are compared.
 _BETWEEN = 2
@@ -60,24 +62,19 @@ class MeasuredTool:
     actual: ToolPath
 
     @classmethod
-    def read(
-        cls,
-        folder: Path,
-        file: Path,
-        run: StoredRun,
-        own_frame: bool,
-        choice: ColumnChoice | None,
+    def of(
+        cls, file: Path, source: MeasuredFile, model: SimulatedPath, own_frame: bool
     ) -> MeasuredTool:
-        """Read what was measured under a run.
+        """Return what was measured under a run, on its clock and in its frame.
+
+        Args:
+            model: Path of the tool under the run's command, axes of the robot's base.
+            own_frame: Whether the pose of the measuring frame is unknown.
 
         Raises:
             LearnError: If it is no measurement of this run.
         """
-        source = read_source(folder, read_measurement(file, choice))
-        base_from_world = source.world_from_base.inverse()
-        model = SimulatedPath(run.first.achieved.transformed(base_from_world))
-        accuracy = ANYWHERE if own_frame else FrameAccuracy()
-        measured = MeasuredRun.of(source, model, accuracy)
+        measured = MeasuredRun.of(source, model, ANYWHERE if own_frame else FrameAccuracy())
         time, path = measured.measured.time, SimulatedPath(measured.desired)
         quaternion = path.rotation(time).as_quat()
         desired, actual = (
@@ -141,16 +138,24 @@ class Comparison(Shown):
         names = tuple(folder.resolve().name for folder in folders)
         if len(set(names)) < len(names):
             names = tuple(map(str, folders))
-        measured, number = {}, -1
+        files: dict[int, Path] = {}
+        number = -1
         for place, is_file in zip(places, is_measured, strict=True):
             if not is_file:
                 number += 1
-            elif number in measured:
+            elif number in files:
                 raise ResultError(f"{place}: expected one measured path behind {folders[number]}")
             else:
-                measured[number] = MeasuredTool.read(
-                    folders[number], place, runs[number], own_frame, choice
-                )
+                files[number] = place
+        sources = {
+            number: read_source(folders[number], read_measurement(file, choice))
+            for number, file in files.items()
+        }
+        models = _models(sources, runs, folders[-1])
+        measured = {
+            number: MeasuredTool.of(files[number], source, models[number], own_frame)
+            for number, source in sources.items()
+        }
         return cls(names, runs, measured)
 
     def robots(self) -> Iterator[tuple[str, list[StoredRobot]]]:
@@ -164,6 +169,32 @@ class Comparison(Shown):
         keys = dict.fromkeys(key for table in tables for key in table)
         rows = [(key, *(table.get(key, "-") for table in tables)) for key in keys]
         return [row for row in rows if len(set(row[1:])) > 1]
+
+
+def _models(
+    sources: Mapping[int, MeasuredFile], runs: Sequence[StoredRun], last: Path
+) -> dict[int, SimulatedPath]:
+    """Return where the tool of the robot of the last run is under the commands that were measured.
+
+    Frame and clock of a device are fitted to it, as `next` fits them to the robot that it computes the
+    last run for: so both tell the same figures.
+
+    Args:
+        sources: What was measured, by the numbers of its runs.
+        last: Folder of the last run.
+    """
+    if not sources:
+        return {}
+    robot = load_case(last / CASE).robots[0].description
+    paths = {}
+    with FmuPool("native") as models:
+        for number, source in sources.items():
+            path = runs[number].first.achieved.transformed(source.world_from_base.inverse())
+            if source.discrepancy is not None or source.robot != robot:
+                fmu = models.of(robot, source.torque_curve, source.drive).fmu
+                path = fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic")
+            paths[number] = SimulatedPath(path)
+    return paths
 
 
 def command_difference(first: StoredRobot, second: StoredRobot) -> CommandDifference | None:

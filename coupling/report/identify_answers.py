@@ -18,11 +18,7 @@ from coupling.results.parameter_result import ParameterResult
 from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
-_NO_BETTER = (
-    "The start file predicts these deflections as well as the new one does those it was not fitted to:"
-    " keep it, unless it was fitted to these measurements itself."
-)
-_WORSE = "The start file predicts these responses better: keep it."
+_KEEP = NextStep("Keep the start file, unless it was fitted to these measurements itself.")
 _UNFINISHED = "The fit has not converged: its values may still change."
 _MILLING = "elastic-robot init cell --process milling-force"
 # Log of an error that is told as a factor [1].
@@ -45,9 +41,12 @@ def deflection_answer(result: IdentifiedResult, file: str) -> Answer:
         error = in_words(sizes.left_out)
         words = f"a deflection that was not used is predicted to within {error}, typically"
     is_doubtful = not result.refusal and sizes.is_no_better
+    sentence = _sentence(result.refusal, words, result.parameters)
+    if is_doubtful:
+        sentence = _no_better(words_if_known(sizes.start), words_if_known(sizes.left_out))
+        steps = [_KEEP, *steps[1:], *_use(file)]
     return Answer(
-        sentence=_sentence(result.refusal, words, result.parameters),
-        reason=_NO_BETTER if is_doubtful else "",
+        sentence=sentence,
         good=None if is_doubtful else not result.refusal,
         figures=(
             KeyFigure(
@@ -74,11 +73,13 @@ def response_answer(result: ResponseFitResult, file: str) -> Answer:
     words = f"half of the values of responses {kind} are met to within {_percent(error.written)}"
     good: bool | None = not result.refusal and result.converged
     steps = [NextStep("Compare both responses in the report; then run it again.")]
-    reason = ""
+    reason, sentence = "", _sentence(result.refusal, words, result.parameters)
     if not result.refusal:
         steps = _use(file)
         if error.written >= error.start:
-            good, reason = False, _WORSE
+            good = False
+            sentence = _no_better(_percent(error.start), _percent(error.written))
+            steps = [_KEEP, *steps]
         elif result.held_out is None:
             good = None if good else False
             steps.append(NextStep("Check it in a posture that is not fitted: --hold-out FILE."))
@@ -88,7 +89,7 @@ def response_answer(result: ResponseFitResult, file: str) -> Answer:
         if not result.converged:
             reason = _UNFINISHED
     return Answer(
-        sentence=_sentence(result.refusal, words, result.parameters),
+        sentence=sentence,
         reason=reason,
         good=good,
         figures=(
@@ -228,6 +229,14 @@ def _sentence(refusal: str, words: str, parameters: Sequence[ParameterResult]) -
         return f"NOT IDENTIFIED, no file was written: {refusal}."
     identified = sum(parameter.identified for parameter in parameters)
     return f"IDENTIFIED: {words}; {identified} of {len(parameters)} parameters are identified."
+
+
+def _no_better(start: str, new: str) -> str:
+    """Return that a start file predicts as well as a new one, with the errors of both in words."""
+    return (
+        f"NO BETTER THAN THE START FILE: it predicts what was measured to within {start}, typically, the"
+        f" new one what it was not fitted to only to within {new}."
+    )
 
 
 def _are_all_identified(parameters: Sequence[ParameterResult]) -> bool:

@@ -84,6 +84,17 @@ def next_answer(result: NextResult, folder: str, robot: str, next_words: Sequenc
             " run"
         )
         sentence = judged(words, good, result.tolerance_m)
+    if forecast is not None and forecast.rms >= forecast.before:
+        tolerance = result.tolerance_m
+        good = None if tolerance is None else last.maximum <= tolerance
+        in_tolerance = (
+            f", which keeps your tolerance of {in_words(tolerance)}" if tolerance and good else ""
+        )
+        sentence = (
+            f"NO BETTER IS EXPECTED: {in_words(forecast.rms)} on average in the next run, after"
+            f" {in_words(forecast.before)} in the last one: keep the last command{in_tolerance}."
+        )
+        steps = [NextStep(f"Keep the program of {runs[-1].run}.")]
     if result.step.worse:
         good = False
         sentence = (

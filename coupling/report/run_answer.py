@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from coupling.path.path_ends import MOVING_END
@@ -43,13 +43,13 @@ class RunContext:
 
     Attributes:
         folder, case: Run folder and case file, as commands name them.
-        robot: Robot file, as the case names it.
+        robots: Robot files, as the case names them, by the robots' names.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
 
     folder: str
     case: str
-    robot: str
+    robots: Mapping[str, str]
     tolerance: float | None = None
 
 
@@ -244,15 +244,36 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
     return text
 
 
-def critical_joints(figures: RunResult) -> str:
-    """Return the joints whose backlash is felt most along the path, in words; empty for none."""
-    gears = [gear for gear in figures.gears if gear.at_risk and gear.reversals]
+def critical_joints(figures: RunResult, robot: str | None = None) -> str:
+    """Return the joints whose backlash is felt most along the path, in words; empty for none.
+
+    Args:
+        robot: Name of the robot whose joints are asked for; None: they are named with their robots.
+    """
+    gears = [
+        gear
+        for gear in figures.gears
+        if gear.at_risk and gear.reversals and robot in (None, gear.robot)
+    ]
     worst = sorted(gears, key=lambda gear: -gear.backlash_error)[:_NAMED]
-    several = len(figures.robots) > 1
+    is_named = robot is None and len(figures.robots) > 1
     return " and ".join(
-        f"joint {gear.joint}{f' of the {gear.robot} robot' if several else ''}"
+        f"joint {gear.joint}{f' of the {gear.robot} robot' if is_named else ''}"
         for gear in sorted(worst, key=lambda gear: (gear.robot or "", gear.joint))
     )
+
+
+def _plans(figures: RunResult, context: RunContext) -> Iterator[NextStep]:
+    """Yield the steps that plan the measurement of every robot."""
+    for robot in figures.robots:
+        is_alone = len(figures.robots) == 1
+        joints = critical_joints(figures, None if is_alone else robot.name)
+        who = "robot" if is_alone else f"{robot.name} robot"
+        plan = "plan.csv" if is_alone else f"plan_{robot.name}.csv"
+        yield NextStep.by(
+            f"Measure the {who}{f', the gears of {joints} first' if joints else ''}; this plans it:",
+            *("identify", "--plan", "--robot", context.robots[robot.name], "-o", plan),
+        )
 
 
 def _capital(text: str) -> str:
@@ -301,11 +322,7 @@ def _steps(
             *("couple", context.case, "-o", f"{folder}_uncorrected"),
         )
     if good is not True and figures.forecast is None:
-        joints = critical_joints(figures)
-        yield NextStep.by(
-            f"Measure the robot{f', the gears of {joints} first' if joints else ''}; this plans it:",
-            *("identify", "--plan", "--robot", context.robot, "-o", "plan.csv"),
-        )
+        yield from _plans(figures, context)
         if is_alone and any(gear.at_risk for gear in figures.gears):
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
     if not figures.gains and good is not True:

@@ -39,7 +39,7 @@ from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
-from coupling.run.stored_run import CASE, StoredRobot, StoredRun
+from coupling.run.stored_run import CASE, FORMING, StoredRobot, StoredRun
 
 
 def run_report(run: StoredRun) -> ResultReport:
@@ -82,7 +82,12 @@ def _answer(run: StoredRun) -> Answer:
     context = RunContext(
         folder=name_path(run.folder),
         case=name_path(Path(run.case_file or run.folder / CASE)),
-        robot=case.get("robot", {}).get("description", ""),
+        robots={
+            robot.name: case.get("robot" if robot.name == FORMING else robot.name, {}).get(
+                "description", robot.description
+            )
+            for robot in run.figures.robots
+        },
         tolerance=tolerance_of(run),
     )
     return run_answer(run.figures, context)

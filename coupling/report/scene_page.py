@@ -33,13 +33,13 @@ def scene_html(name: str, scene: Scene, label: str) -> str:
     return (
         f'<div class="scene" id="{name}" data-scene="{name}">'
         f'<div class="stills">{pictures}</div>'
-        f'<div class="stage" aria-label="{label}"><div class="panes"></div>'
-        '<pre class="readout"></pre></div>'
-        f'<div class="controls">{"".join(_controls(scene))}</div></div>'
+        f'<div class="stage" aria-label="{label}" aria-describedby="{name}_keys">'
+        '<div class="panes"></div><pre class="readout" aria-live="polite"></pre></div>'
+        f'<div class="controls">{"".join(_controls(name, scene))}</div></div>'
     )
 
 
-def _controls(scene: Scene) -> Iterable[str]:
+def _controls(name: str, scene: Scene) -> Iterable[str]:
     tracks = list(dict.fromkeys(track.name for track in scene.tracks))
     surfaces = [surface.name for surface in scene.surfaces if surface.name]
     names = list(dict.fromkeys([*tracks, *surfaces]))
@@ -80,7 +80,7 @@ def _controls(scene: Scene) -> Iterable[str]:
             yield _select("mode", "Mode", [("-1", "at rest"), *choice])
         buttons = ("part", "above", "robot") if tracks else ()
         yield f"<div>{''.join(_button('view', view, view) for view in buttons)}</div>"
-    yield f'<p class="keys">{_POINTER}{_KEYS if tracks else ""}</p>'
+    yield f'<p class="keys" id="{name}_keys">{_POINTER}{_KEYS if tracks else ""}</p>'
 
 
 def _button(kind: str, value: str, words: str) -> str:

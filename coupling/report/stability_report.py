@@ -64,10 +64,14 @@ def _sections(result: StabilityResult) -> list[Section]:
     none = f"none up to {_mm(result.deepest_m)} mm"
     alone = _WITH_TOOL if result.tool_modes else _ALONE
     if result.chart is not None:
-        chart = chart_figure(result.chart, result.points[result.worst])
-        sections.append(
-            Section("Over the speed", [Note(_CHART.format(none=none)), alone], "chart", [chart])
-        )
+        chart, note = result.chart, Note(_CHART.format(none=none))
+        if any(limit is not None for limit in (*chart.limit_m, *chart.zero_order_m)):
+            figure = chart_figure(chart, result.points[result.worst])
+            sections.append(Section("Over the speed", [note, alone], "chart", [figure]))
+        else:
+            speeds = f"{min(chart.rpm):.0f} to {max(chart.rpm):.0f} 1/min"
+            words = f"Limit at all speeds from {speeds}: {none}."
+            sections.append(Section("Over the speed", [words, alone]))
         path = [path_figure(result.points)]
         sections.append(Section("Along the path", [Note(_PATH.format(none=none))], "path", path))
     if result.over_feed is not None and any(v is not None for v in result.over_feed.limit_m):

@@ -56,6 +56,12 @@ class DrawnReplays:
     left_out: tuple[Replay, ...] = ()
     completed: tuple[Replay, ...] = ()
 
+    @property
+    def worst(self) -> Replay | None:
+        """The drawn robot with the largest deviation, whose path was kept; None where none was drawn."""
+        drawn = (*self.stated, *self.completed)
+        return max(drawn, key=lambda replay: replay.deviation.maximum, default=None)
+
 
 class DeviationInterval(ResultPart):
     """Interval of the deviations of a command on robots that are drawn.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated
 
 from pydantic import Field, PrivateAttr
@@ -54,6 +54,12 @@ class Replay(ResultPart):
         replay._path = path
         return replay
 
+    def without_path(self) -> Replay:
+        """Return it without the path, which takes memory."""
+        replay = self.model_copy()
+        replay._path = None
+        return replay
+
     @property
     def path(self) -> ToolPath | None:
         """Path of all tools, where it was kept."""
@@ -62,6 +68,21 @@ class Replay(ResultPart):
     def of_tool(self, tool: int) -> Replay:
         """Return what the command leaves of one tool, by its number from 0."""
         return Replay(name=self.name, deviation=self._tools[tool])
+
+
+def keeping_the_worst(replays: Iterable[Replay]) -> list[Replay]:
+    """Return replays of which none but the one with the largest deviation keeps its path."""
+    results: list[Replay] = []
+    worst: int | None = None
+    for number, replay in enumerate(replays):
+        if worst is None or replay.deviation.maximum > results[worst].deviation.maximum:
+            if worst is not None:
+                results[worst] = results[worst].without_path()
+            worst = number
+            results.append(replay)
+        else:
+            results.append(replay.without_path())
+    return results
 
 
 def worst_backlash(replays: Sequence[Replay]) -> Replay | None:

@@ -24,6 +24,8 @@ from coupling.results.repeatability import Repeatability
 from coupling.results.replay import Replay
 
 Kind = Literal["couple", "compensate"]
+# What the path under a corrected command is called.
+COMPENSATED = "after compensation"
 Three = tuple[float, float, float]
 
 
@@ -262,7 +264,7 @@ class RunResult(ResultFile):
         """What to call the actual paths of a run, which has only one if it is coupled only."""
         if self.kind == "couple":
             return ("actual",)
-        return ("before compensation", "after compensation")
+        return ("before compensation", COMPENSATED)
 
     @property
     def deviations(self) -> Sequence[Deviation]:

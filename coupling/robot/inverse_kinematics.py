@@ -18,6 +18,7 @@ from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, solve_poses
 from coupling.robot.batch.redundancy import POSE, NearHome, few_joints
 from coupling.robot.batch.rigid_robot import RigidRobot
+from coupling.robot.blocked_path import BlockedPath, Obstacle, UnreachableError
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -85,7 +86,7 @@ class InverseKinematics:
         The paths planned last are not planned again.
 
         Raises:
-            PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
+            UnreachableError: With sample, time, distance and joint, if a pose is out of reach, beyond
                 a joint limit, singular or only reached by a jump.
         """
         for last, joints in self._planned:
@@ -99,7 +100,7 @@ class InverseKinematics:
         angles = self._between_some(path)
         if angles is None:
             angles = self._from_pose_to_pose(path)
-        self._require_limits(path.time, angles)
+        self._require_limits(path, angles)
         return JointPath(path.time, (angles,))
 
     def _between_some(self, path: ToolPath) -> np.ndarray | None:
@@ -150,22 +151,22 @@ class InverseKinematics:
     def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
         """Return joint angles (n, joints), each sample from those before it."""
         angles = np.empty((len(path.time), self._chain.joint_count))
-        guess, reached = self._begin(path.position[0][0], path.rotations[0][0].as_matrix()), 0
-        try:
-            for k, pose in enumerate(path.pose[0]):
-                where = _place_on_path(k, path.time)
-                angles[k] = self._solve(pose, guess, where)
-                reached = k + 1
+        guess = self._begin(path.position[0][0], path.rotations[0][0].as_matrix())
+        for k, pose in enumerate(path.pose[0]):
+            try:
+                angles[k] = self._solve(pose, guess)
                 if k > 0:
-                    self._require_continuity(angles[k], angles[k - 1], where)
-                # Linear extrapolation along the path saves an iteration.
-                guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
-                if reached % _REPORT_EVERY == 0 or reached == len(angles):
-                    self._watch(Progress(_WORK, reached, len(angles)))
-        except PlanningError:
-            self._require_regular(angles[:reached], path.time)  # of which it may come
-            raise
-        self._require_regular(angles, path.time)
+                    self._require_continuity(angles[k], angles[k - 1])
+            except _NoPostureError as no_posture:
+                angles[k] = no_posture.q
+                # A singular posture before it may be why.
+                self._require_regular(path, angles[: k + (no_posture.obstacle.kind == "jump")])
+                raise self._blocked(path, angles[: k + 1], no_posture) from no_posture
+            # Linear extrapolation along the path saves an iteration.
+            guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
+            if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
+                self._watch(Progress(_WORK, k + 1, len(angles)))
+        self._require_regular(path, angles)
         return angles
 
     def _begin(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -203,7 +204,7 @@ class InverseKinematics:
                 warnings.append(LimitWarning.of("rate", rate, joint.max_rate, time, i + 1))
         return warnings
 
-    def _solve(self, pose: np.ndarray, guess: np.ndarray, where: str) -> np.ndarray:
+    def _solve(self, pose: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Return the joint angles at a pose (7,) from others [rad], (joints,)."""
         if self._near is None:
             solution = self._desk.reach(
@@ -217,32 +218,34 @@ class InverseKinematics:
         if came:
             return q
         if away < _AWAY:  # at the border of what it reaches an arm is stretched, and so singular
-            self._refuse_singular(self._scaled_jacobians(q[None])[0], where)
+            jacobians = self._scaled_jacobians(q[None])
+            if _least_singular_values(jacobians)[0] < _SINGULAR:
+                raise _singular(jacobians[0], q)
         farthest = int(np.argmax(np.abs(q - guess))) + 1
-        raise PlanningError(
-            f"{where}: the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
+        raise _NoPostureError(
+            f"the pose at {np.round(pose[:3], 4).tolist()} m is out of reach;"
             f" the tool stays {1e3 * away:.0f} mm away (joint {farthest} moved farthest)"
-            f"{few_joints(len(q)) or _MOVE}"
+            f"{few_joints(len(q)) or _MOVE}",
+            q,
+            Obstacle("reach", farthest, float(away)),
         )
 
-    def _require_regular(self, angles: np.ndarray, time: np.ndarray) -> None:
-        """Refuse the first singular one of postures (n, joints) at the first times of a path [s]."""
+    def _require_regular(self, path: ToolPath, angles: np.ndarray) -> None:
+        """Refuse the first singular one of the postures (n, joints) at a path's first samples."""
         for first in range(0, len(angles), _BATCH_SIZE):
             jacobians = self._scaled_jacobians(angles[first : first + _BATCH_SIZE])
-            for k in np.flatnonzero(_least_singular_values(jacobians) < _SINGULAR)[:1]:
-                self._refuse_singular(jacobians[k], _place_on_path(first + int(k), time))
+            for k in np.flatnonzero(_least_singular_values(jacobians) < _SINGULAR)[:1].tolist():
+                until = angles[: first + k + 1]
+                raise self._blocked(path, until, _singular(jacobians[k], until[-1]))
 
-    def _refuse_singular(self, jacobian: np.ndarray, where: str) -> None:
-        """Refuse a posture by its Jacobian, lengths in units of the reach, if it is singular."""
-        _, values, rows = np.linalg.svd(jacobian)
-        if values[-1] < _SINGULAR:
-            joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
-            raise PlanningError(
-                f"{where}: the robot is in a singular posture (smallest singular value"
-                f" {values[-1]:.2g}, joint {joint} moves most): move the part or the home posture"
-            )
+    def _blocked(
+        self, path: ToolPath, angles: np.ndarray, no_posture: _NoPostureError
+    ) -> UnreachableError:
+        """Return the refusal of a path whose last of these postures (k, joints) cannot be taken."""
+        blocked = BlockedPath(path, len(angles) - 1, angles.copy(), no_posture.obstacle)
+        return UnreachableError(str(no_posture), self._robot, blocked)
 
-    def _require_continuity(self, q: np.ndarray, last: np.ndarray, where: str) -> None:
+    def _require_continuity(self, q: np.ndarray, last: np.ndarray) -> None:
         jump = np.abs(q - last)
         joint = int(np.argmax(jump))
         if jump[joint] > _LARGEST_JUMP:
@@ -252,29 +255,48 @@ class InverseKinematics:
                     ", or another posture is nearer to home from here on: give a home posture nearer to"
                     " this path"
                 )
-            raise PlanningError(
-                f"{where}: joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg; {cause}"
+            raise _NoPostureError(
+                f"joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg; {cause}",
+                q,
+                Obstacle("jump", joint + 1, float(jump[joint])),
             )
 
-    def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
+    def _require_limits(self, path: ToolPath, angles: np.ndarray) -> None:
         low, high = self._limits.lower, self._limits.upper
         for i, k in np.argwhere(((angles < low) | (angles > high)).T)[:1].tolist():
             degrees = np.rad2deg([angles[k, i], low[i], high[i]])
-            raise PlanningError(
-                f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at {degrees[0]:.2f} deg; its"
-                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}"
+            raise UnreachableError(
+                f"joint {i + 1} is at {degrees[0]:.2f} deg; its"
+                f" limits are {degrees[1]:.2f} to {degrees[2]:.2f} deg{_MOVE}",
+                self._robot,
+                BlockedPath(path, k, angles, Obstacle("limit", i + 1)),
             )
+
+
+class _NoPostureError(Exception):
+    """A posture that cannot be taken: why, its joint angles [rad], (joints,), and what is in the way."""
+
+    def __init__(self, words: str, q: np.ndarray, obstacle: Obstacle) -> None:
+        super().__init__(words)
+        self.q, self.obstacle = q, obstacle
+
+
+def _singular(jacobian: np.ndarray, q: np.ndarray) -> _NoPostureError:
+    """Return the refusal of a posture by its Jacobian, lengths in units of the reach."""
+    _, values, rows = np.linalg.svd(jacobian)
+    joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
+    return _NoPostureError(
+        f"the robot is in a singular posture (smallest singular value {values[-1]:.2g}, joint {joint}"
+        " moves most): move the part or the home posture",
+        q,
+        Obstacle("singular", joint),
+    )
 
 
 def _least_singular_values(jacobians: np.ndarray) -> np.ndarray:
     """Return the smallest singular value of each matrix, (n,)."""
     least: np.ndarray = np.linalg.svd(jacobians, compute_uv=False)[:, -1]
     return least
-
-
-def _place_on_path(sample: int, time: np.ndarray) -> str:
-    """Return a sample, from 0, and its time [s] in words."""
-    return f"sample {sample + 1}, t = {time[sample]:.3f} s"
 
 
 def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:

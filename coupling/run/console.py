@@ -11,7 +11,6 @@ from rich.progress import (
     Progress,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 
 from coupling import events
@@ -21,14 +20,13 @@ from coupling.path.histories import ToolPath
 from coupling.path.length_text import format_um
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.run.execute import RunBegins
+from coupling.run.remaining_time import RemainingTime
 from coupling.solve.correction import RefinedTimes
 from coupling.solve.fixed_point import Evaluated
 from coupling.store import WaitingForOther
 
 # How long nothing is said where no terminal shows a bar [s].
 _SILENT = 20.0
-# From so long a pass on its speed tells how long it will take [s].
-_ESTIMATED = 2.0
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
     f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
@@ -45,16 +43,15 @@ class RunView:
             BarColumn(),
             TextColumn("{task.fields[count]}"),
             TimeElapsedColumn(),
-            TimeRemainingColumn(),
+            TextColumn("{task.fields[ahead]}"),
             console=console,
             transient=True,
             disable=not console.is_terminal,  # else it leaves an empty line
         )
-        self._task = self._progress.add_task("", visible=False, count="")
+        self._task = self._progress.add_task("", visible=False, count="", ahead="")
         self._log = None if console.is_terminal else Console(stderr=True, soft_wrap=True)
         self._stage, self._began, self._told = "", 0.0, 0.0
-        # Where a stage is repeated, as a simulation of an inverse is, each pass has its beginning.
-        self._pass_began, self._done = 0.0, 0
+        self._remaining, self._done = RemainingTime(), 0
         self._desired: ToolPath | None = None
         self._count = 0
 
@@ -97,10 +94,14 @@ class RunView:
         is_new = work.what != self._stage
         if is_new:
             self._stage, self._began, self._told = work.what, now, now
+            self._remaining = RemainingTime()
+        # Where a stage is repeated, as a simulation of an inverse is, each pass has its beginning.
         if is_new or work.done < self._done:
-            self._pass_began = now
             self._progress.reset(self._task)
         self._done = work.done
+        self._remaining.report(now, work.done)
+        seconds = self._remaining.ahead(work.total) if work.done < work.total else None
+        ahead = "" if seconds is None else f"about {seconds:.0f} s more"
         # How long a single step takes is not known, nor what follows one that is done.
         is_known = work.total > 1 and work.done < work.total
         self._progress.update(
@@ -109,21 +110,18 @@ class RunView:
             completed=work.done,
             total=work.total if is_known else None,
             count=f"{work.done}/{work.total} steps" if is_known else "",
+            ahead=ahead,
             visible=True,
         )
         if self._log is not None and now - self._told > _SILENT:
             self._told = now
-            took = now - self._pass_began
-            ahead = ""
-            if work.done and took > _ESTIMATED:
-                ahead = f", about {took * (work.total - work.done) / work.done:.0f} s more"
-            self._log.print(
-                f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s{ahead}",
-                markup=False,
-            )
+            told = f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s"
+            self._log.print(f"{told}{ahead and ', '}{ahead}", markup=False)
 
     def _said(self, line: str) -> None:
-        self._progress.update(self._task, description=line, total=None, count="", visible=True)
+        self._progress.update(
+            self._task, description=line, total=None, count="", ahead="", visible=True
+        )
 
     def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         assert self._desired is not None

@@ -15,7 +15,7 @@ from coupling.case.case import Case, PlacedRobot
 from coupling.events import Progress, Watch, unwatched
 from coupling.fmu.worker import WorkerProcesses
 from coupling.results.outlook import DrawnFrom, DrawnReplays
-from coupling.results.replay import Replay
+from coupling.results.replay import Replay, keeping_the_worst
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.run.fmu_pool import FmuPool
@@ -184,20 +184,27 @@ def drawn_replays(
 
     def with_values() -> tuple[list[Replay], list[Replay]]:
         """Replay on robots with each of the values that files leave out, and on those with all."""
-        both: list[Replay] = []
+
+        def of_all() -> Iterator[Replay]:
+            whole = simulated(expected.completed)
+            for draw in draws[:completed_count]:
+                replay = command.on("a drawn robot with usual values", whole, draw)
+                finished.append(replay.without_path())
+                yield replay
+
         for value in values:
             robots = simulated(completed(expected.robots, [value]))
-            finished.append(command.on(value.name, robots, SampledRobots.as_the_model(len(robots))))
-        whole = simulated(expected.completed) if values else []
-        for draw in draws[:completed_count] if values else []:
-            both.append(command.on("a drawn robot with usual values", whole, draw))
-            finished.append(both[-1])
-        return finished[: len(values)], both
+            replay = command.on(value.name, robots, SampledRobots.as_the_model(len(robots)))
+            finished.append(replay.without_path())
+        each = list(finished)
+        return each, keeping_the_worst(of_all() if values else ())
 
     # Side by side: these robots have FMUs of their own, each in its process.
     with ThreadPoolExecutor(1) as executor:
         of_values = executor.submit(with_values)
-        stated = [command.on("a robot drawn from its ranges", command.models, d) for d in draws]
+        stated = keeping_the_worst(
+            command.on("a robot drawn from its ranges", command.models, draw) for draw in draws
+        )
         total = len(values) + min(completed_count, len(draws)) * bool(values)
         while wait([of_values], _SHOWN).not_done:
             watch(Progress(_WITH_VALUES, len(finished), total))

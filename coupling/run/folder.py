@@ -21,6 +21,7 @@ from coupling.files.written_files import claim_file, claimed_folder
 from coupling.results.replay import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.run.execute import Run
+from coupling.run.expected_robots import DRAWN_ROBOTS
 from coupling.run.figures import figures_of
 from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, other_mode
 from coupling.run.plant import PLANT_REPLAY
@@ -29,6 +30,7 @@ from coupling.run.simulated_motor_torques import MOTOR_TORQUES
 from coupling.run.stored_run import (
     ANCHOR,
     CASE,
+    EXPECTED,
     GAP,
     GAP_COLUMNS,
     MOTORS,
@@ -57,7 +59,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
         claim_file(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
-        _write_figures(folder, figures_of(run, case.name, robots))
+        _write_figures(folder, figures_of(run, case.title, robots))
         gap = run.finding_of(TOOL_GAP)
         if gap is None:
             _write_tool(folder, run, 0, tables)
@@ -66,7 +68,7 @@ def write_run(folder: Path, case: Case, run: Run) -> WrittenTables:
         _write(tables, folder, GAP, GAP_COLUMNS, gap.time, gaps)
         for tool, name in enumerate(run.robots):
             claimed_folder(folder / name)
-            figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
+            figures = figures_of(run, f"{case.title}, {name} robot", robots, tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool, tables)
     return tables
@@ -84,6 +86,9 @@ def _write_tool(folder: Path, run: Run, tool: int, tables: WrittenTables) -> Non
     wrong = worst_backlash(run.robustness)
     if wrong is not None and wrong.path is not None:
         paths[WRONG_BACKLASH] = wrong.path
+    expected = run.finding_of(DRAWN_ROBOTS).worst
+    if expected is not None and expected.path is not None:
+        paths[EXPECTED] = expected.path
     other = run.finding_of(OTHER_MODE)
     for name, path in (("uncompensated", other.before), ("achieved", other.after)):
         if path is not None:

@@ -45,17 +45,29 @@ def wanted_of(
 ) -> tuple[DesiredMotion, ...]:
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     motions = []
-    planned = [None] * len(robots) if rigid is None else rigid.robots
+    joints_of = planned_joints(robots, desired) if rigid is None else rigid
     for placed, path, load, joints in zip(
-        robots, desired.tools, wrench.tools, planned, strict=True
+        robots, desired.tools, wrench.tools, joints_of.robots, strict=True
     ):
-        path_in_base = path.transformed(placed.world_from_base.inverse())
-        if joints is None:
-            joints = InverseKinematics(placed.description, placed.home).plan(path_in_base)
-        motions.append(
-            DesiredMotion(path_in_base, joints, load.transformed(placed.world_from_base.inverse()))
-        )
+        to_base = placed.world_from_base.inverse()
+        motions.append(DesiredMotion(path.transformed(to_base), joints, load.transformed(to_base)))
     return tuple(motions)
+
+
+def planned_joints(robots: Sequence[PlacedRobot], desired: ToolPath) -> JointPath:
+    """Return the joint angles of all robots with the undeflected tools on their paths.
+
+    Raises:
+        UnreachableError: If a robot cannot follow its path.
+    """
+    return JointPath.of_robots(
+        [
+            InverseKinematics(placed.description, placed.home).plan(
+                path.transformed(placed.world_from_base.inverse())
+            )
+            for placed, path in zip(robots, desired.tools, strict=True)
+        ]
+    )
 
 
 def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> WrenchHistory:

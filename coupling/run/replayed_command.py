@@ -58,15 +58,15 @@ class ReplayedCommand:
         )
 
     def on(self, name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots) -> Replay:
-        """Return what it leaves on robots that are sampled, by the name of the replay.
+        """Return what it leaves on robots that are sampled, by the name of the replay, with its path.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         pairs = zip(robots, sampled.differences, strict=True)
         differing = [robot.differing(difference, name) for robot, difference in pairs]
-        replay, _ = self.replay(name, differing, sampled.force)
-        return replay
+        replay, path = self.replay(name, differing, sampled.force)
+        return replay.keeping(path)
 
     def replay(
         self, name: str, robots: Sequence[SimulatedModel], force: float

@@ -36,6 +36,7 @@ RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
 FORMING = "forming"
 CELL = (FORMING, "support")
 PLANT, ANCHOR, MOTORS, WRONG_BACKLASH = "plant", "anchor", "motors", "wrong_backlash"
+EXPECTED = "expected"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 # Times of two tables that are the same [s].
 _SAME = 1e-9
@@ -56,6 +57,8 @@ class StoredRobot(Shown):
         command: Path of its undeflected tool at these rows.
         correction: Path of the undeflected tool minus desired, at its times [m, rad], (n, 6).
         plant: Path of its tool on the plant; None where the case has none.
+        expected: Path of its tool on the worst of the robots that are drawn from what is known of it;
+            None where none is drawn.
         wrong_backlash: Path of its tool on the robot whose backlash differs, where it leaves more; None
             where it was not simulated.
         motor_torque: Times [s], (n,), and the torque that its motors need by joint, from 0 [N m], (n,)
@@ -73,6 +76,7 @@ class StoredRobot(Shown):
     correction: np.ndarray
     wrench: WrenchHistory
     plant: ToolPath | None = None
+    expected: ToolPath | None = None
     wrong_backlash: ToolPath | None = None
     motor_torque: tuple[np.ndarray, dict[int, np.ndarray]] | None = None
     other: Mapping[str, ToolPath] = field(default_factory=dict)
@@ -249,6 +253,7 @@ def _read_robot(folder: Path, tables: WrittenTables) -> StoredRobot:
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=path_if_any(PLANT),
+            expected=path_if_any(EXPECTED),
             wrong_backlash=path_if_any(WRONG_BACKLASH),
             motor_torque=_motor_torque(folder, tables),
             other={

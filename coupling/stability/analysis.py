@@ -88,7 +88,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
     worst, placed = path.worst, cuts.case.robots[0]
     joints, tool_share = worst.shares(worst.at_limit)
     return StabilityResult(
-        case=cuts.case.name,
+        case=cuts.case.title,
         case_file=f"{cuts.case.name}.toml",
         robot=placed.description.name,
         tolerance_m=cuts.case.tolerance,

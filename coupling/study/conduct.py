@@ -128,7 +128,7 @@ def open_study(
         robot=case.resolved["robot"]["description"],
         run=str(run),
     )
-    return Study(folder, case.name, source, case.tolerance, table, points, stored, work)
+    return Study(folder, case.title, source, case.tolerance, table, points, stored, work)
 
 
 def simulate_samples(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from line_case import changed_text
-from places import CASES
+from places import CASES, LINE_CASE
 
+from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.clearance import DIRECTIONS, clearance_around
 from coupling.check.run_effort import estimate_run, warn_of_memory
@@ -21,10 +22,15 @@ from coupling.path.controller import Controller
 from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
+from coupling.report.blocked_report import blocked_report
 from coupling.report.drives import drives_table
+from coupling.report.static_scene import links
 from coupling.results.replay import Replay
+from coupling.results.scene import Scene
+from coupling.robot.blocked_path import UnreachableError
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
+from coupling.run.gear_loads import planned_joints
 
 
 @pytest.fixture
@@ -70,8 +76,9 @@ def test_pages_of_cases_of_one_name_lie_beside_their_cases(tmp_path, checked):
         (tmp_path / folder).mkdir()
         status, said = checked(short(tmp_path, "cone").rename(tmp_path / folder / "case.toml"))
         assert status == 0, said
-    pages = [tmp_path / folder / "case_check.html" for folder in ("first", "second")]
-    assert all(page.is_file() for page in pages)
+    for folder in ("first", "second"):
+        # The file's name says nothing: the folder's does.
+        assert f"<h1>{folder}: check" in (tmp_path / folder / "case_check.html").read_text()
     assert not (tmp_path / "results").exists()
 
 
@@ -162,16 +169,90 @@ def test_noise_of_a_measured_force_is_told_and_moves_no_gear(tmp_path, checked):
     assert loud[1] > 1.2 * quiet[1]
 
 
-def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path, checked):
-    far = short(
-        tmp_path, "cone", **{"position_m = [1.6, 0.0, 0.8]": "position_m = [9.6, 0.0, 0.8]"}
-    )
-    status, said = checked(far)
+def test_what_cannot_be_read_is_said_in_a_sentence(tmp_path, checked):
+    case = short(tmp_path, "cone")
+    case.write_bytes(b"\xff\xfe[robot")
+    status, said = checked(case)
     assert status == 2
-    assert "out of reach" in said
     assert "Traceback" not in said
-    far.write_bytes(b"\xff\xfe[robot")
-    assert checked(far)[0] == 2
+
+
+OUTWARD = (
+    ("[1.6, 0.1, 0.8]", "[2.0, 0.1, 0.8]"),
+    ("[[0.0, 0.0, 0.002], [0.0, 0.0, -0.002], [0.06, 0.0, -0.002], [0.06, 0.0, 0.002]]", "{0}"),
+)
+
+
+def outward_case(folder: Path, robot: str = "icme2008") -> Path:
+    """Return a case whose line leads 1.5 m away from the robot, and out of its reach."""
+    text = changed_text(LINE_CASE, *OUTWARD).format("[[0.0, 0.0, 0.0], [1.5, 0.0, 0.0]]")
+    file = folder / "outward.toml"
+    file.write_text(text.replace("icme2008", robot))
+    return file
+
+
+def test_a_path_out_of_reach_has_a_page_that_shows_where_the_robot_stops(tmp_path, checked):
+    """The piece that it follows, and the way that the tool does not come, are in the picture."""
+    case = outward_case(tmp_path)
+    status, said = checked(case)
+    assert status == 2
+    assert "Traceback" not in said
+    followed = float(re.search(r"Followed: (\d+) % of the path", said)[1])
+    assert 5.0 < followed < 95.0
+    assert "the tool does not come to its place" in said
+    assert "elastic-robot place" in said
+    page = (tmp_path / "outward_check.html").read_text()
+    for line in ("path that it follows", "path that it does not follow", "missing to its place"):
+        assert line in page
+    case = load_case(case)
+    (scene, error) = blocked_scene(case)
+    (robot,) = scene.robots
+    lines = {line.name: line.points for line in scene.lines}
+    way = np.linalg.norm(np.diff(case.desired.position[0], axis=0), axis=1)
+    share = np.linalg.norm(np.diff(lines["path that it follows"], axis=0), axis=1).sum() / way.sum()
+    assert share == pytest.approx(0.01 * followed, abs=0.006)
+    tool, place = lines["missing to its place"]
+    np.testing.assert_allclose(links(robot, robot.motion.q[0])[-1], tool, atol=1e-9)
+    np.testing.assert_allclose(place, case.desired.position[0][error.blocked.row], atol=1e-9)
+
+
+def blocked_scene(case: Case) -> tuple[Scene, UnreachableError]:
+    with pytest.raises(UnreachableError) as caught:
+        planned_joints(case.robots, case.desired)
+    scene = blocked_report(case, caught.value, Path("outward.toml")).first_screen.scene
+    assert scene is not None
+    return scene, caught.value
+
+
+def test_a_joint_beyond_its_limit_is_named_and_its_axis_is_drawn(tmp_path, checked):
+    first = "origin    = [0.0, 0.0, 0.0]"
+    text = find_robot("icme2008").read_text()
+    (tmp_path / "short.toml").write_text(text.replace(first, f"{first}\nlimits = [-1.0, 0.2]", 1))
+    case = outward_case(tmp_path, "short.toml")
+    text = case.read_text().replace("[1.5, 0.0, 0.0]", "[0.0, 0.9, 0.0]")
+    case.write_text(text.replace("30.0]", "0.0]"))
+    status, said = checked(case)
+    assert status == 2
+    assert "joint 1 passes its limit" in said
+    beyond = np.rad2deg(np.arctan2(1.0, 2.0) - 0.2)
+    assert float(re.search(r"Joint 1 beyond its limit: ([0-9.]+) deg", said)[1]) == pytest.approx(
+        beyond, abs=0.05
+    )
+    assert "home_deg in [robot]" in said
+    scene, error = blocked_scene(load_case(case))
+    (axis,) = (line.points for line in scene.lines if line.name == "axis of joint 1")
+    np.testing.assert_allclose(np.cross(axis[1] - axis[0], [0.0, 0.0, 1.0]), 0.0, atol=1e-12)
+    row = error.blocked.row
+    angles = error.blocked.angles[:, 0]
+    assert angles[row - 1] <= 0.2 < angles[row]
+
+
+@pytest.mark.parametrize("kind", ["couple", "compensate"])
+def test_a_run_out_of_reach_names_the_command_that_shows_where(tmp_path, command, kind):
+    case = outward_case(tmp_path)
+    done = command(kind, case, "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert f"elastic-robot check {case}" in " ".join(done.stderr.split())
 
 
 def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():

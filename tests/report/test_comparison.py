@@ -13,8 +13,17 @@ import pytest
 from first_screens import GLOSSARY, words_of
 from line_case import line_case
 from outlooks import outlook
+from scipy.spatial.transform import Rotation
 
+from coupling.case.file import load_case
 from coupling.errors import ResultError
+from coupling.files.robot_file import find_robot
+from coupling.identification.next.history import History
+from coupling.identification.next.options import FrameAccuracy
+from coupling.identification.runs.measurement import Measurement, read_measurement
+from coupling.identification.runs.parameters import factors_between
+from coupling.identification.runs.source import read_source
+from coupling.path.histories import ToolPath
 from coupling.path.length_text import format_um
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
@@ -24,6 +33,7 @@ from coupling.report.compare_report import (
 from coupling.report.comparison import Comparison, command_difference
 from coupling.report.verdict import verdict
 from coupling.run.execute import run_compensation
+from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
 
@@ -204,6 +214,16 @@ def test_a_run_that_is_expected_to_leave_less_than_what_was_measured_is_to_be_me
     assert step.command.split()[1] == "export"
 
 
+def test_a_best_run_that_a_shift_of_the_part_would_beat_says_so_first(runs):
+    found = Comparison.of(runs)
+    shaken = {"outlook": outlook(("damping -20 %", 1e-3, 9e-4))}
+    worse = tuple(replace(run, figures=run.figures.model_copy(update=shaken)) for run in found.runs)
+    answer = comparison_answer(replace(found, runs=worse))
+    assert "TOUCHING OFF ALONE DOES BETTER" in answer.sentence
+    assert answer.good is False
+    assert not any("export" in step.command for step in answer.steps)
+
+
 def test_a_measured_path_without_its_run_is_refused(runs, measured):
     for places, told in (
         ([measured[0], runs[0]], "expected a run folder first"),
@@ -266,3 +286,41 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     nothing = command("report", tmp_path / "notes")
     assert nothing.returncode == 2
     assert "expected a result or a folder of results" in nothing.stderr
+
+
+def test_what_was_measured_is_as_large_as_next_says(runs, tmp_path):
+    """Of a robot whose gears are half as stiff, in a frame of its own: fitted to the last run's robot.
+
+    The file's robot explains less of it, and the device's turn takes it for its own.
+    """
+    text = find_robot("icme2008").read_text()
+    soft_text, count = re.subn(r"(?m)^stiffness = 17188733\.\d+", "stiffness = 8.6e6", text)
+    assert count > 1
+    (tmp_path / "soft.toml").write_text(soft_text)
+    last = shutil.copytree(runs[0], tmp_path / "last")
+    case = (last / "case.toml").read_text()
+    (last / "case.toml").write_text(case.replace('"icme2008"', f'"{tmp_path / "soft.toml"}"'))
+    soft = load_case(last / "case.toml").robots[0].description
+    file = tmp_path / "measured.csv"
+    with FmuPool("native") as models:
+        source = read_source(runs[0], _written(file, read_run(runs[0]).first.achieved))
+        fmu = models.of(soft, source.torque_curve, source.drive).fmu
+        path = fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic")
+        turn, shift = Rotation.from_rotvec([0.0, 0.0, 2e-4]), np.array([1e-3, 0.0, 0.0])
+        turned = np.hstack([turn.apply(path.position[0]) + shift, path.pose[0][:, 3:]])
+        measured = _written(file, ToolPath(path.time, turned).transformed(source.world_from_base))
+        history = History.of([read_source(runs[0], measured)], FrameAccuracy(), models)
+        of_soft = history.aligned_with(factors_between(history.parameters, soft)).runs[0].size
+        of_file = history.runs[0].size
+    assert abs(of_file.maximum - of_soft.maximum) > 0.01 * of_soft.maximum
+    known, unknown = (
+        Comparison.of([runs[0], file, *others]).measured[0].run.size for others in ([last], [])
+    )
+    assert known.maximum == pytest.approx(of_soft.maximum, rel=1e-3)
+    assert unknown.maximum == pytest.approx(of_file.maximum, rel=1e-3)
+
+
+def _written(file: Path, path: ToolPath) -> Measurement:
+    rows = np.column_stack([path.time, path.position[0]])
+    np.savetxt(file, rows, delimiter=",", header="time,x,y,z", comments="", fmt="%.12g")
+    return read_measurement(file)

@@ -35,7 +35,9 @@ def test_a_robot_file_is_good_only_where_it_predicts_better_than_the_start(
 ):
     answer = deflection_answer(_result(start, left_out, refusal), "new.toml")
     assert answer.good is good
-    assert ("keep it" in answer.reason) == (good is None)
+    is_worse = good is None
+    assert answer.sentence.startswith("NO BETTER THAN THE START FILE") is is_worse
+    assert answer.steps[0].words.startswith("Keep the start file") is is_worse
 
 
 def test_what_was_fitted_is_not_called_a_prediction():
@@ -79,5 +81,8 @@ def test_responses_are_good_only_where_others_are_predicted_better_by_loaded_gea
     )
     answer = response_answer(result, "new.toml")
     assert answer.good is good
+    is_worse = is_held_out and written >= start
+    assert answer.sentence.startswith("NO BETTER THAN THE START FILE") is is_worse
+    assert answer.steps[0].words.startswith("Keep the start file") is is_worse
     assert "force along y" in answer.picture
-    assert answer.steps[0].command == "elastic-robot init cell --robot new.toml"
+    assert answer.steps[is_worse].command == "elastic-robot init cell --robot new.toml"

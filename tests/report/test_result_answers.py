@@ -24,6 +24,7 @@ from coupling.results.next_result import DeviationSize, LearningStep, NextResult
 from coupling.results.placement_result import PlacementResult, SettingResult
 from coupling.results.section import Answer
 from coupling.results.stability_result import (
+    ChartResult,
     FeedChartResult,
     PartChartResult,
     StabilityPoint,
@@ -318,6 +319,17 @@ def test_the_terminal_has_the_order_of_the_page_in_a_few_lines(name):
     assert len(lines) <= 9
 
 
+def test_a_next_command_that_is_expected_to_do_no_better_is_not_offered():
+    """0.3 mm on average were measured, 0.9 mm at most; 0.25 or 0.35 mm on average are expected."""
+    for expected, is_better in ((1e-3, True), (1.4e-3, False)):
+        _, answer = next_screen(expected, tolerance=2e-3)
+        assert answer.good is True
+        assert next_screen(expected, tolerance=8e-4)[1].good is False
+        assert answer.sentence.startswith("NO BETTER IS EXPECTED") is not is_better
+        assert any("export" in step.command for step in answer.steps) is is_better
+        assert ("Keep the program of results/2." in answer.steps[0].words) is not is_better
+
+
 def test_the_next_run_s_command_names_all_that_was_measured():
     _, answer = next_screen(1e-4)
     assert answer.steps[-1].command == (
@@ -344,6 +356,28 @@ def test_a_place_where_the_cut_chatters_is_none():
     answer = place_screen(setting(1e-4, 1.0, stability=cut.model_dump()), None, 2e-4)
     assert answer.good is False
     assert "x 1.25 m, yaw 30 deg. The cut chatters" in answer.reason
+
+
+def test_a_cut_whose_limit_was_not_met_is_not_said_to_have_none():
+    """It is looked for down to 0.1 m; a picture over the speed would be empty."""
+    result = stability_result(True, 1e-4, None)
+    (point,) = result.points
+    none = (None, None)
+    chart = ChartResult(
+        rpm=(1e4, 8e4),
+        limit_m=none,
+        frequency_Hz=none,
+        zero_order_m=none,
+        robot_alone_m=none,
+    )
+    far = {"points": (point.model_copy(update={"limit_m": np.inf}),), "chart": chart}
+    report = stability_report(result.model_copy(update=far))
+    assert report.answer.figures[0].value == "> 100 mm"
+    sections = {section.title: section for section in report.sections()}
+    assert not sections["Over the speed"].figures
+    assert sections["Over the speed"].parts[0] == (
+        "Limit at all speeds from 10000 to 80000 1/min: none up to 100 mm."
+    )
 
 
 def test_a_cut_without_a_limit_has_no_empty_pictures():

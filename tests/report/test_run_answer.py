@@ -41,7 +41,8 @@ def finished(tmp_path_factory) -> RunResult:
 
 
 def answered(figures: RunResult, tolerance: float | None) -> Answer:
-    context = RunContext("results/line", "line.toml", "icme2008", tolerance)
+    robots = {"forming": "icme2008", "support": "other.toml"}
+    context = RunContext("results/line", "line.toml", robots, tolerance)
     return run_answer(figures, context)
 
 
@@ -236,6 +237,31 @@ def with_servos(left: float, uncorrected: float | None) -> WorstReplay:
     stated = Replay(name="drawn", deviation=deviation(1e-4, 1e-4))
     drawn_replays = DrawnReplays(DrawnFrom(), (stated,), (servos,))
     return WorstReplay.among(deviation(1.7e-3, 4e-4), [stated], drawn_replays)
+
+
+def test_each_robot_of_a_cell_is_to_be_measured_by_its_file(finished):
+    first, *_ = finished.robots
+    gears = tuple(
+        finished.gears[0].model_copy(
+            update={
+                "robot": name,
+                "joint": joint,
+                "reversals": 3,
+                "backlash_error": 1e-4,
+                "margin": -1.0,
+            }
+        )
+        for name, joint in (("forming", 2), ("support", 5))
+    )
+    second = first.model_copy(update={"name": "support"})
+    run = expecting(finished, 3e-4).model_copy(update={"robots": (first, second), "gears": gears})
+    plans = [step for step in answered(run, 1e-4).steps if "--plan" in step.command]
+    assert [step.command.split("--plan ")[1] for step in plans] == [
+        "--robot icme2008 -o plan_forming.csv",
+        "--robot other.toml -o plan_support.csv",
+    ]
+    assert "the forming robot, the gears of joint 2 first" in plans[0].words
+    assert "the support robot, the gears of joint 5 first" in plans[1].words
 
 
 @pytest.mark.parametrize("kind", ["compensate", "couple"])

@@ -389,7 +389,10 @@ function showScene(place, scene, colours) {
   const control = (name) => place.querySelector(`[data-control="${name}"]`);
   const clock = control("time"), factor = control("exaggeration");
   function moved() {
-    if (clock) clock.value = String(1000 * (state.time - period[0]) / Math.max(period[1] - period[0], 1e-9));
+    if (clock) {
+      clock.value = String(1000 * (state.time - period[0]) / Math.max(period[1] - period[0], 1e-9));
+      clock.setAttribute("aria-valuetext", `${state.time.toFixed(3)} s`);
+    }
     const lines = tracks.filter((track) => state.shown.has(track.name)).map((track) => {
       const [normal, along, across] = mixed(track.signed, at(track.time, state.time));
       return `${track.robot ? `${track.robot}, ` : ""}${names.length > 1 ? `${track.name}: ` : ""}${length(Math.hypot(normal, along, across))} (normal ${length(normal)}, along ${length(along)}, across ${length(across)})`;
@@ -400,7 +403,9 @@ function showScene(place, scene, colours) {
     state.exaggeration = Math.max(1, Math.min(1e6, value));
     if (factor) {
       factor.value = String(100 * Math.log10(state.exaggeration));
-      place.querySelector(".factor").textContent = `${Number(state.exaggeration.toPrecision(2)).toLocaleString("en")}x`;
+      const times = Number(state.exaggeration.toPrecision(2)).toLocaleString("en");
+      place.querySelector(".factor").textContent = `${times}x`;
+      factor.setAttribute("aria-valuetext", `${times} times`);
     }
     recolour();
   }
@@ -415,6 +420,8 @@ function showScene(place, scene, colours) {
     state.last = undefined;
     control("play").textContent = on ? "Pause" : "Play";
     control("play").setAttribute("aria-pressed", String(on));
+    // What is read aloud at each step would never end while it plays.
+    place.querySelector(".readout").setAttribute("aria-live", on ? "off" : "polite");
     changed();
   }
   function seek(time) {
