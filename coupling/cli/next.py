@@ -258,7 +258,6 @@ def _advance(
         CASE,
         begin_inputs,
         inputs_folder,
-        learned_figures,
         require_inputs_folder,
         write_inputs,
     )
@@ -303,7 +302,8 @@ def _advance(
             limits_to_folder(last, output, overwrite, "compensate", judged, view.watch)
         command_plan = plan(sources, options, models, view.watch)
         begin_inputs(place)
-        result, learned = figures(command_plan), learned_figures(command_plan)
+        result = figures(command_plan)
+        learned = None if command_plan.learned is None else command_plan.learned.result
         if command_plan.is_refused:
             answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
         else:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from coupling.files.robot_file import find_robot
-from coupling.identification.runs.learning import Learned
+from coupling.identification.runs.results import Learned
 from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import DEPTH, Trial, Truth, drawn
 from docs.scripts.page import table
@@ -53,7 +53,7 @@ class CoveredParameter:
     @classmethod
     def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[CoveredParameter]:
         """Yield what a run tells of a robot that is known."""
-        for own in found.parameters:
+        for own in found.result.parameters:
             if own.identified:
                 half = float(np.log(own.high / own.value))
                 off = abs(np.log(own.factor / truth.factors.get(own.name, 1.0)))
@@ -110,7 +110,7 @@ def coverage() -> str:
                 own = list(CoveredParameter.of(found, truth, times))
                 learned += own
                 outside = sum(one.error > 1.0 for one in own)
-                over = found.residual_rms[1] / found.noise_left
+                over = found.result.left_m.learned / found.result.noise_left_m
                 print(
                     name,
                     truth.name,

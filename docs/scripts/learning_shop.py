@@ -17,10 +17,10 @@ import tomlkit
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.identification.next.inputs import next_case_text
-from coupling.identification.runs.learning import Learned, learn
+from coupling.identification.runs.learning import learn
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.problem import FramePrior
-from coupling.identification.runs.results import learned_text
+from coupling.identification.runs.results import Learned
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath
 from coupling.robot.parameters import apply_values
@@ -138,7 +138,7 @@ class Shop:
             with FmuPool("native") as models:
                 learned = learn(sources, FramePrior(), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
-            if not learned.refusal:
+            if not learned.result.refusal:
                 run = self.commanded(run, learned)
                 path = self.moved(run, truth)
             left.append(self.left(run, path))
@@ -149,7 +149,8 @@ class Shop:
         """Return the run folder of the next command, for the robot that was learned."""
         content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
         file = self._folder / f"learned{self._count}.toml"
-        file.write_text(learned_text(found, file), encoding="utf-8")
+        text = found.text(Path(found.result.robot), "measured.csv", file)
+        file.write_text(text, encoding="utf-8")
         return self._compensated(next_case_text(content, file))
 
 

@@ -23,8 +23,9 @@ from coupling.identification.next.path_learning import (
     learning_step,
 )
 from coupling.identification.next.trust_region import restrict_learning
-from coupling.identification.runs.learning import Learned, learn
+from coupling.identification.runs.learning import learn
 from coupling.identification.runs.problem import ANYWHERE, FramePrior
+from coupling.identification.runs.results import Learned
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import LearningStep
 from coupling.run.fmu_pool import FmuPool
@@ -56,7 +57,7 @@ class CommandPlan:
     def is_refused(self) -> bool:
         """Whether parameters are asked for, and none are identifiable."""
         is_asked = self.options.move in ("parameters", "both")
-        return is_asked and self.learned is not None and bool(self.learned.refusal)
+        return is_asked and self.learned is not None and bool(self.learned.result.refusal)
 
     @property
     def move(self) -> str:
@@ -117,7 +118,8 @@ def _robot(
     if options.move == "auto" and len(history.runs) > 1:
         return before, None
     learned = _learn(history, options, models, watch)
-    return (before if learned.refusal else learned_model(history, learned, options)), learned
+    is_refused = bool(learned.result.refusal)
+    return (before if is_refused else learned_model(history, learned.robot, options)), learned
 
 
 def _learn(history: History, options: NextOptions, models: FmuPool, watch: Watch) -> Learned:

@@ -16,7 +16,6 @@ from scipy.linalg import eigh
 from coupling.errors import LearnError
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
-from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.parameters import factors_between
 from coupling.inverse.link_model import LinkModel
 from elastic_robot.description import Robot
@@ -73,9 +72,9 @@ def model_of_run(history: History, number: int, options: NextOptions) -> Command
     return _model(history, f"of {history.runs[first].source.folder.name}", first, x, options)
 
 
-def learned_model(history: History, learned: Learned, options: NextOptions) -> CommandModel:
+def learned_model(history: History, robot: Robot, options: NextOptions) -> CommandModel:
     """Return the robot that was learned; errors as of `file_model`."""
-    x = factors_between(history.parameters, learned.robot)
+    x = factors_between(history.parameters, robot)
     return _model(history, "learned now", len(history.runs), x, options)
 
 

@@ -34,7 +34,7 @@ def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResul
         step=plan.step,
         move=plan.move,
         robot=plan.model.name,
-        parameters_refused="" if plan.learned is None else plan.learned.refusal,
+        parameters_refused="" if plan.learned is None else plan.learned.result.refusal,
         lowest_mode_Hz=plan.model.lowest_mode if np.isfinite(plan.model.lowest_mode) else None,
         correction=_correction(plan),
         forecast=forecast,
@@ -82,8 +82,8 @@ def sentences(plan: CommandPlan) -> list[str]:
     lines = [_verdict(plan)]
     lines.append(f"Next: {_move(plan)}.")
     lines += _warnings(plan)
-    if plan.learned is not None and plan.learned.refusal:
-        lines.append(sentence(f"No parameters are learned: {plan.learned.refusal}"))
+    if plan.learned is not None and plan.learned.result.refusal:
+        lines.append(sentence(f"No parameters are learned: {plan.learned.result.refusal}"))
     if not plan.options.absolute:
         lines.append(
             "The constant part of the deviation is not corrected, as the measuring frame is not known:"

@@ -14,9 +14,6 @@ from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
 from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
-from coupling.identification.runs import results
-from coupling.identification.runs.results import learned_text
-from coupling.results.learned_result import LearnedResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
 LEARNED, REPORT = "learned.json", "next.html"
@@ -58,11 +55,6 @@ def begin_inputs(folder: Path) -> None:
         claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN, REPORT))
 
 
-def learned_figures(plan: CommandPlan) -> LearnedResult | None:
-    """Return the figures of the parameters that were learned for a plan; None if none were."""
-    return None if plan.learned is None else results.figures(plan.learned)
-
-
 def write_inputs(folder: Path, plan: CommandPlan) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
@@ -90,7 +82,9 @@ def _robot_file(folder: Path, plan: CommandPlan) -> Path:
     model, runs = plan.model, plan.history.runs
     if plan.learned is not None and model.run_count == len(runs):
         target = folder / ROBOT
-        write_atomically(target, learned_text(plan.learned, target), LearnError)
+        measured = " and ".join(source.measured.name for source in plan.history.sources)
+        text = plan.learned.text(runs[0].source.file, measured, target)
+        write_atomically(target, text, LearnError)
         return target
     return runs[model.run_count].source.file
 

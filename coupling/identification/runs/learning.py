@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,27 +11,19 @@ from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from coupling.identification.runs.effect import ParameterEffect
-from coupling.identification.runs.experiment import RunExperiment, size_of
-from coupling.identification.runs.fit import ParameterFit, fit_runs
-from coupling.identification.runs.judge import (
-    discrepancy,
-    judge_parameters,
-    measurement_lacks,
-    mostly_in_backlash,
-)
+from coupling.identification.runs.experiment import RunExperiment
+from coupling.identification.runs.fit import fit_runs
+from coupling.identification.runs.judge import judge_parameters
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
 from coupling.identification.runs.problem import ANYWHERE, FitProblem, FramePrior
 from coupling.identification.runs.residual import weigh_motors
+from coupling.identification.runs.results import Learned, conclude
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.path.length_text import format_um
-from coupling.results.gear_result import GearDiagnosis
-from coupling.results.learned_result import LearnedParameterResult
-from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
@@ -39,111 +31,6 @@ from elastic_robot.fmi.interface import IDEAL
 
 # A motor under its command is no farther off the model's than this [rad], or this part of its motion.
 _ANGLE_OFF, _PART_OFF = 1e-3, 0.5
-# More than so many times the noise is not noise.
-_FAR = 2.5
-
-
-@dataclass(frozen=True)
-class Learned:
-    """What measured runs identify of a robot.
-
-    Attributes:
-        sources: Runs and measurements.
-        runs: The measured runs, on their runs' clocks.
-        fit: The fit.
-        before: Residual of the robot file, behind the frame that fits it best.
-        parameters: Verdict on each parameter.
-        gears: Diagnosis of the gears where it was measured.
-        whole: The same along the whole path of the last run, where nothing is identifiable.
-    """
-
-    sources: tuple[MeasuredFile, ...]
-    runs: tuple[MeasuredPath, ...]
-    fit: ParameterFit
-    before: RunExperiment
-    parameters: tuple[LearnedParameterResult, ...]
-    gears: tuple[GearDiagnosis, ...]
-    whole: tuple[GearDiagnosis, ...] = field(default=())
-
-    @property
-    def robot(self) -> Robot:
-        """The robot as written."""
-        return apply_values(
-            self.sources[0].robot,
-            {parameter.name: parameter.written for parameter in self.parameters},
-        )
-
-    @property
-    def residual_rms(self) -> tuple[float, float]:
-        """Rms of the residuals' slow parts, with the robot file and with what was found [m]."""
-        return size_of(self.before.slow), size_of(self.fit.experiment.slow)
-
-    @property
-    def whitened_rms(self) -> float:
-        """Rms of rows as they count beside what the model does not describe [m]."""
-        return size_of(self.fit.experiment.whitened)
-
-    @property
-    def noise_left(self) -> float:
-        """What the slow parts would be of noise alone [m], rms."""
-        parts = [SlowPart.of(run.measured.time).of_noise for run in self.runs]
-        return self.fit.noise * float(np.sqrt(3.0 * np.mean(parts)))
-
-    @property
-    def unexplained(self) -> bool:
-        """Whether far more is left than noise."""
-        return self.residual_rms[1] > _FAR * self.noise_left
-
-    @property
-    def widened(self) -> float:
-        """By how much the fit's intervals are wider for what is left over noise, >= 1."""
-        return self.fit.left_over.widened
-
-    @property
-    def refusal(self) -> str:
-        """Why no robot should be written, in words; "" where one may be."""
-        before, after = self.residual_rms
-        last = float(np.ptp(self.runs[-1].desired_motion.path.time))
-        seconds = sum(float(np.ptp(run.measured.time)) for run in self.runs)
-        if not any(parameter.identified for parameter in self.parameters):
-            unknown = discrepancy(before, after, self.noise_left)
-            lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
-            return f"nothing is identifiable: {lacks}"
-        adrift = mostly_in_backlash(self.gears, last)
-        after = self.whitened_rms
-        if after > _FAR * self.noise_left and adrift:
-            return (
-                f"{format_um(after)} um remain, noise alone would be {format_um(self.noise_left)} um,"
-                f" and {adrift}: parameters cannot describe a gear that is unloaded in its backlash;"
-                " place the part or the base so that it is loaded"
-            )
-        return ""
-
-    @property
-    def warnings(self) -> list[str]:
-        """What the user should look at."""
-        remarks = [
-            f"{source.measured.name}: its columns {source.measured.motors.names[0]} .. are not used, as"
-            f" drives are {IDEAL}, or their joints have no motor in the robot file"
-            for source, run in zip(self.sources, self.runs, strict=True)
-            if source.measured.motors is not None and run.measured.motors is None
-        ]
-        remarks += [
-            words
-            for run in self.runs
-            if run.measured.motors
-            for words in run.measured.motors.remarks
-        ]
-        if not self.unexplained or self.refusal:
-            return remarks
-        return [
-            *remarks,
-            f"{format_um(self.residual_rms[1])} um of the slow part of the deviation remain, noise alone"
-            f" would be {format_um(self.noise_left)} um: an effect that is not in the model (a backlash"
-            " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
-            f" intervals are therefore {self.widened:.2g} times as wide, and hardly identifiable"
-            " parameters stay near the file",
-        ]
 
 
 def learn(
@@ -191,7 +78,7 @@ def learn(
     whole = gears if identifiable else diagnose(moving, last.desired_motion)
     settled = replace(problem, spectrum=fit.experiment.problem.spectrum)
     before = RunExperiment.behind_frame(settled, np.zeros(len(parameters)))
-    return Learned(tuple(sources), problem.runs, fit, before, verdicts, gears, whole)
+    return conclude(sources, fit, before, verdicts, gears, whole)
 
 
 def _with_motors(run: MeasuredPath, source: MeasuredFile) -> MeasuredPath:

@@ -1,43 +1,123 @@
-"""What was learned: figures in learned.json, and the robot file."""
+"""What measured runs identify of a robot: figures, refusal and warnings, and the robot itself."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.errors import LearnError
-from coupling.identification.robot_file import fitted_text
-from coupling.identification.runs.learning import Learned
+from coupling.identification.robot_file import Identification
+from coupling.identification.runs.experiment import RunExperiment, size_of
+from coupling.identification.runs.fit import ParameterFit
+from coupling.identification.runs.judge import (
+    discrepancy,
+    measurement_lacks,
+    mostly_in_backlash,
+)
 from coupling.identification.runs.measurement import MeasuredPath
-from coupling.identification.runs.residual import Residual
-from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
+from coupling.identification.runs.slow_part import CUT_OFF
+from coupling.identification.runs.source import MeasuredFile
 from coupling.path.length_text import format_um
+from coupling.results.gear_result import GearDiagnosis
 from coupling.results.learned_result import (
+    LearnedParameterResult,
     LearnedResult,
     LearnedRunResult,
     LeftResult,
 )
 from coupling.results.run_result import three
+from coupling.robot.parameters import apply_values
+from elastic_robot.fmi.interface import IDEAL
+
+# More than so many times the noise is not noise.
+_FAR = 2.5
+
+Learned = Identification[ParameterFit, LearnedResult]
 
 
-def figures(learned: Learned) -> LearnedResult:
-    """Return the figures of what was learned; SI."""
-    before, after = learned.residual_rms
-    return LearnedResult(
-        robot=str(learned.sources[0].file),
-        refusal=learned.refusal,
-        converged=learned.fit.converged,
-        left_m=LeftResult(robot_file=before, learned=after),
-        noise_m=learned.fit.noise,
-        noise_left_m=learned.noise_left,
-        widened=learned.widened,
-        warnings=learned.warnings,
+def conclude(
+    sources: Sequence[MeasuredFile],
+    fit: ParameterFit,
+    before: RunExperiment,
+    verdicts: tuple[LearnedParameterResult, ...],
+    gears: tuple[GearDiagnosis, ...],
+    whole: tuple[GearDiagnosis, ...],
+) -> Learned:
+    """Return what measured runs identify of a robot.
+
+    Args:
+        sources: Runs and measurements.
+        fit: The fit.
+        before: The runs around the robot file, behind the frame that fits it best.
+        verdicts: Verdict on each parameter.
+        gears: Diagnosis of the gears where it was measured.
+        whole: The same along the whole path of the last run, where nothing is identifiable.
+    """
+    experiment, first = fit.experiment, sources[0]
+    noise = experiment.problem.noise(experiment.residuals)
+    left = LeftResult(robot_file=size_of(before.slow), learned=size_of(experiment.slow))
+    if any(verdict.identified for verdict in verdicts):
+        refusal = _unloaded(fit, noise, gears)
+    else:
+        seconds = sum(float(np.ptp(run.measured.time)) for run in experiment.problem.runs)
+        unknown = discrepancy(left.robot_file, left.learned, noise)
+        refusal = f"nothing is identifiable: {measurement_lacks(gears, whole, seconds, unknown)}"
+    warnings = _motor_remarks(sources, experiment.problem.runs)
+    if left.learned > _FAR * noise and not refusal:
+        warnings.append(
+            f"{format_um(left.learned)} um of the slow part of the deviation remain, noise alone"
+            f" would be {format_um(noise)} um: an effect that is not in the model (a backlash"
+            " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
+            f" intervals are therefore {fit.left_over.widened:.2g} times as wide, and hardly"
+            " identifiable parameters stay near the file"
+        )
+    result = LearnedResult(
+        robot=str(first.file),
+        refusal=refusal,
+        converged=fit.converged,
+        left_m=left,
+        noise_m=fit.noise,
+        noise_left_m=noise,
+        widened=fit.left_over.widened,
+        warnings=warnings,
         slow_below_Hz=CUT_OFF,
-        parameters=learned.parameters,
-        gears=learned.gears,
-        runs=tuple(_run(learned, number) for number in range(len(learned.runs))),
+        parameters=verdicts,
+        gears=gears,
+        runs=tuple(_run(source, fit, before, number) for number, source in enumerate(sources)),
     )
+    robot = apply_values(first.robot, {verdict.name: verdict.written for verdict in verdicts})
+    words = (
+        f"Slow part of the residual, frame and clock fitted: {format_um(left.robot_file)} um rms with"
+        f" {first.file.name}, {format_um(left.learned)} um with this file."
+    )
+    return Identification(fit, robot, result, words, command="learn")
+
+
+def _unloaded(fit: ParameterFit, noise: float, gears: Sequence[GearDiagnosis]) -> str:
+    """Return which gears hang free under what is left over noise [m], in words; "" where none does."""
+    experiment = fit.experiment
+    path = experiment.problem.runs[-1].desired_motion.path
+    unloaded = mostly_in_backlash(gears, float(np.ptp(path.time)))
+    after = size_of(experiment.whitened)
+    if not unloaded or after <= _FAR * noise:
+        return ""
+    return (
+        f"{format_um(after)} um remain, noise alone would be {format_um(noise)} um, and {unloaded}:"
+        " parameters cannot describe a gear that is unloaded in its backlash; place the part or the base"
+        " so that it is loaded"
+    )
+
+
+def _motor_remarks(sources: Sequence[MeasuredFile], runs: Sequence[MeasuredPath]) -> list[str]:
+    """Return what the user should look at of columns of motors."""
+    remarks = [
+        f"{source.measured.name}: its columns {source.measured.motors.names[0]} .. are not used, as"
+        f" drives are {IDEAL}, or their joints have no motor in the robot file"
+        for source, run in zip(sources, runs, strict=True)
+        if source.measured.motors is not None and run.measured.motors is None
+    ]
+    motors = [run.measured.motors for run in runs if run.measured.motors]
+    return remarks + [words for columns in motors for words in columns.remarks]
 
 
 def _of_motors(run: MeasuredPath) -> dict[str, float]:
@@ -48,11 +128,13 @@ def _of_motors(run: MeasuredPath) -> dict[str, float]:
     return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
 
 
-def _run(learned: Learned, number: int) -> LearnedRunResult:
-    run, source = learned.runs[number], learned.sources[number]
-    fitted = learned.fit.experiment
+def _run(
+    source: MeasuredFile, fit: ParameterFit, before: RunExperiment, number: int
+) -> LearnedRunResult:
+    fitted = fit.experiment
+    run = fitted.problem.runs[number]
     frame_values = fitted.problem.frame_values(fitted.x, number)
-    slow_before, slow = learned.before.slow[number], fitted.slow[number]
+    slow_before, slow = before.slow[number], fitted.slow[number]
     shift, turn = run.measured.frame_offset(frame_values[:3], frame_values[3:6])
     time = run.measured.time
     return LearnedRunResult(
@@ -64,34 +146,11 @@ def _run(learned: Learned, number: int) -> LearnedRunResult:
         frame_shift_m=three(shift),
         frame_turn_rad=three(turn),
         clock_s=float(run.measured.clock + frame_values[6]),
-        orientation_noise_rad=float(Residual(run).noise[1])
+        orientation_noise_rad=float(fitted.problem.residuals[number].noise[1])
         if run.tool_rotation is not None
         else None,
         motors=_of_motors(run),
-        time=SlowPart.of(time).time.tolist(),
+        time=fitted.problem.slow[number].time.tolist(),
         left_robot_file_m=np.linalg.norm(slow_before[:, :3], axis=1).tolist(),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1).tolist(),
     )
-
-
-def learned_text(learned: Learned, target: Path) -> str:
-    """Return the robot file of the first run with what was learned.
-
-    Args:
-        learned: Result of learning.
-        target: Path of the new file.
-
-    Raises:
-        LearnError: If nothing should be written.
-        RobotFileError: If the run's robot file cannot be read.
-    """
-    if learned.refusal:
-        raise LearnError(f"{target}: not written: {learned.refusal}")
-    start = learned.sources[0].file
-    measured = " and ".join(source.measured.name for source in learned.sources)
-    before, after = learned.residual_rms
-    words = (
-        f"Slow part of the residual, frame and clock fitted: {format_um(before)} um rms with"
-        f" {start.name}, {format_um(after)} um with this file."
-    )
-    return fitted_text(start, learned.robot, learned.parameters, "learn", measured, words, target)
