@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from coupling.errors import SimulationError
 from coupling.identification.estimate import CONVERGED, estimate
-from coupling.identification.least_squares import reduced_rows
-from coupling.identification.motion.derivatives import GearSlopes, derivatives, jacobian
-from coupling.identification.motion.normal_blocks import NormalBlocks
-from coupling.identification.motion.problem import MotionPoint, MotionProblem
+from coupling.identification.motion.experiment import NO_SLOPES, GearSlopes, MotionExperiment
+from coupling.identification.motion.problem import MotionProblem
 
 # Steps of a fit at most, and of one that only shows where it leads.
 _STEPS, _FIRST_STEPS = 60, 6
 # Predicted gain of log likelihood by the next step below which a fit ends.
 _SETTLED = 1e-4
-# Damping of directions that are not observable, in parts of the columns' squares.
-_UNOBSERVABLE = 1e-9
 # Compliance that another fit starts from, in parts of what the first one gave.
 _STIFF = 0.1
 # A backlash is supported by recordings that are likelier by e to this with it: an interval of 95 %.
@@ -30,100 +24,10 @@ SUPPORTED = 2.0
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
 
 
-@dataclass(frozen=True)
-class MotionExperiment:
-    """Recordings around values of the parameters, with derivatives of their residuals.
-
-    Attributes:
-        point: Predictions and weights of these values.
-        slopes: Derivatives of the gears' motion there; nearby, unless they are exact.
-        converged: Whether a fit has converged there.
-    """
-
-    point: MotionPoint
-    slopes: GearSlopes
-    converged: bool = False
-
-    @property
-    def problem(self) -> MotionProblem:
-        """Parameters and recordings."""
-        return self.point.problem
-
-    @property
-    def x(self) -> np.ndarray:
-        """Values as the fit counts, parts of usual sizes [1], (P,)."""
-        return self.point.x
-
-    @cached_property
-    def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives, (P, P), and residual, (P,), of all rows and the prior, reduced to P rows.
-
-        A direction that is not observable is damped, so that it stays.
-        """
-        problem, x = self.problem, self.x
-        products, gradient = np.diag(problem.prior), problem.prior * (x - problem.start)
-        residuals = self.point.residuals(self.point)
-        for channel in derivatives(self.point, self.slopes):
-            numbers, columns = channel.numbers, channel.columns
-            products[np.ix_(numbers, numbers)] += columns @ columns.T
-            gradient[numbers] += columns @ residuals[channel.recording][:, channel.channel]
-        return reduced_rows(products, gradient, _UNOBSERVABLE)
-
-    @property
-    def unit(self) -> float:
-        """Number of rows that count as one."""
-        return self.problem.correlated
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether the gears' derivatives were simulated at x."""
-        return self.slopes.exact
-
-    def cost(self, weighted: MotionExperiment) -> float:
-        """Return half the squares of residuals and prior [1], with the weights around other values."""
-        residuals = weighted.point.residuals(self.point)
-        prior = self.problem.prior @ (self.x - self.problem.start) ** 2
-        return 0.5 * float(prior + sum(np.sum(rows**2) for rows in residuals))
-
-    def at(self, x: np.ndarray) -> MotionExperiment | None:
-        """Return the recordings around other values [1], (P,); None too far for the solver.
-
-        Derivatives are those that explain the step [Broyden1965].
-        """
-        try:
-            point = MotionPoint.of(self.problem, x)
-        except SimulationError:
-            return None
-        before, after = (
-            [predicted.gears.rows for predicted in recordings.predicted]
-            for recordings in (self.point, point)
-        )
-        moving = np.array([p.moves_gears for p in self.problem.parameters], dtype=bool)
-        effect = np.linalg.norm(self.rows[0][:, moving], axis=0)
-        return MotionExperiment(
-            point, self.slopes.changed((x - self.x)[moving], effect, before, after)
-        )
-
-    def recompute(self) -> MotionExperiment:
-        """Return the same with derivatives simulated at x."""
-        return replace(self, slopes=GearSlopes.of(self.point))
-
-    @cached_property
-    def blocks(self) -> NormalBlocks:
-        """Its normal equations, block by block."""
-        problem, slopes = self.problem, self.slopes
-        if not slopes.exact:
-            slopes = GearSlopes.of(self.point)
-        residuals = self.point.residuals(self.point)
-        blocks = NormalBlocks.of(jacobian(self.point, slopes), residuals)
-        away = problem.start - self.x
-        return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
-
-
 def fit_motion(
     problem: MotionProblem,
     x: np.ndarray | None = None,
-    near: GearSlopes | None = None,
+    near: GearSlopes = NO_SLOPES,
     steps: int = _STEPS,
     settled: float = _SETTLED,
 ) -> MotionExperiment:
@@ -134,15 +38,14 @@ def fit_motion(
 
     Args:
         x: Values to begin with [1], (P,); None: those of the start.
-        near: Derivatives of the gears' motion near them; None: they are simulated.
+        near: Derivatives of the gears' motion near them; all others are simulated.
         steps: Steps at most.
         settled: Predicted gain of log likelihood below which it ends.
     """
     x = np.clip(_solve_sensors(problem) if x is None else x, *problem.bounds)
-    point = MotionPoint.of(problem, x)
-    start = MotionExperiment(point, GearSlopes.of(point, near), converged=True)
+    start = MotionExperiment.of(problem, x).recompute(near)
     if not len(x):
-        return start
+        return replace(start, converged=True)
     estimated = estimate(start, problem.bounds, steps, settled)
     return replace(estimated.experiment, converged=estimated.converged)
 
@@ -152,13 +55,13 @@ def _solve_sensors(problem: MotionProblem) -> np.ndarray:
     of_sensor = np.array([bool(p.sensor) for p in problem.parameters], dtype=bool)
     x = problem.start.copy()
     if of_sensor.any():
-        point = MotionPoint.of(problem.only(of_sensor), x[of_sensor])
-        x[of_sensor] -= solve_triangular(*MotionExperiment(point, GearSlopes.of(point)).rows)
+        point = MotionExperiment.of(problem.only(of_sensor), x[of_sensor]).recompute()
+        x[of_sensor] -= solve_triangular(*point.rows)
     return np.clip(x, *problem.bounds)
 
 
 def fit_roughly(
-    problem: MotionProblem, x: np.ndarray | None = None, near: GearSlopes | None = None
+    problem: MotionProblem, x: np.ndarray | None = None, near: GearSlopes = NO_SLOPES
 ) -> MotionExperiment:
     """Return the first steps of a fit, from x [1], (P,), with the arguments of `fit_motion`."""
     return fit_motion(problem, x, near, _FIRST_STEPS, CONVERGED)
@@ -176,7 +79,7 @@ def fit_with_restarts(problem: MotionProblem, first: MotionExperiment) -> Motion
         stiff = best.x.copy()
         stiff[k] *= _STIFF
         restarted = fit_roughly(problem, stiff, best.slopes)
-        if restarted.point.minus_log_likelihood < best.point.minus_log_likelihood:
+        if restarted.minus_log_likelihood < best.minus_log_likelihood:
             best = restarted
     return fit_motion(problem, best.x, best.slopes)
 
@@ -199,8 +102,8 @@ def select_backlashes(problem: MotionProblem, fit: MotionExperiment) -> MotionEx
         without = np.array([values.get(p.name, 0.0) for p in wider.parameters])
         is_new = np.array([p.name not in values for p in wider.parameters])
         tried = fit_roughly(wider, np.where(is_new, wider.start, without), fit.slopes)
-        least = MotionPoint.of(wider, without).minus_log_likelihood
-        if least - tried.point.minus_log_likelihood > SUPPORTED:
+        least = MotionExperiment.of(wider, without).minus_log_likelihood
+        if least - tried.minus_log_likelihood > SUPPORTED:
             none, fit = fewer, fit_motion(wider, tried.x, tried.slopes)
     return fit
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.identification.motion.fit import SUPPORTED, MotionExperiment, fit_roughly
+from coupling.identification.motion.experiment import MotionExperiment
+from coupling.identification.motion.fit import SUPPORTED, fit_roughly
 from coupling.identification.motion.problem import MotionProblem
 
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
@@ -53,7 +54,7 @@ def returns(fit: MotionExperiment, chosen: np.ndarray) -> np.ndarray:
         chosen: Mask of parameters whose intervals are tried, (P,).
     """
     half = fit.blocks.half * fit.blocks.deviation
-    stays, least = np.ones(len(fit.x), dtype=bool), fit.point.minus_log_likelihood
+    stays, least = np.ones(len(fit.x), dtype=bool), fit.minus_log_likelihood
     for k in np.flatnonzero(chosen):
         others = np.arange(len(fit.x)) != k
         for end in (-1.0, 1.0):
@@ -61,7 +62,7 @@ def returns(fit: MotionExperiment, chosen: np.ndarray) -> np.ndarray:
             x = np.clip(x, *fit.problem.bounds)
             x[others] += fit.blocks.only(others, x - fit.x).step
             back = fit_roughly(fit.problem, x)
-            if back.point.minus_log_likelihood < least + SUPPORTED:
+            if back.minus_log_likelihood < least + SUPPORTED:
                 stays &= np.abs(back.x - fit.x) <= _BACK * half
     return stays
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.driven_fmu import DrivenFmu
+from coupling.identification.motion.experiment import MotionExperiment
 from coupling.identification.motion.fit import (
-    MotionExperiment,
     estimate_slow_errors,
     fit_motion,
     fit_roughly,
@@ -234,7 +234,7 @@ def _torque_remarks(problem: MotionProblem, smoothed: SmoothedRecording) -> tupl
 
 def _wind_up_residuals(fit: MotionExperiment) -> list[np.ndarray]:
     """Return what is left of the wind-ups of all recordings [rad], (n, j) each."""
-    pairs = zip(fit.problem.recordings, fit.point.predicted, strict=True)
+    pairs = zip(fit.problem.recordings, fit.predicted, strict=True)
     return [fit.problem.residuals(*pair)[0] for pair in pairs]
 
 
@@ -243,7 +243,7 @@ def _is_unexplained(fit: MotionExperiment) -> np.ndarray:
 
     What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
     """
-    gear = np.vstack([predicted.shares["gear"] for predicted in fit.point.predicted])
+    gear = np.vstack([predicted.shares["gear"] for predicted in fit.predicted])
     small = np.std(gear, axis=0) < 0.5 * rms(np.vstack(_wind_up_residuals(fit)))
     parameters = fit.problem.parameters
     return np.array([p.of_gear for p in parameters]) & small[[p.joint for p in parameters]]

@@ -36,10 +36,6 @@ from elastic_robot.kinematic_errors import KinematicErrors
 _LEAST_INVERSE = 0.02
 # Rows closer than this [s] count as one beside what is known before: what is left is so long correlated.
 _CORRELATED = 0.2
-# A channel weighs at most so many times as much as its measured size says.
-_LEAST_PART = 1e-3
-# What is left of a channel counts as this at least [rad, N m]: below is rounding.
-_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -245,71 +241,6 @@ class MotionProblem:
         for i in recording.with_link:
             wind_up[:, i] = smoothed.remove_fitted(wind_up[:, i], i)
         return wind_up, recording.torque - predicted.torque
-
-
-@dataclass(frozen=True)
-class MotionPoint:
-    """Recordings around values of the parameters; `of` makes one.
-
-    Attributes:
-        problem: The problem.
-        x: Values as the fit counts, parts of usual sizes [1], (P,).
-        predicted: Predictions of all recordings there.
-        wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
-        torque_deviation: Those of torques [N m], (j,).
-    """
-
-    problem: MotionProblem
-    x: np.ndarray
-    predicted: tuple[Predicted, ...]
-    wind_up_deviation: np.ndarray
-    torque_deviation: np.ndarray
-
-    @classmethod
-    def of(cls, problem: MotionProblem, x: np.ndarray) -> MotionPoint:
-        """Return a problem at x [1], (P,), channels weighed by the rms of what is left of them.
-
-        Raises:
-            SimulationError: If the solver cannot step there.
-        """
-        predicted = tuple(problem.predicted(smoothed, x) for smoothed in problem.recordings)
-        wind_up, torque = zip(*map(problem.residuals, problem.recordings, predicted), strict=True)
-        measured = np.vstack([smoothed.recording.torque for smoothed in problem.recordings])
-        least = np.maximum(_LEAST_PART * rms(measured), _EXACT)
-        return cls(
-            problem,
-            x,
-            predicted,
-            np.maximum(rms(np.vstack(wind_up)), _EXACT),
-            np.maximum(rms(np.vstack(torque)), least),
-        )
-
-    def residuals(self, of: MotionPoint) -> list[np.ndarray]:
-        """Return weighed residuals of all recordings [1], (n, channels) each, at other values.
-
-        Friction, as it is loaded, and loops are those of here.
-        """
-        problem, rows = self.problem, []
-        linked = problem.recordings[0].recording.with_link
-        for smoothed, here, there in zip(
-            problem.recordings, self.predicted, of.predicted, strict=True
-        ):
-            if there is not here:
-                there = problem.predicted(smoothed, of.x, here, there)
-            wind_up, torque = problem.residuals(smoothed, there)
-            links = wind_up[:, linked] / self.wind_up_deviation[linked]
-            rows.append(np.hstack([links, torque / self.torque_deviation]))
-        return rows
-
-    @property
-    def minus_log_likelihood(self) -> float:
-        """Minus the logarithm of likelihood and prior, for channels of any size."""
-        problem = self.problem
-        rows = sum(len(smoothed.recording.time) for smoothed in problem.recordings)
-        deviation = np.concatenate([self.wind_up_deviation, self.torque_deviation])
-        size = np.sum(np.log(deviation[np.isfinite(deviation)]))
-        prior = 0.5 * problem.prior @ (self.x - problem.start) ** 2
-        return float((rows * size + prior) / problem.correlated)
 
 
 def rms(values: np.ndarray) -> np.ndarray:

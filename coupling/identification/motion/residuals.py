@@ -6,9 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from coupling.identification.motion.fit import MotionExperiment
+from coupling.identification.motion.experiment import MotionExperiment
 from coupling.identification.motion.problem import (
-    MotionPoint,
     MotionProblem,
     SmoothedRecording,
     rms,
@@ -120,7 +119,7 @@ def terms_left_out(
         x[~of_term] += fit.blocks.only(~of_term, x - fit.x).step
         x = np.clip(x, *problem.bounds)
         wind_up, torque = map(rms, problem.residuals(smoothed, problem.predicted(smoothed, x)))
-        likelihood = MotionPoint.of(problem, x).minus_log_likelihood
+        likelihood = MotionExperiment.of(problem, x).minus_log_likelihood
         joint = next(p.joint for p in problem.parameters if p.term == term)
         part = torque[joint] / max(rms(smoothed.recording.torque)[joint], 1e-300)
         terms.append(
@@ -129,7 +128,7 @@ def terms_left_out(
                 joint=joint + 1,
                 wind_up_rad=(result.wind_up_rad[joint], finite(wind_up[joint])),
                 torque_relative=(result.torque_relative[joint] or 0.0, float(part)),
-                likelier=finite(likelihood - fit.point.minus_log_likelihood),
+                likelier=finite(likelihood - fit.minus_log_likelihood),
             )
         )
     terms += [

@@ -9,13 +9,13 @@ import pytest
 from fixture_store import stored
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.derivatives import GearSlopes, jacobian
 from coupling.identification.motion.driven_fmu import DrivenFmu
+from coupling.identification.motion.experiment import MotionExperiment, jacobian
 from coupling.identification.motion.fit import fit_motion
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.parameters import motion_parameters
-from coupling.identification.motion.problem import MotionPoint, MotionProblem, SmoothedRecording
+from coupling.identification.motion.problem import MotionProblem, SmoothedRecording
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.sensors import delayed, sensor_parameters, torque_parameters
 from coupling.inverse.servo import presliding
@@ -173,11 +173,11 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
     )
     with DrivenFmu(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, (moved,))
-        point = MotionPoint.of(problem, problem.start + 0.2)
-        (matrix,) = jacobian(point, GearSlopes.of(point))
+        point = MotionExperiment.of(problem, problem.start + 0.2).recompute()
+        (matrix,) = jacobian(point)
 
         def residual(x):
-            return point.residuals(MotionPoint.of(problem, x))[0]
+            return point.residuals(MotionExperiment.of(problem, x))[0]
 
         for k, parameter in enumerate(parameters):
             step = np.where(np.arange(len(point.x)) == k, 0.02, 0.0)
