@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -138,10 +136,13 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify a robot from deflections, motion or responses, a material from cuts; or plan."""
-    from coupling.cli.fitted import fitted_target, write_fitted
-    from coupling.cli.identify_cutting import identify_from_cuts
-    from coupling.cli.identify_motion import identify_from_motion
-    from coupling.cli.identify_responses import identify_responses
+    from coupling.cli.fitted import fitted_target
+    from coupling.cli.identify_kinds import (
+        identify_from_cuts,
+        identify_from_motion,
+        identify_responses,
+        write_robot,
+    )
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.cutting.slots import is_cutting
     from coupling.identification.least_squares import LOSSES
@@ -153,9 +154,7 @@ def identify(
     from coupling.identification.static.plan import PlanRequest
     from coupling.report.identify_answers import deflection_answer
     from coupling.report.identify_report import deflection_sections
-    from coupling.report.result_report import ResultReport
     from coupling.report.terminal import print_report
-    from coupling.results.section import warned
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
@@ -200,18 +199,10 @@ def identify(
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     identification = identified(described, measured, options)
-    result = identification.result
-    report = ResultReport(
-        "identify",
-        f"{table.name}: {described.name}",
-        deflection_answer(result, shlex.quote(str(target))),
-        partial(deflection_sections, result),
-        warned(map(sentence, result.warnings)),
-    )
-    source = f"{table.name}, {measured.count} measurements"
-    write_fitted(
-        target, report, result, lambda: identification.text(start, source, target), verbose
-    )
+    words = table.name, f"{table.name}, {measured.count} measurements"
+    told = deflection_answer, deflection_sections
+    warnings = map(sentence, identification.result.warnings)
+    write_robot(identification, start, words, target, *told, warnings, verbose)
 
 
 def _plan(
