@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,21 +18,20 @@ from coupling.identification.static.fit import (
     fit_from,
     fit_static,
 )
-from coupling.identification.static.hysteresis import (
-    reversed_ranges,
-    with_elements,
-    without_elements,
-)
 from coupling.identification.static.measurements import Measurements, rms
 from coupling.identification.static.model import StaticModel
+from coupling.identification.static.prediction import reversed_ranges
 from coupling.identification.static.verdicts import conclude, further_result, judge_parameters
 from coupling.results.identified_result import FurtherResult, IdentifiedResult, LoopResult
 from coupling.results.parameter_result import ParameterResult
+from coupling.robot.parameters import with_joints
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
+from elastic_robot.description import Joint, Robot
 
 # What the loops that are left see of a direction by less than this part of what all do counts as unseen.
 _HELD = 1e-2
+# Slip torque at the start of a fit, over the range of the gear's torque in the loops.
+_START = 0.1
 
 
 def identify_loops(
@@ -48,7 +48,7 @@ def identify_loops(
         rms_start: Rms error of the start [m].
     """
     ranges = _bare_gears(robot, measured)
-    wider = with_elements(robot, ranges)
+    wider = _with_elements(robot, ranges)
     shaped, dropped = set(ranges), list[FurtherResult]()
     while True:
         elasticity = ElasticParameters.of(wider, options.torque_curve, shaped)
@@ -67,7 +67,7 @@ def identify_loops(
             for parameter, value, tested in weak
         ]
         gone = {joint_of(parameter) for parameter, _, _ in weak}
-        wider, shaped = without_elements(wider, gone), shaped - gone
+        wider, shaped = _without_elements(wider, gone), shaped - gone
     return _conclude(fit, shaped, options, rms_start, dropped)
 
 
@@ -81,6 +81,29 @@ def _bare_gears(robot: Robot, measured: Measurements) -> dict[int, float]:
     }
 
 
+def _with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
+    """Return the robot with elements for gears that have none, three as a data sheet's loop has them.
+
+    Args:
+        ranges: Ranges of gears' torques [N m] by their joints' numbers, from 0.
+    """
+
+    def add_elements(joint: Joint, largest: float) -> Joint:
+        assert joint.stiffness is not None
+        lost = 2.0 * _START * largest / joint.stiffness
+        return replace(joint, hysteresis=sheet_elements(lost, joint.stiffness))
+
+    return with_joints(
+        robot,
+        {i: add_elements(robot.joints[i], torque_range) for i, torque_range in ranges.items()},
+    )
+
+
+def _without_elements(robot: Robot, joints: Collection[int]) -> Robot:
+    """Return the robot with gears that have no hysteresis, by their joints' numbers, from 0."""
+    return with_joints(robot, {i: replace(robot.joints[i], hysteresis=()) for i in joints})
+
+
 def _conclude(
     fit: StaticFit,
     shaped: set[int],
@@ -90,7 +113,7 @@ def _conclude(
 ) -> Identification[StaticFit, IdentifiedResult]:
     elasticity, measured = fit.elasticity, fit.at.problem.measured
     left_out = _left_out(fit, options)
-    bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
+    bare_robot = _without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = ElasticParameters.of(bare_robot, options.torque_curve)
     without = _left_out(fit_static(bare, measured, options), options)
     added = tuple(

@@ -18,9 +18,8 @@ import pinocchio as pin
 
 from coupling.errors import IdentifyError
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.hysteresis import reversed_ranges
 from coupling.identification.static.measurements import Measurements, rms
-from coupling.identification.static.prediction import Prediction, jacobian_at
+from coupling.identification.static.prediction import Prediction, jacobian_at, reversed_ranges
 from coupling.path.frame import Frame
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot

@@ -21,6 +21,10 @@ from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import ToolLoad
 
+# A gear's load turns back where its way, over all loads of a loop, is longer than its range by this
+# part of that; and counts where its range is this part of the largest one.
+_TURNED, _LOADED = 0.2, 1e-3
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -74,6 +78,21 @@ class RigidPostures:
     def torque_by_load(self, measured: Measurements) -> np.ndarray:
         """Return the torques of the elastic coordinates by the loads alone [N m], (k, m)."""
         return np.einsum("kw,kwm->km", measured.wrench, self.at_load)
+
+
+def reversed_ranges(robot: Robot, measured: Measurements) -> np.ndarray:
+    """Return the range of each elastic coordinate's torque [N m], 0 where no loop turns it back, (m,).
+
+    In the posture of the rigid robot.
+    """
+    by_load, ranges, largest = RigidPostures.of(robot, measured).torque_by_load(measured), [], 0.0
+    for rows in measured.sequences:
+        torque = np.vstack([np.zeros_like(by_load[0]), by_load[rows]])
+        whole, way = np.ptp(torque, axis=0), np.abs(np.diff(torque, axis=0)).sum(axis=0)
+        largest = max(largest, float(whole.max(initial=0.0)))
+        ranges.append(np.where(way - whole > _TURNED * whole, whole, 0.0))
+    widest: np.ndarray = np.max(ranges, axis=0)
+    return np.where(widest > _LOADED * largest, widest, 0.0)
 
 
 def rigid_prediction(
