@@ -61,7 +61,7 @@ Fitted = TypeVar("Fitted", bound=Experiment)
 
 @dataclass(frozen=True)
 class Estimate(Generic[Fitted]):
-    """Estimated parameters.
+    """Estimated parameters; fits say more of them.
 
     Attributes:
         experiment: The experiment around their values.

@@ -94,7 +94,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
         fit = fit_static(start, rows, IdentifyOptions(noise_given))
-        sure = intervals(fit.at.linear, fit.at.weight, fit.at.x, is_noise_known=True)
+        sure = intervals(fit.experiment.linear, fit.experiment.weight, fit.x, is_noise_known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
         halves.append((sure.high - sure.low) / 2.0 / right.start)

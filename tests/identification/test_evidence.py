@@ -24,14 +24,16 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
     fit = fit_static(ElasticParameters.of(robot, "backlash"), rows, IdentifyOptions(noise_of(rows)))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    found = support(fit.at.linear, np.arange(4) == number, fit.at.weight, tests=1)
-    columns = fit.at.linear.columns.reshape(-1, 4)
-    rest = fit.at.linear.residual(fit.at.linear.solve())
+    found = support(fit.experiment.linear, np.arange(4) == number, fit.experiment.weight, tests=1)
+    columns = fit.experiment.linear.columns.reshape(-1, 4)
+    rest = fit.experiment.linear.residual(fit.experiment.linear.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
-    t = fit.at.x[number] / np.sqrt(variance[number, number])
+    t = fit.x[number] / np.sqrt(variance[number, number])
     np.testing.assert_allclose(found.F, t**2, rtol=1e-6)
-    problems = fit.at.linear.only(np.arange(4) != number), fit.at.linear
-    without, within = (np.sum(left_out(problem, fit.at.weight) ** 2) for problem in problems)
+    problems = fit.experiment.linear.only(np.arange(4) != number), fit.experiment.linear
+    without, within = (
+        np.sum(left_out(problem, fit.experiment.weight) ** 2) for problem in problems
+    )
     assert found.left_out_change == pytest.approx(np.sqrt(within / without) - 1.0)
     assert found.supported
 

@@ -119,7 +119,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(known):
         noise = noise_of(own, 2e-5, None, 5.0, None) if known else noise_of(own)
         fit = fit_static(start, own, IdentifyOptions(noise))
         assert fit.converged
-        found = intervals(fit.at.linear, fit.at.weight, fit.at.x, known)
+        found = intervals(fit.experiment.linear, fit.experiment.weight, fit.x, known)
         inside += (found.low <= elasticity.start) & (elasticity.start <= found.high)
         assert 0.4 < found.scale / (1.0 if known else 2e-5) < 2.5
     assert np.all(inside >= 0.8 * 25)
@@ -155,10 +155,10 @@ def test_a_row_that_is_off_hardly_moves_the_robust_fit():
     for loss in ("squares", "huber"):
         fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows), "backlash", loss))
         assert fit.converged
-        error[loss] = np.abs(fit.at.x / elasticity.start - 1.0).max()
+        error[loss] = np.abs(fit.x / elasticity.start - 1.0).max()
     assert 5.0 * error["huber"] < error["squares"]
-    assert fit.at.weight[7] < 0.1
-    assert fit.at.weight[7] == fit.at.weight.min()
+    assert fit.experiment.weight[7] < 0.1
+    assert fit.experiment.weight[7] == fit.experiment.weight.min()
 
 
 @pytest.mark.parametrize(

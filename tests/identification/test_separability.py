@@ -142,7 +142,7 @@ def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
     found = identify(
         robot, replace(rows, deflection=-rows.deflection), IdentifyOptions(noise_of(rows))
     )
-    assert np.all(found.fit.at.x >= 0.0)
+    assert np.all(found.fit.x >= 0.0)
     assert found.result.refusal == "nothing is identified"
     assert {parameter.reason for parameter in found.result.parameters} == {
         "deflections are opposite to its load: it would be negative"
@@ -174,4 +174,4 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
     )
     start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
     found = fit_static(start, rows, IdentifyOptions(noise_of(rows), "spline"))
-    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)
+    np.testing.assert_allclose(found.x, right.start, rtol=1e-7)

@@ -47,11 +47,10 @@ _MEDIAN = 0.6745
 
 
 @dataclass(frozen=True)
-class ResponseFit:
+class ResponseFit(Estimate[ResponseExperiment]):
     """Fitted parameters.
 
     Attributes:
-        estimate: The estimate.
         deviation: Standard deviations of the parameters, their units, (P,).
         residual: Standard deviation of the real and imaginary residuals [1].
         noise: Standard deviation of the noise in them [1].
@@ -59,7 +58,6 @@ class ResponseFit:
         unloaded: Numbers of the joints in each of them whose gears are in their backlash.
     """
 
-    estimate: Estimate[ResponseExperiment]
     deviation: np.ndarray
     residual: float
     noise: float
@@ -74,12 +72,7 @@ class ResponseFit:
     @property
     def problem(self) -> ResponseProblem:
         """The responses that were fitted."""
-        return self.estimate.experiment.problem
-
-    @property
-    def x(self) -> np.ndarray:
-        """Values of the parameters, their units, (P,)."""
-        return self.estimate.x
+        return self.experiment.problem
 
     @property
     def values(self) -> np.ndarray:
@@ -141,7 +134,7 @@ def fit_responses(
             starts.append(replace(problem, deviation=_FIRST).at(x))
         estimated = _estimate(min(starts, key=lambda point: point.robust_cost), is_free)
     else:
-        estimated = start.estimate
+        estimated = start
     for _ in range(_ROUNDS):
         size = max(_size(estimated.experiment), _LEAST)
         problem = replace(problem, deviation=size)
@@ -150,7 +143,8 @@ def fit_responses(
     point = estimated.experiment
     size = _size(point)
     noise = min(_roughness(point), size)
-    return ResponseFit(estimated, _deviations(point, is_free, size, noise), size, noise)
+    deviation = _deviations(point, is_free, size, noise)
+    return ResponseFit(point, estimated.converged, deviation, size, noise)
 
 
 def _size(point: ResponseExperiment) -> float:

@@ -72,7 +72,7 @@ def identify_from_responses(
     )
     result = ResponseFitResult(
         refusal="",
-        converged=fit.estimate.converged,
+        converged=fit.converged,
         error=error_of(of_fitted),
         residual=fit.residual,
         noise=fit.noise,

@@ -19,7 +19,7 @@ from itertools import product
 
 import numpy as np
 
-from coupling.identification.estimate import estimate
+from coupling.identification.estimate import Estimate, estimate
 from coupling.identification.intervals import quantile
 from coupling.identification.runs.effect import in_parallel
 from coupling.identification.runs.experiment import RunExperiment
@@ -63,27 +63,18 @@ _OVER, _FAR = 0.2, 2.0
 
 
 @dataclass(frozen=True)
-class ParameterFit:
+class ParameterFit(Estimate[RunExperiment]):
     """The most likely robot, and how sure it is.
 
     Attributes:
-        experiment: The runs around it.
         covariance: Covariance matrix of all unknowns, in products of their units, (U, U), with rows
             that count by noise and by what is left over it; of each parameter by the derivatives that
             give the wider interval.
-        converged: Whether another step would explain next to nothing.
         left_over: Discrepancy beyond noise and spectrum.
     """
 
-    experiment: RunExperiment
     covariance: np.ndarray
-    converged: bool
     left_over: UnexplainedPart
-
-    @property
-    def x(self) -> np.ndarray:
-        """All unknowns, log factors first [1, m, rad, s], (U,)."""
-        return self.experiment.x
 
     @property
     def deviation(self) -> np.ndarray:
@@ -141,7 +132,7 @@ def _settled(now: RunExperiment) -> ParameterFit:
         now = fit.experiment
     left_over = _left_over(_counted(now, spectrum, 1.0))
     covariance = _covariance(_counted(now, spectrum, left_over.over))
-    return ParameterFit(now, covariance, fit.converged, left_over)
+    return ParameterFit(now, fit.converged, covariance, left_over)
 
 
 def _counted(now: RunExperiment, spectrum: UnmodelledSpectrum, over: float) -> RunExperiment:

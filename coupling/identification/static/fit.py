@@ -174,20 +174,16 @@ class StaticExperiment:
 
 
 @dataclass(frozen=True)
-class StaticFit:
+class StaticFit(Estimate[StaticExperiment]):
     """A fitted robot.
 
     Attributes:
         model: The robot's equilibria.
-        at: The experiment around the fitted values.
-        converged: Whether no step would make the measurements likelier.
         reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
 
     model: StaticModel
-    at: StaticExperiment
-    converged: bool
     reason: str
     rigid: LinearProblem
 
@@ -199,8 +195,8 @@ class StaticFit:
     @cached_property
     def intervals(self) -> ConfidenceIntervals:
         """95 % intervals of the parameters."""
-        is_noise_known = self.at.problem.noise.is_known
-        return intervals(self.at.linear, self.at.weight, self.at.x, is_noise_known)
+        at = self.experiment
+        return intervals(at.linear, at.weight, at.x, at.problem.noise.is_known)
 
     @cached_property
     def separability(self) -> Separability:
@@ -210,11 +206,10 @@ class StaticFit:
     @cached_property
     def supports(self) -> dict[int, EvidenceResult]:
         """Tests of tilts, backlash and hysteresis, by their number."""
-        elasticity = self.elasticity
+        elasticity, at = self.elasticity, self.experiment
         tested = np.flatnonzero(~elasticity.is_torsion & ~elasticity.chosen("slip_angle")).tolist()
         return {
-            j: support(self.at.linear, elasticity.together(j), self.at.weight, len(tested))
-            for j in tested
+            j: support(at.linear, elasticity.together(j), at.weight, len(tested)) for j in tested
         }
 
 
@@ -241,10 +236,11 @@ def fit_static(
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
             " deflections in m, base axes?"
         )
-        return StaticFit(model, first, False, reason, first.linear)
-    at, converged = estimated.experiment, estimated.converged
+        return StaticFit(first, False, model, reason, first.linear)
+    converged = estimated.converged
     reason = "converged" if converged else f"did not settle in {_MOST_STEPS} steps"
-    return StaticFit(model, at, converged, reason, problem.observable or at.linear)
+    rigid = problem.observable or estimated.experiment.linear
+    return StaticFit(estimated.experiment, converged, model, reason, rigid)
 
 
 def fit_from(problem: StaticProblem, start: np.ndarray) -> Estimate[StaticExperiment]:

@@ -102,17 +102,17 @@ def _identify_single(
         judge_parameters(fit, added),
         # What is added and not identified vanishes.
         np.where(np.isin(elasticity.names, added), elasticity.least, elasticity.start),
-        fit.at.in_units(left_out(fit.at.linear, fit.at.weight)),
+        fit.experiment.in_units(left_out(fit.experiment.linear, fit.experiment.weight)),
         rms_start,
         tuple(further.values()),
-        common_loss(fit.at),
-        point_suspicions(fit.at),
+        common_loss(fit.experiment),
+        point_suspicions(fit.experiment),
     )
 
 
 def _further(fit: StaticFit, options: IdentifyOptions) -> list[FurtherResult]:
     """Return parameters that the robot does not have, tested one by one beside those of a fit."""
-    robot, at, results, whole = fit.elasticity.robot, fit.at, [], []
+    robot, at, results, whole = fit.elasticity.robot, fit.experiment, [], []
     for candidate in candidates(robot, options.torque_curve):
         try:
             column = candidate_column(robot, options.torque_curve, candidate, at.problem.measured)

@@ -54,7 +54,7 @@ def identify_loops(
         elasticity = ElasticParameters.of(wider, options.torque_curve, shaped)
         fit = fit_static(elasticity, measured, options)
         weak = [
-            (parameter, float(fit.at.x[j]), fit.supports[j])
+            (parameter, float(fit.x[j]), fit.supports[j])
             for j, parameter in enumerate(elasticity.parameters)
             if parameter.kind == "hysteresis"
             and joint_of(parameter) in shaped
@@ -111,7 +111,7 @@ def _conclude(
     rms_start: float,
     dropped: Sequence[FurtherResult],
 ) -> Identification[StaticFit, IdentifiedResult]:
-    elasticity, measured = fit.elasticity, fit.at.problem.measured
+    elasticity, measured = fit.elasticity, fit.experiment.problem.measured
     left_out = _left_out(fit, options)
     bare_robot = _without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = ElasticParameters.of(bare_robot, options.torque_curve)
@@ -135,7 +135,7 @@ def _conclude(
     verdicts = _refused(verdicts, "slip_angle", unknown, "its gear's hysteresis is not identified")
     vanishing = np.isin(elasticity.names, added) & elasticity.chosen("hysteresis")
     kept = np.where(vanishing, elasticity.least, elasticity.start)
-    residual = measured.deflection - fit.at.prediction.deflection
+    residual = measured.deflection - fit.experiment.prediction.deflection
     assert measured.loop is not None
     loops = tuple(
         LoopResult(
@@ -152,10 +152,10 @@ def _conclude(
 
 def _assumed(fit: StaticFit) -> np.ndarray:
     """Return slip angles by a data sheet's loop of that slip torque, in their intervals, (P,)."""
-    elasticity, sure, assumed = fit.elasticity, fit.intervals, fit.at.x.copy()
+    elasticity, sure, assumed = fit.elasticity, fit.intervals, fit.x.copy()
     of = {
         (parameter.kind, parameter.coordinate): value
-        for parameter, value in zip(elasticity.parameters, fit.at.x, strict=True)
+        for parameter, value in zip(elasticity.parameters, fit.x, strict=True)
     }
     for j, parameter in enumerate(elasticity.parameters):
         if parameter.kind == "slip_angle":
@@ -174,16 +174,16 @@ def _left_out(fit: StaticFit, options: IdentifyOptions) -> np.ndarray:
     A gear that no other loop turns back has the hysteresis of the start file, or none.  What the others
     hardly see besides stays as fitted, as with rows that are left out.
     """
-    elasticity, measured = fit.elasticity, fit.at.problem.measured
-    white = fit.at.white * fit.at.weight[:, None, None]
-    scale, loops = fit.at.linear.scale, measured.sequences
+    elasticity, measured = fit.elasticity, fit.experiment.problem.measured
+    white = fit.experiment.white * fit.experiment.weight[:, None, None]
+    scale, loops = fit.experiment.linear.scale, measured.sequences
     prior = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
 
     def loop_error(fitted: list[int], number: int) -> np.ndarray:
         rows = np.concatenate([loops[k] for k in fitted])
         others, loop = measured.at_rows(rows), measured.at_rows(loops[number])
         model = StaticModel(elasticity, others, options.torque_curve)
-        start = np.where(model.effective, fit.at.x, _before(elasticity))
+        start = np.where(model.effective, fit.x, _before(elasticity))
         problem = StaticProblem(
             elasticity,
             others,
@@ -214,7 +214,7 @@ def _before(elasticity: ElasticParameters) -> np.ndarray:
 
 
 def _squares(fit: StaticFit, errors: np.ndarray) -> float:
-    white = np.einsum("kij,kj->ki", fit.at.white, errors) * fit.at.weight[:, None]
+    white = np.einsum("kij,kj->ki", fit.experiment.white, errors) * fit.experiment.weight[:, None]
     return float(np.sum(white**2))
 
 

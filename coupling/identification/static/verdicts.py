@@ -45,7 +45,7 @@ def judge_parameters(fit: StaticFit, added: Collection[str] = ()) -> tuple[Param
     elasticity, sure = fit.elasticity, fit.intervals
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([elasticity.in_units(sure.low), elasticity.in_units(sure.high)], axis=0)
-    numbers = np.array([elasticity.in_units(fit.at.x), *ends]).T.tolist()
+    numbers = np.array([elasticity.in_units(fit.x), *ends]).T.tolist()
     verdicts = []
     for j, parameter in enumerate(elasticity.parameters):
         reason, tested = _reason(fit, j), fit.supports.get(j)
@@ -119,7 +119,7 @@ def conclude(
         suspicions: Sentences on where load and measured point seem to be.
         loops: Errors of loading loops, where rows are such.
     """
-    at, measured, separable = fit.at, fit.at.problem.measured, fit.separability
+    at, measured, separable = fit.experiment, fit.experiment.problem.measured, fit.separability
     is_identified = np.array([verdict.identified for verdict in verdicts])
     values = _written(fit, is_identified, kept)
     parameters = tuple(
@@ -190,7 +190,7 @@ def _written(fit: StaticFit, is_identified: np.ndarray, kept: np.ndarray) -> np.
     These are kept ones, and beside them those that fit best in their intervals: the fit's where
     nothing that is kept acts together with what is identified.
     """
-    at, sure = fit.at, fit.intervals
+    at, sure = fit.experiment, fit.intervals
     written = np.where(is_identified, at.x, kept)
     if is_identified.all() or not is_identified.any():
         return written
@@ -209,7 +209,7 @@ def _refusal(
         return f"the fit has not converged: {fit.reason}"
     if not is_identified.any():
         return "nothing is identified"
-    problem = fit.at.problem
+    problem = fit.experiment.problem
     error, size = (
         1e3 * np.linalg.norm(rows[:, :3], axis=1)
         for rows in (left_out, problem.measured.deflection)
@@ -241,7 +241,7 @@ def _warnings(
     has_loops: bool,
 ) -> tuple[str, ...]:
     """Return what the user should look at."""
-    measured, separable, sure = fit.at.problem.measured, fit.separability, fit.intervals
+    measured, separable, sure = fit.experiment.problem.measured, fit.separability, fit.intervals
     remarks = list(measured.remarks)
     if not fit.converged:
         remarks.append(f"the fit has not converged: {fit.reason}")
@@ -251,7 +251,7 @@ def _warnings(
     if np.abs(measured.q).max() > 4.0 * np.pi:
         remarks.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
     # What the start values predict in the rigid posture.
-    of_start = fit.at.in_units(fit.rigid.columns @ fit.rigid.start)
+    of_start = fit.experiment.in_units(fit.rigid.columns @ fit.rigid.start)
     size = rms(measured.deflection) / max(rms(of_start), 1e-300)
     if not 0.02 < size < 50.0:
         remarks.append(
@@ -282,7 +282,7 @@ def _warnings(
     remarks += [
         f"{', '.join(names)} depend on {measured.names[row]} alone" for row, names in rests.items()
     ]
-    if fit.at.problem.noise.is_known and sure.freedom > 0 and not 0.6 <= sure.scale <= 1.5:
+    if fit.experiment.problem.noise.is_known and sure.freedom > 0 and not 0.6 <= sure.scale <= 1.5:
         meaning = ", which are too large"
         if sure.scale > 1.5:
             meaning = ": the model is incomplete, or the standard deviations are too small"

@@ -40,7 +40,7 @@ def test_axial_joints_predict_what_was_left_out_to_0_234_mm(axial):
     assert rms(axial.result.displacements("left_out_error")) == pytest.approx(0.234e-3, abs=0.5e-6)
     assert axial.result.rms_m.fit == pytest.approx(0.215e-3, abs=0.5e-6)
     wanted = [861e3, 2720e3, 1960e3, 271e3, 425e3, 206e3]
-    np.testing.assert_allclose(1.0 / axial.fit.at.x, wanted, rtol=4e-3)
+    np.testing.assert_allclose(1.0 / axial.fit.x, wanted, rtol=4e-3)
     assert axial.result.worst[:3] == ("sample 17", "sample 11", "sample 24")
 
 
@@ -74,7 +74,7 @@ def test_the_lateral_tilt_of_joint_3_is_the_one_that_is_supported(axial, tilted)
     assert tilt.identified
     assert 1.3e6 < tilt.value < 2.1e6
     wanted = [1371e3, 2761e3, 1857e3, 1601e3, 499e3, 430e3, 297e3]
-    np.testing.assert_allclose(1.0 / tilted.fit.at.x, wanted, rtol=4e-3)
+    np.testing.assert_allclose(1.0 / tilted.fit.x, wanted, rtol=4e-3)
 
 
 def test_joint_6_is_not_identifiable_and_keeps_its_start(axial, tilted):

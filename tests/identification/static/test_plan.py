@@ -62,7 +62,7 @@ def test_the_interval_promised_is_the_one_that_measurements_give():
     for _ in range(8):
         rows = noisy(right, rng, 1e-5, 5.0)
         fit = fit_static(elasticity, rows, IdentifyOptions(noise_of(rows)))
-        found = intervals(fit.at.linear, fit.at.weight, fit.at.x, is_noise_known=False)
+        found = intervals(fit.experiment.linear, fit.experiment.weight, fit.x, is_noise_known=False)
         halves.append((found.high - found.low) / 2.0 / elasticity.start)
     promised = np.array([entry.after for entry in plan.expected])
     ratio = np.median(halves, axis=0) / promised

@@ -36,7 +36,7 @@ def test_stiffnesses_and_tilts_are_found_to_rounding(joints, rotations):
         ElasticParameters.of(start, "backlash"), rows, IdentifyOptions(noise_of(rows))
     )
     assert found.converged
-    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-8)
+    np.testing.assert_allclose(found.x, right.start, rtol=1e-8)
 
 
 @pytest.mark.parametrize("seed", [1, 4, 9])
@@ -54,4 +54,4 @@ def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     start = ElasticParameters.of(begun, "backlash")
     found = fit_static(start, rows, IdentifyOptions(noise_of(rows)))
     assert found.converged
-    np.testing.assert_allclose(found.at.x, right.start, rtol=1e-7)
+    np.testing.assert_allclose(found.x, right.start, rtol=1e-7)
