@@ -82,6 +82,10 @@ def predict_left_out(count: int, predict: Callable[[list[int], int], Predicted])
     Args:
         count: Number of parts.
         predict: Function of the numbers of the parts that are fitted, and of the one that is predicted.
+
+    Example:
+        >>> predict_left_out(3, lambda fitted, part: (fitted, part))
+        [([1, 2], 0), ([0, 2], 1), ([0, 1], 2)]
     """
     numbers = range(count)
     return [predict([k for k in numbers if k != part], part) for part in numbers]

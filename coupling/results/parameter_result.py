@@ -78,6 +78,12 @@ class ParameterResult(ResultPart):
             interval: Ends of its 95 % interval, in its unit, infinite where nothing bounds it.
             reason: Reason why it is not identified; "" where it is.
             further: Other attributes, and `written` where another value is.
+
+        Example:
+            >>> name, unit, interval = "joint[1].damping", "N m s/rad", (1.0, math.inf)
+            >>> kept = ParameterResult.judged(name, unit, 2.0, 3.0, interval, "hidden by noise")
+            >>> kept.written, kept.high, kept.identified
+            (2.0, None, False)
         """
         low, high = interval
         numbers: dict[str, Any] = {
