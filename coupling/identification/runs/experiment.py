@@ -133,6 +133,36 @@ class RunExperiment:
         frame = problem.residuals[number].by_frame(self.simulated[number], time, problem.frame_size)
         return np.concatenate([self.slopes[number], frame], axis=2)
 
+    def likeliest_spectrum(self, spectra: Sequence[UnmodelledSpectrum]) -> UnmodelledSpectrum:
+        """Return the spectrum of what the model does not describe with the highest marginal likelihood.
+
+        Whittle's likelihood, unknowns integrated out.
+
+        Args:
+            spectra: Spectra to choose from.
+        """
+        problem, parts = self.problem, []
+        for number, run in enumerate(problem.runs):
+            poses, whitening = run.coordinates, problem.whitening[number]
+            rows = self.slow[number][:, :poses]
+            columns = np.zeros((*rows.shape, problem.size))
+            columns[:, :, problem.unknowns_of(number)] = self.columns(number)[:, :poses]
+            parts.append((whitening, whitening.transformed(rows), whitening.transformed(columns)))
+
+        def misfit(spectrum: UnmodelledSpectrum) -> float:
+            matrix, right, value = np.diag(problem.prior**-2.0), -self.x / problem.prior**2, 0.0
+            for whitening, rows, columns in parts:
+                excess = whitening.excess(spectrum)[: len(rows)]
+                weighted = columns / excess[:, None, None]
+                matrix = matrix + np.tensordot(weighted, columns, axes=([0, 1], [0, 1]))
+                right = right + np.tensordot(weighted, rows, axes=([0, 1], [0, 1]))
+                value += float(np.sum(rows**2 / excess[:, None]))
+                value += rows.shape[1] * float(np.sum(np.log(excess)))
+            explained = float(right @ np.linalg.solve(matrix, right))
+            return value - explained + float(np.linalg.slogdet(matrix)[1])
+
+        return min(spectra, key=misfit)
+
     @cached_property
     def equations(self) -> tuple[np.ndarray, np.ndarray]:
         """Matrix, (U, U), and right side, (U,), of a step, by units of the unknowns."""

@@ -33,8 +33,6 @@ from coupling.identification.runs.whitening import (
     SPECTRA,
     USUAL,
     UnmodelledSpectrum,
-    WhitenedRun,
-    likeliest_spectrum,
 )
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
@@ -114,7 +112,7 @@ def fit_runs(
     while seconds < np.inf:
         part = replace(problem.until(seconds), spectrum=spectrum)
         here = _restarted(RunExperiment.of(part, now.x))
-        spectrum = _likeliest(here, SLOW_SPECTRA)
+        spectrum = here.likeliest_spectrum(SLOW_SPECTRA)
         now = RunExperiment.of(replace(problem, spectrum=spectrum), here.x)
         progress(min(round(1e3 * seconds), longest), 2 * longest)
         seconds = _window(now, seconds, _is_noise(here))
@@ -125,7 +123,7 @@ def fit_runs(
 def _settled(now: RunExperiment) -> ParameterFit:
     """Return the most likely robot near what was found, and how sure it is."""
     for _ in range(_SETTLING):
-        spectrum = _likeliest(now, SPECTRA)
+        spectrum = now.likeliest_spectrum(SPECTRA)
         over = _left_over(_counted(now, spectrum, 1.0)).over
         counted = _with_secants(_counted(now, spectrum, over))
         fit = estimate(counted, _free(counted.problem), _STEPS, _SETTLED)
@@ -168,18 +166,6 @@ def _covariance(now: RunExperiment) -> np.ndarray:
     wider[len(problem.parameters) :] = 1.0
     covariance: np.ndarray = wider[:, None] * by_secants * wider
     return covariance
-
-
-def _likeliest(now: RunExperiment, spectra: Sequence[UnmodelledSpectrum]) -> UnmodelledSpectrum:
-    """Return the likeliest spectrum of what the model does not describe."""
-    problem, runs = now.problem, []
-    for number, run in enumerate(problem.runs):
-        poses = run.coordinates
-        rows = now.slow[number][:, :poses]
-        columns = np.zeros((*rows.shape, problem.size))
-        columns[:, :, problem.unknowns_of(number)] = now.columns(number)[:, :poses]
-        runs.append(WhitenedRun(problem.whitening[number], rows, columns))
-    return likeliest_spectrum(runs, now.x, problem.prior, spectra)
 
 
 def _window(now: RunExperiment, before: float, explained: bool = True) -> float:

@@ -9,7 +9,6 @@ noise, so that the times at which gears cross their backlash count beside deviat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product, starmap
@@ -110,52 +109,3 @@ class Whitening:
 def _along(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return values, (k,), in a shape that multiplies rows, (k, ...)."""
     return values.reshape(-1, *[1] * (rows.ndim - 1))
-
-
-@dataclass(frozen=True)
-class WhitenedRun:
-    """Residual and Jacobian of a run, for the choice of a spectrum.
-
-    Attributes:
-        whitening: Filter of its rows.
-        rows: Slow part of the residual [m], (k, c).
-        columns: Its decrease by the unknowns, [m] by their units, (k, c, U).
-    """
-
-    whitening: Whitening
-    rows: np.ndarray
-    columns: np.ndarray
-
-
-def likeliest_spectrum(
-    runs: Sequence[WhitenedRun],
-    z: np.ndarray,
-    prior: np.ndarray,
-    spectra: Sequence[UnmodelledSpectrum],
-) -> UnmodelledSpectrum:
-    """Return the spectrum of the highest marginal likelihood (Whittle's, unknowns integrated out).
-
-    Args:
-        runs: The runs around the unknowns.
-        z: Values of the unknowns, any units, (U,).
-        prior: Their standard deviations before, in their units, (U,).
-        spectra: Spectra to choose from.
-    """
-    parts = [
-        (run.whitening, run.whitening.transformed(run.rows), run.whitening.transformed(run.columns))
-        for run in runs
-    ]
-
-    def misfit(spectrum: UnmodelledSpectrum) -> float:
-        matrix, right, value = np.diag(prior**-2.0), -z / prior**2, 0.0
-        for whitening, rows, columns in parts:
-            excess = whitening.excess(spectrum)[: len(rows)]
-            weighted = columns / excess[:, None, None]
-            matrix = matrix + np.tensordot(weighted, columns, axes=([0, 1], [0, 1]))
-            right = right + np.tensordot(weighted, rows, axes=([0, 1], [0, 1]))
-            value += float(np.sum(rows**2 / excess[:, None]))
-            value += rows.shape[1] * float(np.sum(np.log(excess)))
-        explained = float(right @ np.linalg.solve(matrix, right))
-        return value - explained + float(np.linalg.slogdet(matrix)[1])
-
-    return min(spectra, key=misfit)
