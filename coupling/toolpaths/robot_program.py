@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -23,23 +24,48 @@ class ProgramPath(CamPath):
     """Lines and arcs of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
-    max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
+    rapid_m_s, speed of straight ways to the poses of joint motions between lines, which are refused
+    without; max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for
+    G-code.
     """
 
     kind: Literal["program"]
     feed_m_s: Positive | None = None
+    rapid_m_s: Positive | None = None
 
     @cached_property
     def _program(self) -> RobotProgram:
         try:
             from coupling.programs.languages import read_program
 
-            return read_program(self.file)
+            program = read_program(self.file)
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
+        return program if self.rapid_m_s is None else _with_straight_ways(program, self.rapid_m_s)
 
     def _plan(self) -> OrientedPoints:
         return _points(self.file, self._program.moves, self.feed_m_s)
+
+
+def _with_straight_ways(program: RobotProgram, speed: float) -> RobotProgram:
+    """Return a program whose joint motions to poses, between its first line and its last, are straight.
+
+    The tool rests at both ends of each.
+    """
+    ways, count = list(program.moves), 0
+    lines = [number for number, move in enumerate(ways) if move.motion == "linear"]
+    for number in range(lines[0] + 1, lines[-1]) if lines else ():
+        move = ways[number]
+        if move.motion == "joint" and move.pose is not None:
+            ways[number] = replace(move, motion="linear", speed=speed, duration=None, is_stop=True)
+            ways[number - 1] = replace(ways[number - 1], is_stop=True)
+            count += 1
+    said = (
+        f"{count} joint motions between lines go straight to their poses, as rapid_m_s says; the"
+        " robot's own go another way"
+    )
+    assumptions = (*program.assumptions, said) if count else program.assumptions
+    return replace(program, moves=tuple(ways), assumptions=assumptions)
 
 
 def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> OrientedPoints:
@@ -70,7 +96,14 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
         elif move.motion == "joint" and number > linear[-1]:
             break  # the way back
         else:
-            raise CaseError(f"{where}: expected linear moves to poses, got a {move.motion} one")
+            remedy = ""
+            if move.motion == "joint":
+                remedy = ": give rapid_m_s in [tool_path], and the tool goes straight to its pose"
+                if move.pose is None:
+                    remedy = ", to joint angles: write a line to its pose"
+            raise CaseError(
+                f"{where}: expected linear moves to poses, got a {move.motion} one{remedy}"
+            )
     if len(targets) < 2:
         raise CaseError(f"{file}: expected linear moves from one point to another, got none")
     poses = np.array(targets)

@@ -104,6 +104,57 @@ EXECUTED = {
 }
 
 
+RADIUS = 30.0
+# Places on a circle of RADIUS about (0, 0, 5), at these angles [deg].
+AROUND = (0.0, 40.0, 130.0, 250.0)
+ROUND = "".join(
+    cartesian(k, RADIUS * np.cos(a), RADIUS * np.sin(a), 5.0, w=180.0)
+    for k, a in enumerate(np.deg2rad(AROUND), start=1)
+)
+
+
+@pytest.mark.parametrize(
+    ("instructions", "swept"),
+    [
+        ("L P[1] 50mm/sec FINE\nC P[2] P[3] 20mm/sec CNT100", 130.0),
+        ("J P[1] 50% FINE\nC P[2] P[3] 6.5sec FINE", 130.0),
+        ("L P[1] 50mm/sec FINE\nC P[2] P[4] 20mm/sec FINE\nC P[1] P[3] 20mm/sec FINE", 490.0),
+        ("\n".join(f"A P[{k}] 20mm/sec CNT100" for k in (1, 2, 3, 4)), 250.0),
+        ("\n".join(f"A P[{k}] 20mm/sec CNT50\nDO[1]=ON" for k in (3, 2, 1)), 130.0),
+    ],
+)
+def test_circles_are_followed_through_their_positions(instructions, swept):
+    """Chords are on the circle to the rounding of the positions, and make up its arc's length."""
+    text = text_of(CHOSEN + instructions, ROUND).replace("P[2] P[3]", "P[2]    \n    :  P[3]")
+    found = fanuc_reader.read([ProgramFile("main.ls", text)])
+    points = 1e3 * np.array([move.pose[:3] for move in found.moves])
+    np.testing.assert_allclose(np.linalg.norm(points[:, :2], axis=1), RADIUS, atol=2e-3)
+    np.testing.assert_allclose(points[:, 2], 5.0, atol=1e-9)
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert length == pytest.approx(RADIUS * np.deg2rad(swept), abs=2e-2)
+    assert {move.motion for move in found.moves[1:]} == {"linear"}
+    if "sec FINE" in instructions and "6.5sec" in instructions:
+        assert sum(move.duration for move in found.moves[1:]) == pytest.approx(6.5)
+    else:
+        assert {round(move.speed, 9) for move in found.moves[1:]} == {0.02}
+
+
+def test_a_run_of_arcs_keeps_its_rests_and_is_held_to_one_circle():
+    found = read("A P[1] 20mm/sec FINE\nA P[2] 20mm/sec FINE\nA P[3] 20mm/sec CNT100", ROUND)
+    stops = [1e3 * np.array(move.pose[:2]) for move in found.moves if move.is_stop]
+    expected = [[RADIUS * np.cos(a), RADIUS * np.sin(a)] for a in np.deg2rad(AROUND[:2])]
+    np.testing.assert_allclose(stops, expected, atol=1e-3)
+    off = ROUND + cartesian(5, RADIUS + 0.05, 0.0, 5.0, w=180.0)
+    with pytest.raises(ProgramError, match=r"expected all A .* 0\.05 mm off it"):
+        read("\n".join(f"A P[{k}] 20mm/sec FINE" for k in (1, 2, 3, 5)), off)
+    turned = ROUND + cartesian(5, RADIUS, 0.0, 5.0, w=180.0, r=1.0)
+    for arc in ("C P[3] P[5] 9mm/sec FINE", "C P[5] P[3] 9mm/sec FINE"):
+        with pytest.raises(ProgramError, match="a tool that turns"):
+            read(f"L P[2] 20mm/sec FINE\n{arc}", turned)
+    with pytest.raises(ProgramError, match="a tool that turns"):
+        read("\n".join(f"A P[{k}] 20mm/sec FINE" for k in (2, 3, 5)), turned)
+
+
 @pytest.mark.parametrize("name", EXECUTED)
 def test_instructions_are_executed_as_a_controller_does(name):
     instructions, expected = EXECUTED[name]

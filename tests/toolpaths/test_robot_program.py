@@ -57,6 +57,29 @@ def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
         assert turn.magnitude().max() < 1e-9
 
 
+def test_joint_motions_between_lines_are_the_rapids_of_g_code_if_they_may_be(tmp_path):
+    """Those that lead to the start and away from the end are left out; joint angles have no pose."""
+    points = [*POINTS, (80, 50, 20), (0, 10, 20), (0, 10, -1), (40, 10, -1)]
+    lines = krl(points).replace("LIN {X 80,Y 50,Z 20", "PTP {X 80,Y 50,Z 20")
+    lines = lines.replace("LIN {X 0,Y 10,Z 20", "PTP {X 0,Y 10,Z 20").replace(
+        "\nEND", "\nPTP {X 0}\nEND"
+    )
+    with pytest.raises(
+        CaseError, match=r"line 8: expected linear moves .* a joint one: give rapid_m_s"
+    ):
+        path(tmp_path, "way.src", lines)
+    blocks = [f"X{x} Y{y} Z{z}" for x, y, z in points]
+    ngc = ["G21 G90 F3000", f"G0 {blocks[0]}", *(f"G1 {block}" for block in blocks[1:5])]
+    ngc += [*(f"G0 {block}" for block in blocks[5:7]), *(f"G1 {block}" for block in blocks[7:])]
+    expected = path(tmp_path, "way.ngc", "\n".join(ngc), rapid_m_s=0.2)
+    found = path(tmp_path, "way.src", lines, rapid_m_s=0.2)
+    np.testing.assert_allclose(found.time, expected.time, atol=1e-7)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-7)
+    angles = lines.replace("PTP {X 0,Y 10", "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nPTP {X 0,Y 10")
+    with pytest.raises(CaseError, match=r"line 9: .* a joint one, to joint angles: write a line"):
+        path(tmp_path, "way.src", angles, rapid_m_s=0.2)
+
+
 def test_the_same_arc_is_the_same_path_in_every_language(tmp_path):
     """Half a circle of 20 mm behind a line that meets it along its tangent."""
     tail = (

@@ -55,6 +55,7 @@ class FanucExecution:
 
     def program(self, first: TpText) -> RobotProgram:
         """Return the program that was read."""
+        self.driver.arcs.finish()
         if not self.driver.moves:
             raise ProgramError(f"{first.file}: expected motions, got none")
         base, tool = (self.registers.frame(word) for word in ("UFRAME", "UTOOL"))

@@ -13,6 +13,7 @@ _INDEX = r"\[((?:[^\[\]]|\[[^\[\]]*\])*)\]"
 _BRACKETS = r"\[(?:[^\[\]]|\[[^\[\]]*\])*\]"
 _REGISTER = rf"A?R{_BRACKETS}"
 _TARGET = re.compile(rf"([JLCAS])\s*(PR?){_INDEX}\s*", re.IGNORECASE)
+_VIA = re.compile(rf"(PR?){_INDEX}\s*", re.IGNORECASE)
 _SPEED = re.compile(
     rf"((?:\d+\.?\d*|\.\d+)|{_REGISTER})\s*(%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)(?![\w/])\s*",
     re.IGNORECASE,
@@ -48,13 +49,14 @@ class MotionInstruction:
     """A motion.
 
     Attributes:
-        letter: J or L.
+        letter: J, L, C or A.
         register: P or PR.
         index: Expression of its number.
         speed: Expression of its speed or time.
         unit: Unit of that.
         is_stop: Whether it is to end at rest: FINE, or CNT0.
         options: Options behind that.
+        via: Of C P or PR and the expression of the number of the position that it goes through.
     """
 
     letter: str
@@ -64,6 +66,7 @@ class MotionInstruction:
     unit: str
     is_stop: bool
     options: tuple[MotionOption, ...]
+    via: tuple[str, str] | None = None
 
 
 def _option(pattern: str) -> re.Pattern[str]:
@@ -114,6 +117,10 @@ _OPTIONS: tuple[tuple[re.Pattern[str], Kind, str], ...] = (
 )
 
 
+# Options that move a target.
+_SHIFTS = ("offset", "tool_offset", "incremental")
+
+
 def is_motion(text: str) -> bool:
     """Return whether an instruction is a motion."""
     return _TARGET.match(text) is not None
@@ -123,7 +130,7 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     """Take a motion apart.
 
     Raises:
-        ProgramError: If it is on a circle or a spline, or something of it is not known.
+        ProgramError: If it is on a spline, or something of it is not known.
 
     Example:
         >>> motion = motion_of("L P[2] 50mm/sec CNT100 ACC80 Offset,PR[3]", "here")
@@ -134,22 +141,29 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     if target is None:
         raise ProgramError(f"{where}: expected a motion to P[] or PR[], got {shorten(text)!r}")
     letter = target[1].upper()
-    if letter not in "JL":
+    if letter == "S":
         raise ProgramError(
-            f"{where}: expected J or L, got {letter}, a motion on a"
-            f" {'spline' if letter == 'S' else 'circle'}, whose way the controller alone knows: divide"
-            " it into lines"
+            f"{where}: expected J, L, C or A, got S, a motion on a spline, whose way the controller"
+            " alone knows: divide it into lines"
         )
-    position = target.end()
+    position, register, index, via = target.end(), target[2].upper(), target[3], None
+    if letter == "C":
+        end_of_arc = _VIA.match(text, position)
+        if end_of_arc is None:
+            raise ProgramError(
+                f"{where}: expected C through a position to another, got one in {shorten(text)!r}"
+            )
+        via, position = (register, index), end_of_arc.end()
+        register, index = end_of_arc[1].upper(), end_of_arc[2]
     speed = _SPEED.match(text, position)
     if speed is None:
         raise ProgramError(
-            f"{where}: expected J or L to a position with a speed such as 50mm/sec, got"
+            f"{where}: expected a motion to a position with a speed such as 50mm/sec, got"
             f" {shorten(_first(text, position))!r} in {shorten(text)!r}"
         )
-    if speed[2] == "%" and letter == "L":
+    if speed[2] == "%" and letter != "J":
         raise ProgramError(
-            f"{where}: expected a speed of L in mm/sec or a time, got {speed[0].strip()}"
+            f"{where}: expected a speed of {letter} in mm/sec or a time, got {speed[0].strip()}"
         )
     end = _END.match(text, speed.end())
     if end is None:
@@ -157,14 +171,16 @@ def motion_of(text: str, where: str) -> MotionInstruction:
             f"{where}: expected FINE, CNT or CD behind the speed, got"
             f" {shorten(_first(text, speed.end()))!r}"
         )
+    options = _options(text, end.end(), where)
+    shifted = [option.words for option in options if option.kind in _SHIFTS]
+    if letter in "CA" and shifted:
+        raise ProgramError(
+            f"{where}: expected {letter} to its positions, got {shifted[0]}: write positions that it"
+            " goes through"
+        )
+    is_stop = _STOP.fullmatch(end[0].strip()) is not None
     return MotionInstruction(
-        letter,
-        target[2].upper(),
-        target[3],
-        speed[1],
-        speed[2].lower(),
-        _STOP.fullmatch(end[0].strip()) is not None,
-        _options(text, end.end(), where),
+        letter, register, index, speed[1], speed[2].lower(), is_stop, options, via
     )
 
 

@@ -8,6 +8,7 @@ from math import degrees
 
 from coupling.errors import ProgramError
 from coupling.programs.auxiliary_axes import STANDSTILL, AuxiliaryAxes
+from coupling.programs.fanuc.arcs import ArcRun, add_circular
 from coupling.programs.fanuc.harmless import CALL, first_effect, is_harmless, left_out_word
 from coupling.programs.fanuc.memory import LastTarget, Registers
 from coupling.programs.fanuc.motion_statements import MotionInstruction, MotionOption
@@ -35,6 +36,7 @@ class TpDriver:
         moves: Moves up to now.
         frames: Expresses poses in the first frames.
         others: Places of the axes beside the robot's.
+        arcs: Motions A up to now, if the last one is one.
     """
 
     registers: Registers
@@ -42,6 +44,7 @@ class TpDriver:
     moves: list[ProgramMove] = field(default_factory=list)
     frames: PoseFrames = field(default_factory=PoseFrames)
     others: AuxiliaryAxes = field(default_factory=AuxiliaryAxes)
+    arcs: ArcRun = field(default_factory=ArcRun)
 
     def move(self, running: RunningProgram, motion: MotionInstruction, where: str) -> None:
         """Make a move of a motion.
@@ -57,6 +60,8 @@ class TpDriver:
             raise ProgramError(
                 f"{where}: expected motions of group 1, the robot, got a program of other groups"
             )
+        if motion.letter != "A":
+            self.arcs.finish()
         position = self._target(running, motion, where)
         for option in motion.options:
             if option.kind == "left out":
@@ -69,7 +74,7 @@ class TpDriver:
         registers = self.registers
         base, tool = registers.frame("UFRAME"), registers.frame("UTOOL")
         if position.is_joint:
-            if motion.letter == "L":
+            if motion.letter != "J":
                 raise ProgramError(
                     f"{where}: expected X, Y, Z, W, P, R for a line, got joint angles: teach the"
                     " position as such, or write J"
@@ -79,23 +84,32 @@ class TpDriver:
                 ProgramMove("joint", joints=joints, duration=duration, speed=speed, where=where)
             )
         else:
-            kind: Motion = "linear" if motion.letter == "L" else "joint"
+            kind: Motion = "joint" if motion.letter == "J" else "linear"
             if kind == "linear":
                 self.frames.begin_line(self.moves, base, tool, where)
             pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
-            self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
+            end = ProgramMove(kind, pose, duration=duration, speed=speed, where=where)
+            if motion.via is not None:
+                via = self._taught(running, *motion.via, where)
+                if via.is_joint:
+                    raise ProgramError(
+                        f"{where}: expected X, Y, Z, W, P, R for an arc, got joint angles: teach the"
+                        " position as such"
+                    )
+                add_circular(
+                    self.moves, self.frames.express(via.pose, base, tool, False, where), end
+                )
+            elif motion.letter == "A":
+                self.arcs.add(self.moves, end)
+            else:
+                self.moves.append(end)
         if motion.is_stop:
             rest_behind(self.moves)
         registers.last = LastTarget(position, base, tool)
 
     def _target(self, running: RunningProgram, motion: MotionInstruction, where: str) -> TpPosition:
         """Return the target of a motion with its offsets."""
-        index = running.index(motion.index, where)
-        if motion.register == "PR":
-            position = self.registers.position(index, where)
-        else:
-            position = running.taught(index, where)
-            self.registers.require_frames(position, where)
+        position = self._taught(running, motion.register, motion.index, where)
         if any(option.kind == "incremental" for option in motion.options):
             last = self.registers.last_position(where)
             self._require_one_kind(last, position, "INC", where)
@@ -117,6 +131,17 @@ class TpDriver:
         for option in motion.options:
             if option.kind == "tool_offset":
                 position = self._tool_offset(running, option, position, where)
+        return position
+
+    def _taught(
+        self, running: RunningProgram, register: str, number: str, where: str
+    ) -> TpPosition:
+        """Return a position as it is taught, or of a register."""
+        index = running.index(number, where)
+        if register == "PR":
+            return self.registers.position(index, where)
+        position = running.taught(index, where)
+        self.registers.require_frames(position, where)
         return position
 
     def _moved_others(self, position: TpPosition, where: str) -> tuple[tuple[str, float], ...]:
