@@ -77,6 +77,10 @@ class HysteresisError(CouplingError):
     """A command does not know the hysteresis of gears."""
 
 
+# So many words are shown of those that are known.
+_MOST_WORDS = 40
+
+
 def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") -> str:
     """Return the part of a message that says which words are known, and which one is meant.
 
@@ -95,7 +99,8 @@ def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") 
     words = list(choices)
     close = difflib.get_close_matches(str(got), words, n=1)
     hint = f": did you mean {close[0]!r}?" if close else ""
-    listing = ("one of " if len(words) > 1 else "") + ", ".join(words)
+    shown = words if len(words) <= _MOST_WORDS else [*words[:_MOST_WORDS], f".. ({len(words)})"]
+    listing = ("one of " if len(words) > 1 else "") + ", ".join(shown)
     return f"expected {listing}{also}, got {kind}{got!r}{hint}"
 
 

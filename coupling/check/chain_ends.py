@@ -24,6 +24,7 @@ _TIPS = (
     "attachment",
     "link8",
     "hand",
+    "gripper_link",
     "gripper",
     "tool",
     "tool_link",
@@ -49,8 +50,8 @@ class ChainEnds:
 def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) -> ChainEnds:
     """Return base and tip; those that are not given are guessed.
 
-    What slides or floats before the first rotation carries the robot: the base is behind it.  What
-    slides behind the last one is carried, as the quill of a SCARA: the tip is before it.
+    What slides or floats before most of the rotations carries the robot, as a rail or a vehicle: the
+    base is behind it.  What slides behind them is carried, as the quill of a SCARA: the tip is before.
 
     Raises:
         RobotFileError: If no joint turns, or it is not clear which chain is meant.
@@ -99,9 +100,14 @@ def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> Ch
     """Return the ends of the chain to a tip, its base behind what carries the robot."""
     moving = _moving(tree, root, tip)
     base = root
-    while may_move and moving and not moving[0].is_rotation:
-        base = moving[0].child
-        moving = moving[1:]
+    carriers = len(moving) - len(_rotations(tree, root, tip)) if may_move else 0
+    if carriers < len(moving):
+        for joint in moving[:carriers]:
+            base = joint.child
+        held = [repr(joint.name) for joint in moving[:carriers]]
+        moving = moving[carriers:]
+        if held:
+            about += f", behind {', '.join(held)}, held at zero"
     return ChainEnds(base, tip, tuple(j.name for j in moving if j.is_rotation), about)
 
 
@@ -118,14 +124,19 @@ def _the_one(links: list[str], chains: dict[str, tuple[str, ...]]) -> str:
 
 
 def _rotations(tree: UrdfTree, root: str, link: str) -> tuple[str, ...]:
-    """Return the joints that turn to a link, if nothing slides between them or behind; else none."""
+    """Return the joints that turn to a link behind all that slides, if no more turn before that."""
     try:
         moving = _moving(tree, root, link)
     except ValueError:
         return ()
-    while moving and not moving[0].is_rotation:
-        moving = moving[1:]
-    return tuple(j.name for j in moving) if all(j.is_rotation for j in moving) else ()
+    runs: list[list[str]] = [[]]
+    for joint in moving:
+        if joint.is_rotation:
+            runs[-1].append(joint.name)
+        else:
+            runs.append([])
+    *before, last = runs
+    return tuple(last) if all(len(run) < len(last) for run in before) else ()
 
 
 def _moving(tree: UrdfTree, root: str, link: str) -> list[TreeJoint]:

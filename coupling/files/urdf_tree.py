@@ -42,7 +42,7 @@ _TYPES = (*ROTATIONS, "prismatic", "fixed", "floating", "planar")
 _HARMLESS_WORDS = """
 link joint material transmission gazebo ros2_control sensor mujoco plugin group group_state
 disable_collisions collision_checking self_collision_checking version author license contact static
-xacro:property
+frame xacro:property
 """
 _HARMLESS = frozenset(_HARMLESS_WORDS.split())
 _HARMLESS_PREFIXES = ("gazebo:", "sensor:", "controller:", "interface:", "drake:collision_")

@@ -114,13 +114,36 @@ FINGERS = "".join(
 )
 
 
-@pytest.mark.parametrize(
-    ("more", "base"), [("", "base_link"), (RAIL, "base_link"), (FINGERS, "base_link")]
+VEHICLE = RAIL.replace('"x"', '"drive"') + (
+    '<link name="ground"/><joint name="turn" type="continuous"><parent link="ground"/>'
+    '<child link="rail"/></joint>'
 )
-def test_base_and_tip_are_those_of_the_arm(tmp_path, more, base):
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("", ""),
+        (FINGERS, ""),
+        (RAIL, ", behind 'x', held at zero"),
+        (VEHICLE, ", behind 'turn', 'drive', held at zero"),
+        ('<frame name="grip" link="l6"/>', ""),
+    ],
+)
+def test_base_and_tip_are_those_of_the_arm(tmp_path, more, said):
     ends = chain_ends(read_tree(Path(write(tmp_path, arm(more=more)))))
-    assert (ends.base, ends.tip) == (base, "tool0")
+    assert (ends.base, ends.tip, ends.about) == ("base_link", "tool0", f"by its name{said}")
     assert ends.joints == tuple(f"a{number}" for number in range(1, 7))
+
+
+def test_a_propeller_in_a_gripper_is_no_joint_of_the_arm(tmp_path):
+    text = arm().replace("tool0", "gripper_link")
+    more = '<link name="propeller"/>' + (
+        '<joint name="turn" type="continuous"><parent link="gripper_link"/><child link="propeller"/>'
+        "</joint>"
+    )
+    ends = chain_ends(read_tree(Path(write(tmp_path, text.replace("</robot>", f"{more}</robot>")))))
+    assert (ends.tip, len(ends.joints)) == ("gripper_link", 6)
 
 
 def test_two_arms_are_told_apart_by_tip(tmp_path):
