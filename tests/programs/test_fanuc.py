@@ -139,6 +139,12 @@ def test_circles_are_followed_through_their_positions(instructions, swept):
         assert {round(move.speed, 9) for move in found.moves[1:]} == {0.02}
 
 
+def test_speeds_whose_numbers_stand_elsewhere_are_none():
+    """feed_m_s is asked for where such a line is driven."""
+    found = read("L P[1] 50mm/sec FINE\nL P[2] max_speed CNT100\nL P[3] WELD_SPEED FINE")
+    assert [move.speed for move in found.moves] == [0.05, None, None]
+
+
 def test_a_run_of_arcs_keeps_its_rests_and_is_held_to_one_circle():
     found = read("A P[1] 20mm/sec FINE\nA P[2] 20mm/sec FINE\nA P[3] 20mm/sec CNT100", ROUND)
     stops = [1e3 * np.array(move.pose[:2]) for move in found.moves if move.is_stop]

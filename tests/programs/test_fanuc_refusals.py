@@ -49,7 +49,7 @@ REFUSED = {
     "spline": ("S P[1] 5mm/sec FINE", ["S, a motion on a spline", "lines"]),
     "joints on a line": ("L P[9] 5mm/sec FINE", ["joint angles", "J"]),
     "unknown speed": ("L P[1] R[7:feed]mm/sec FINE", ["R[7]"]),
-    "speed of welding": ("L P[1] WELD_SPEED CNT100", ["WELD_SPEED"]),
+    "word for a speed": ("L P[1] fast_speed CNT100", ["fast_speed"]),
     "percent on a line": ("L P[1] 100% FINE", ["100%"]),
     "weaving": ("Weave Sine[1]", ["Weave Sine[1]"]),
     "another frame": ("UFRAME_NUM=2\nL P[1] 5mm/sec FINE", ["UF : 1", "UFRAME_NUM=1"]),

@@ -200,15 +200,15 @@ REFUSED = {
     "rapid nothing": ("rapid", "", ["expected motions, got none"]),
     "fanuc jump": (*moved("fanuc", "   5:  JMP LBL[1] ;"), ["line 9", "LBL[1]", "got none"]),
     "fanuc arc": (
-        *moved("fanuc", "   5:C P[1] P[2] 10mm/sec FINE ;"),
-        ["line 9", "J or L", "circle"],
+        *moved("fanuc", "   5:S P[1] 10mm/sec FINE ;"),
+        ["line 9", "J, L, C or A", "spline"],
     ),
     "fanuc position": (*moved("fanuc", "   5:L P[77] 10mm/sec FINE ;"), ["line 9", "P[77]"]),
     "fanuc register": (
         *moved("fanuc", "   5:L PR[1] 10mm/sec FINE ;"),
         ["line 9", "PR[1]", "value"],
     ),
-    "fanuc speed": (*moved("fanuc", "   5:L P[2] fast FINE ;"), ["line 9", "J or L"]),
+    "fanuc speed": (*moved("fanuc", "   5:L P[2] fast FINE ;"), ["line 9", "fast", "50mm/sec"]),
     "fanuc zero": (*moved("fanuc", "   5:L P[2] 0msec FINE ;"), ["line 9", "> 0"]),
     "fanuc name": ("fanuc", "/MN\n", ["/PROG and a name"]),
     "fanuc empty position": ("fanuc", FANUC.replace("J1=", "K1="), ["P[1]", "J1, J2, .. in order"]),

@@ -18,6 +18,8 @@ _SPEED = re.compile(
     rf"((?:\d+\.?\d*|\.\d+)|{_REGISTER})\s*(%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)(?![\w/])\s*",
     re.IGNORECASE,
 )
+# Speeds whose numbers the controller or a welding schedule has.
+_NAMED_SPEED = re.compile(r"(?:max_speed|WELD_SPEED)(?!\w)\s*", re.IGNORECASE)
 _END = re.compile(rf"(?:FINE|(?:CNT|CD|CR)\s*(?:\d+|{_REGISTER}))(?!\w)\s*", re.IGNORECASE)
 _STOP = re.compile(r"FINE|CNT\s*0+", re.IGNORECASE)
 _WORD = re.compile(r"[^\s,]+")
@@ -53,7 +55,7 @@ class MotionInstruction:
         register: P or PR.
         index: Expression of its number.
         speed: Expression of its speed or time.
-        unit: Unit of that.
+        unit: Unit of that; "" of max_speed and WELD_SPEED, whose numbers stand elsewhere.
         is_stop: Whether it is to end at rest: FINE, or CNT0.
         options: Options behind that.
         via: Of C P or PR and the expression of the number of the position that it goes through.
@@ -156,20 +158,22 @@ def motion_of(text: str, where: str) -> MotionInstruction:
         via, position = (register, index), end_of_arc.end()
         register, index = end_of_arc[1].upper(), end_of_arc[2]
     speed = _SPEED.match(text, position)
-    if speed is None:
+    named = _NAMED_SPEED.match(text, position) if letter != "J" else None
+    if speed is None and named is None:
         raise ProgramError(
             f"{where}: expected a motion to a position with a speed such as 50mm/sec, got"
             f" {shorten(_first(text, position))!r} in {shorten(text)!r}"
         )
-    if speed[2] == "%" and letter != "J":
+    if speed is not None and speed[2] == "%" and letter != "J":
         raise ProgramError(
             f"{where}: expected a speed of {letter} in mm/sec or a time, got {speed[0].strip()}"
         )
-    end = _END.match(text, speed.end())
+    position = max(match.end() for match in (speed, named) if match is not None)
+    end = _END.match(text, position)
     if end is None:
         raise ProgramError(
             f"{where}: expected FINE, CNT or CD behind the speed, got"
-            f" {shorten(_first(text, speed.end()))!r}"
+            f" {shorten(_first(text, position))!r}"
         )
     options = _options(text, end.end(), where)
     shifted = [option.words for option in options if option.kind in _SHIFTS]
@@ -179,9 +183,8 @@ def motion_of(text: str, where: str) -> MotionInstruction:
             " goes through"
         )
     is_stop = _STOP.fullmatch(end[0].strip()) is not None
-    return MotionInstruction(
-        letter, register, index, speed[1], speed[2].lower(), is_stop, options, via
-    )
+    number, unit = ("", "") if speed is None else (speed[1], speed[2].lower())
+    return MotionInstruction(letter, register, index, number, unit, is_stop, options, via)
 
 
 def _options(text: str, at: int, where: str) -> tuple[MotionOption, ...]:

@@ -216,7 +216,7 @@ class TpDriver:
         self, running: RunningProgram, motion: MotionInstruction, position: TpPosition, where: str
     ) -> tuple[float | None, float | None]:
         """Return time [s] and speed [m/s] of a motion, whichever it has."""
-        if motion.unit == "%":
+        if motion.unit in ("%", ""):
             return None, None
         number = running.require_number(motion.speed, where)
         if number <= 0.0:
