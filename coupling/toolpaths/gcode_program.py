@@ -76,6 +76,7 @@ def read_program(
         except ValueError as cause:
             raise CaseError(f"{file}: line {block.line}: {cause}") from cause
     machine.waits.note_long()
+    machine.waits.note_exact_stops()
     try:
         machine.setups.require_single_offset()
     except ValueError as cause:

@@ -8,6 +8,8 @@ from coupling.toolpaths.gcode_words import require_within
 
 _MAX_DWELL = 3600.0  # no robot waits longer [s]
 _DOUBTFUL_DWELL = 10.0  # a longer wait may be one in milliseconds [s]
+# On other controls G60 is a positioning from one side.
+_EXACT_STOPS = ("G60", "G61")
 
 
 class Waits:
@@ -54,6 +56,15 @@ class Waits:
                 "expected G4 without coordinates, got some: write them in another line"
             )
         return Dwell(duration)
+
+    def note_exact_stops(self) -> None:
+        """Note the words of exact stops that were left out, and what makes them."""
+        words = [word for word in _EXACT_STOPS if word in self._notes.left_out]
+        if words:
+            self._notes.assume(
+                f"{' and '.join(words)}, exact stops on many controls: the tool rests where its"
+                " direction changes by more than corner_deg; with corner_deg = 0 wherever it changes"
+            )
 
     def note_long(self) -> None:
         """Note the first wait that may be meant in milliseconds, and how many others there are."""

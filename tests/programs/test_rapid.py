@@ -128,6 +128,15 @@ def test_the_robot_stands_where_the_program_waits_until_it_does():
     assert (passed.is_stop, waited.is_stop) == (False, True)
 
 
+@pytest.mark.parametrize("wait", ["WaitDI di1,1;", "WaitUntil di1=1;"])
+def test_signals_behind_a_zone_are_taken_to_come_in_time(wait):
+    said = "signals that it waits for behind zones come in time: the tool does not stand there"
+    passed, stopped = (way(text + wait) for text in (to("p2").replace("fine", "z1"), to("p2")))
+    assert said in passed.assumptions
+    assert said not in stopped.assumptions
+    assert [move.is_stop for move in passed.moves] == [True, False, True]
+
+
 @pytest.mark.parametrize("name", EXECUTED)
 def test_what_is_computable_is_computed(name):
     second, between = EXECUTED[name]

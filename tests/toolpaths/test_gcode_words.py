@@ -275,6 +275,19 @@ def test_a_wait_is_in_seconds_and_a_long_one_is_remarked(tmp_path, wait, seconds
     assert said is None or re.search(said, told[0])
 
 
+@pytest.mark.parametrize("word", ["G60", "G61"])
+def test_exact_stops_are_remarked_with_what_makes_them(tmp_path, word):
+    """They are stops at all points on many controls, and nothing of that on others."""
+
+    def remarks(*lines: str) -> str:
+        program(tmp_path, *START, *lines, "G1 X20 Y1")
+        table = GcodePath(kind="gcode", file=tmp_path / "program.ngc", sample_s=0.1)
+        return " ".join(table.task(PART).remarks)
+
+    assert f"{word}, exact stops on many controls" in remarks(word)
+    assert "exact stops" not in remarks()
+
+
 comments = st.recursive(
     st.text(" xX9;G1", max_size=6),
     lambda inner: st.builds("{}({}){}".format, inner, inner, inner),

@@ -21,6 +21,7 @@ from coupling.programs.rapid.instruction_classes import (
     LEFT_OUT,
     MOVES,
     REFUSED,
+    SIGNAL_WAITS,
     STOPS,
     WRITING,
 )
@@ -248,6 +249,11 @@ class RapidExecution:
         """Leave an instruction out, but for functions in it that change data."""
         word, where = statement.name.upper(), statement.where
         self.notes.leave_out(LEFT_OUT.get(word) or WRITING[word])
+        moves = self.motions.moves
+        if word in SIGNAL_WAITS and moves and not moves[-1].is_stop:
+            self.notes.assume(
+                "signals that it waits for behind zones come in time: the tool does not stand there"
+            )
         for call in calls_in(statement):
             if self.memory.routine(call.name, scope) is not None:
                 self._function(call, scope, where)

@@ -61,6 +61,12 @@ WZDOSet WZEnable WZFree WZHomeJointDef WZLimJointDef WZLimSup WZSphDef
 """
 LEFT_OUT = {word.upper(): word for word in _LEFT_OUT_WORDS.split()}
 
+# Those that wait for what only the controller knows; behind a zone the robot waits if it must.
+SIGNAL_WAITS = frozenset(word for word in LEFT_OUT if word.startswith("WAIT")) - {
+    "WAITROB",
+    "WAITTIME",
+}
+
 # Left out as well, but data that are given to them are not known any more.
 _WRITING_WORDS = """
 CopyRawBytes FSSize GetDataVal GetSysData ReadAnyBin ReadCfgData ReadErrData ReadRawBytes ReadVarArr
