@@ -37,9 +37,10 @@ class ProgramPath(CamPath):
         try:
             from coupling.programs.languages import read_program
 
-            return read_program(self.file)
+            program = read_program(self.file)
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
+        return program if self.rapid_m_s is None else _with_straight_ways(program, self.rapid_m_s)
 
     @cached_property
     def _moves(self) -> tuple[ProgramMove, ...]:
@@ -74,6 +75,27 @@ def _with_straight_ways(moves: tuple[ProgramMove, ...], speed: float) -> tuple[P
             ways[number] = replace(move, motion="linear", speed=speed, duration=None, is_stop=True)
             ways[number - 1] = replace(ways[number - 1], is_stop=True)
     return tuple(ways)
+
+
+def _with_straight_ways(program: RobotProgram, speed: float) -> RobotProgram:
+    """Return a program whose joint motions to poses, between its first line and its last, are straight.
+
+    The tool rests at both ends of each.
+    """
+    ways, count = list(program.moves), 0
+    lines = [number for number, move in enumerate(ways) if move.motion == "linear"]
+    for number in range(lines[0] + 1, lines[-1]) if lines else ():
+        move = ways[number]
+        if move.motion == "joint" and move.pose is not None:
+            ways[number] = replace(move, motion="linear", speed=speed, duration=None, is_stop=True)
+            ways[number - 1] = replace(ways[number - 1], is_stop=True)
+            count += 1
+    said = (
+        f"{count} joint motions between lines go straight to their poses, as rapid_m_s says; the"
+        " robot's own go another way"
+    )
+    assumptions = (*program.assumptions, said) if count else program.assumptions
+    return replace(program, moves=tuple(ways), assumptions=assumptions)
 
 
 def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> OrientedPoints:
