@@ -22,7 +22,8 @@ def steps_between(time: np.ndarray, every: float) -> tuple[np.ndarray, np.ndarra
     """Divide every step evenly; return the times and the rows of those given."""
     parts = np.maximum(1, np.ceil(np.diff(time) / every - 1e-6)).astype(int)
     pieces = [
-        np.linspace(*ends, n + 1)[1:] for *ends, n in zip(time, time[1:], parts, strict=False)
+        np.linspace(start, end, n + 1)[1:]
+        for start, end, n in zip(time, time[1:], parts, strict=False)
     ]
     return np.concatenate([time[:1], *pieces]), np.append(0, np.cumsum(parts))
 
