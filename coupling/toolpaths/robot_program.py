@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
 from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
-from coupling.toolpaths.bounds import MAX_SPEED
 from coupling.toolpaths.cam_path import CamPath
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
+
+_MAX_SPEED = 10.0  # no robot goes faster [m/s]
 
 
 class ProgramPath(CamPath):
@@ -42,39 +43,8 @@ class ProgramPath(CamPath):
             raise CaseError(str(cause)) from cause
         return program if self.rapid_m_s is None else _with_straight_ways(program, self.rapid_m_s)
 
-    @cached_property
-    def _moves(self) -> tuple[ProgramMove, ...]:
-        if self.rapid_m_s is None:
-            return self._program.moves
-        return _with_straight_ways(self._program.moves, self.rapid_m_s)
-
     def _plan(self) -> OrientedPoints:
-        return _points(self.file, self._moves, self.feed_m_s)
-
-    def _remarks(self) -> list[str]:
-        remarks = super()._remarks()
-        pairs = zip(self._moves, self._program.moves, strict=True)
-        if count := sum(move != programmed for move, programmed in pairs):
-            remarks.append(
-                f"{count} joint motions between lines go straight to their poses, as rapid_m_s says; the"
-                " robot's own go another way"
-            )
-        return remarks
-
-
-def _with_straight_ways(moves: tuple[ProgramMove, ...], speed: float) -> tuple[ProgramMove, ...]:
-    """Return moves whose joint motions to poses, between the first line and the last, are straight.
-
-    The tool rests at both ends of each.
-    """
-    lines = [number for number, move in enumerate(moves) if move.motion == "linear"]
-    ways = list(moves)
-    for number in range(lines[0] + 1, lines[-1]) if lines else ():
-        move = ways[number]
-        if move.motion == "joint" and move.pose is not None:
-            ways[number] = replace(move, motion="linear", speed=speed, duration=None, is_stop=True)
-            ways[number - 1] = replace(ways[number - 1], is_stop=True)
-    return tuple(ways)
+        return _points(self.file, self._program.moves, self.feed_m_s)
 
 
 def _with_straight_ways(program: RobotProgram, speed: float) -> RobotProgram:
@@ -107,9 +77,9 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
         where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
-            if speed is not None and speed > MAX_SPEED:
+            if speed is not None and speed > _MAX_SPEED:
                 raise CaseError(
-                    f"{where}: expected at most {MAX_SPEED:g} m/s, got {speed:.4g} m/s: look at its"
+                    f"{where}: expected at most {_MAX_SPEED:g} m/s, got {speed:.4g} m/s: look at its"
                     " unit, m/s in KRL, mm/s in RAPID"
                 )
             if targets and speed is None and move.duration is None:
