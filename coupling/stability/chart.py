@@ -46,10 +46,14 @@ def speed_chart(judgement: Judgement, report: Report) -> ChartResult:
     for k, speed in enumerate(rpm.tolist()):
         report("limits over the speed", k, _SPEEDS)
         cut_there = cut.at_speed(speed)
+        deepest = Judgement(cuts, replace(judgement.placed, cut=cut_there), there).deepest
         try:
-            limit[k] = first_border(there.whole, cut_there, cuts.deepest, quick)
+            limit[k] = first_border(there.whole, cut_there, deepest, quick)
         except StabilityError:  # too slow for the fastest mode
             limit[k] = np.nan
+        if limit[k] == np.inf and deepest < cuts.deepest:
+            limit[k] = np.nan
+        if np.isnan(limit[k]):
             continue
         zero_order[k] = quick.limit(cut_there.cutter.tooth_period)
         if alone is not None:

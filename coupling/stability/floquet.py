@@ -8,12 +8,13 @@ one period to the next is then a matrix, whose largest eigenvalue mu tells the g
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from scipy.sparse.linalg import ArpackError, eigs
 
 from coupling.errors import StabilityError
 from coupling.stability.spectral_element import ElementRule, element_rule
@@ -29,8 +30,10 @@ _REAL = 1e-12
 # Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
 NEUTRAL = 1e-6
 # Points at most: more are a cut that is too slow for its fastest mode.
-_MOST_IN_ALL = 600
-# Harmonics of the cut that may be the strongest part of a vibration, to each side.
+_MOST_IN_ALL = 1200
+# Of larger operators so many of the largest multipliers are computed, and not all.
+_LARGE, _LARGEST = 150, 6
+# Harmonics of the cut beyond the fastest mode that may be the strongest part of a vibration.
 _HARMONICS = 60
 
 Border = Literal["Hopf", "flip", "none"]
@@ -100,6 +103,26 @@ def growth_of(structure: Structure, cut: SteadyCut) -> float:
     return operator.growth(operator.multipliers)
 
 
+def points_of(structure: Structure, cut: SteadyCut) -> int:
+    """Return the number of points that the growth in a cut takes: its effort goes with their square."""
+    return sum(points for *_, points in _divided(structure, cut, 1.0))
+
+
+def _divided(
+    structure: Structure, cut: SteadyCut, refined: float
+) -> Iterator[tuple[Channel, float, float, int]]:
+    """Yield channel, beginning [s], length [s] and number of points of the elements of a cut."""
+    for channel in cut.channels:
+        for begin, end in channel.pieces.tolist():
+            radians = (end - begin) * structure.fastest
+            points = refined * (_POINTS + _PER_RADIAN * radians)
+            parts = int(np.ceil(points / _MOST_POINTS))
+            length = (end - begin) / parts
+            for part in range(parts):
+                count = int(np.ceil(points / parts)) + (2 if parts > 1 else 0)
+                yield channel, begin + part * length, length, count
+
+
 def vibration_of(structure: Structure, cut: SteadyCut) -> Vibration:
     """Return the vibration that decays slowest, with its frequency and its force."""
     return PeriodOperator.of(structure, cut).vibration()
@@ -133,16 +156,9 @@ class PeriodOperator:
         """
         elements: list[_Element] = []
         first = 0
-        for channel in cut.channels:
-            for begin, end in channel.pieces.tolist():
-                radians = (end - begin) * structure.fastest
-                points = refined * (_POINTS + _PER_RADIAN * radians)
-                parts = int(np.ceil(points / _MOST_POINTS))
-                rule = element_rule(int(np.ceil(points / parts)) + (2 if parts > 1 else 0))
-                length = (end - begin) / parts
-                for part in range(parts):
-                    elements.append(_Element(channel, begin + part * length, length, rule, first))
-                    first += len(rule.points)
+        for channel, begin, length, points in _divided(structure, cut, refined):
+            elements.append(_Element(channel, begin, length, element_rule(points), first))
+            first += points
         if first > _MOST_IN_ALL:
             waves = structure.fastest / (2.0 * np.pi)
             most = waves * cut.period * _MOST_IN_ALL / first
@@ -265,8 +281,23 @@ class PeriodOperator:
 
     @cached_property
     def multipliers(self) -> np.ndarray:
-        """Floquet multipliers [1], complex, (states + 2 points,)."""
+        """Floquet multipliers [1], complex, (n,): all, or of a large operator the largest."""
+        if len(self.matrix) > _LARGE:
+            return self._largest[0]
         return np.linalg.eigvals(self.matrix)
+
+    @cached_property
+    def _largest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Multipliers, (n,), and their vectors, (states + 2 points, n), the largest among them."""
+        size = len(self.matrix)
+        if size > _LARGE:
+            try:
+                # A first vector that is always the same, and normal to none.
+                first = np.cos(np.arange(size) ** 2)
+                return eigs(self.matrix, k=_LARGEST, v0=first)
+            except ArpackError:  # it does not converge
+                pass
+        return np.linalg.eig(self.matrix)
 
     def growth(self, multipliers: np.ndarray) -> float:
         """Return the growth of the largest of multipliers, (n,), [1/s]."""
@@ -276,15 +307,16 @@ class PeriodOperator:
         """Return the vibration of the largest multiplier."""
         if not self._elements:
             return self._free()
-        values, vectors = np.linalg.eig(self.matrix)
+        values, vectors = self._largest
         largest = int(np.argmax(np.abs(values)))
         multiplier = values[largest]
         if multiplier.imag < 0.0:
             largest = int(np.argmin(np.abs(values - multiplier.conj())))
             multiplier = values[largest]
-        period, states = self._cut.period, len(values) - 2 * self._count
+        period, states = self._cut.period, len(vectors) - 2 * self._count
         exponent = np.log(multiplier) / period
-        harmonic = exponent + 2j * np.pi * np.arange(-_HARMONICS, _HARMONICS + 1) / period
+        farthest = _HARMONICS + int(self._structure.fastest * period / (2.0 * np.pi))
+        harmonic = exponent + 2j * np.pi * np.arange(-farthest, farthest + 1) / period
         motion = vectors[states:, largest].reshape(-1, 2)
         force = np.zeros((len(harmonic), 6), dtype=complex)
         for element in self._elements:

@@ -8,10 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from coupling.stability.case_cut import CaseCuts, PlacedCut, StructureThere
-from coupling.stability.floquet import Vibration, vibration_of
+from coupling.stability.floquet import Vibration, points_of, vibration_of
 from coupling.stability.limit import first_border, stable_islands
 from coupling.stability.structure import Structure
 from coupling.stability.zero_order import ZeroOrder
+
+# Points of cuts among which a limit is looked for, at most.
+_MOST_POINTS = 400
 
 
 @dataclass(frozen=True)
@@ -47,10 +50,18 @@ class Judgement:
         """Whether it decays."""
         return self.vibration.is_stable
 
-    @property
+    @cached_property
     def deepest(self) -> float:
-        """Depth up to which limits are looked for [m], that of the cut at least."""
-        return max(self.cuts.deepest, self.placed.cut.depth)
+        """Depth up to which limits are looked for [m], that of the cut at least.
+
+        Long edges take many points: where there are too many it is halved.
+        """
+        deepest, cut = self.cuts.deepest, self.placed.cut
+        while deepest > cut.depth:
+            if points_of(self.there.whole, cut.at_depth(deepest)) <= _MOST_POINTS:
+                return deepest
+            deepest *= 0.5
+        return cut.depth
 
     @cached_property
     def limit(self) -> float:

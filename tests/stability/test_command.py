@@ -137,6 +137,18 @@ def test_a_tool_that_is_softer_than_the_robot_decides(tmp_path):
     assert (alone["tool_share"], alone["tool_modes"]) == (0.0, 0)
 
 
+def test_a_slow_cut_is_judged_with_the_many_waves_of_a_tool(tmp_path):
+    """The deepest cuts take too many points: limits are looked for up to less, which is said."""
+    more = "pitch_deg = [170.0, 190.0]\n[[stability.tool_mode]]\n"
+    more += "frequency_Hz = 1900.0\ndamping_ratio = 0.02\nstiffness_N_m = 1e7\n"
+    figures = judged(tmp_path, *ONE[:-1], "1700", "--depth-mm", "2", more=more)
+    (point,) = figures["points"]
+    assert not point["stable"]
+    assert point["limit_m"] < 2e-3 < figures["deepest_m"] < 0.064
+    # 67 waves in a turn.
+    assert point["frequency_Hz"] == pytest.approx(2000.0, abs=100.0)
+
+
 def tapped(tmp_path, change=lambda compliance, s: compliance) -> CaseCuts:
     """Return the cuts of a slot with the response of a tool, 600 Hz, 2 %, 2e7 N/m, in its file."""
     frequency = np.arange(100.0, 1500.0, 2.0)

@@ -86,6 +86,14 @@ def test_more_points_do_not_change_the_growth():
         assert growth[0] == pytest.approx(growth[1], rel=1e-3, abs=1e-5)
 
 
+def test_the_largest_multipliers_of_a_large_operator_are_the_largest_of_all():
+    for cut in (milling(20.0, 1e-3), milling(8.0, 3e-3, "up", helix=0.5)):
+        operator = PeriodOperator.of(structure(), cut)
+        every = np.abs(np.linalg.eigvals(operator.matrix))
+        assert len(operator.multipliers) < 10 < len(every)
+        assert np.abs(operator.multipliers).max() == pytest.approx(every.max(), rel=1e-9)
+
+
 def test_four_straight_teeth_in_a_slot_are_a_constant_so_that_zero_order_is_exact():
     quick = ZeroOrder.of(structure(), milling(1000.0, 1e-3, teeth=4))
     for rpm in (300.0, 700.0, 1500.0, 4000.0):
