@@ -8,6 +8,9 @@ from pydantic import AfterValidator, Field
 
 from coupling.files.toml_file import FilePath, Positive, Schema
 
+# No cutter has longer edges [m].
+LONGEST_EDGE = 1.0
+
 
 def _rises(ends: list[float]) -> list[float]:
     if not ends[0] < ends[1]:
@@ -56,7 +59,7 @@ class StabilityTable(Schema):
     spindle_rpm: (
         Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_rises)] | None
     ) = None
-    max_depth_m: Positive | None = None
+    max_depth_m: Annotated[float, Field(gt=0.0, le=LONGEST_EDGE)] | None = None
     tool_mode: list[ToolModeTable] = []
     tool_response: FilePath | None = None
     process_damping: ProcessDampingTable | None = None

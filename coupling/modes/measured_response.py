@@ -109,6 +109,12 @@ def read_responses(file: Path) -> tuple[MeasuredResponse, ...]:
             f"{file}: expected frequency responses of displacement, velocity or acceleration over"
             " force along x, y or z, got none"
         )
+    for response in responses:
+        if not np.any(response.compliance):
+            raise StabilityError(
+                f"{file}: {response.name}: expected a response, got 0 at all its frequencies: measure it"
+                " again, or leave it out"
+            )
     return responses
 
 

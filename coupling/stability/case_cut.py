@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from coupling.case.case import Case
+from coupling.case.stability import LONGEST_EDGE
 from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
 from coupling.modes.locked_robot import LockedRobot
@@ -231,13 +232,19 @@ class CaseCuts:
             depth: Axial depth [m].
 
         Raises:
-            StabilityError: If the number of angles is another one, or the path cuts nowhere.
+            StabilityError: If the number of angles is another one, the cut is deeper than edges are
+                long, its feed per tooth is not below the radius, or the path cuts nowhere.
         """
         joints = len(self._placed.description.joints)
         if len(q) != joints:
             raise StabilityError(
                 f"posture: expected {joints} angles, one for each joint of"
                 f" {self._placed.description.name}, got {len(q)}"
+            )
+        if not 0.0 < depth <= LONGEST_EDGE:
+            raise StabilityError(
+                f"depth: expected more than 0 and at most {1e3 * LONGEST_EDGE:.4g} mm, got"
+                f" {1e3 * depth:.4g} mm"
             )
         engaged = self.milling.engaged
         if isinstance(engaged, StatedArcs):
@@ -252,7 +259,13 @@ class CaseCuts:
                 )
             cut = self._cut(arcs, int(np.argmax(section))).at_depth(depth)
         cut = cut.at_speed(rpm)
-        return PlacedCut(None, q, feed, cut, self._feed_rate * cut.cutter.tooth_period, cut.depth)
+        feed_per_tooth, radius = self._feed_rate * cut.cutter.tooth_period, cut.cutter.radius
+        if feed_per_tooth >= radius:
+            raise StabilityError(
+                f"{rpm:.4g} 1/min: expected a feed per tooth below the radius of the cutter,"
+                f" {1e3 * radius:.4g} mm, got {1e3 * feed_per_tooth:.4g} mm: name a higher speed"
+            )
+        return PlacedCut(None, q, feed, cut, feed_per_tooth, cut.depth)
 
     def beyond_limits(self, q: np.ndarray) -> tuple[str, ...]:
         """Return a sentence for each joint whose angle [rad], (joints,), is beyond its limits."""

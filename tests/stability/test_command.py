@@ -177,6 +177,7 @@ def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
         (lambda h, s: 1e6 * h, "if they are in um/N"),
         (lambda h, s: s * h, "if they are velocities over force"),
         (lambda h, s: s**2 * h, "if they are accelerations over force:"),
+        (lambda h, s: 0.0 * h, "xx: expected a response, got 0 at all its frequencies"),
         (lambda h, s: 1.0 / h, "that 6 modes at most follow, got one that they miss by 100 %:"),
         (lambda h, s: abs(h) + 0j, "that 6 modes at most follow, got one that they miss"),
     ],
@@ -265,6 +266,11 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
         ([*ONE], "--depth-mm"),
         ([*ONE, "--depth-mm", "-1"], "expected a number > 0, got -1"),
         ([*ONE, "--depth-mm", "nan"], "--depth-mm"),
+        ([*ONE, "--depth-mm", "1e300"], "at most 1000 mm, got 1e+300 mm"),
+        (
+            [*ONE[:-1], "1e-3", "--depth-mm", "1"],
+            "below the radius of the cutter, 8 mm, got 5.747e+05 mm",
+        ),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
         ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "at most 3600 deg, got inf"),
@@ -283,6 +289,7 @@ def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
     [
         ("\n[stability]\nspindle_rpm = [9000.0, 3000.0]\n", "lowest < highest"),
         ("\n[stability]\nmodes = 3\n", "modes"),
+        ("\n[stability]\nmax_depth_m = 1e9\n", "max_depth_m"),
         (
             "\n[[stability.tool_mode]]\nfrequency_Hz = 1e3\ndamping_ratio = 2.0\nstiffness_N_m = 1e7\n",
             "damping_ratio",
