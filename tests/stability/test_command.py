@@ -19,6 +19,7 @@ from coupling.events import unwatched
 from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
 from coupling.stability.clear_chatter import refuse_clear_chatter
+from coupling.stability.floquet import vibration_of
 from coupling.stability.judgement import Judgement
 from coupling.stability.path_stability import PathStability, most_different, stability_in_brief
 
@@ -213,10 +214,11 @@ def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path
     judgement = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 3000.0, 1e-3))
     chart = speed_chart(judgement, lambda what, done, total: None)
     assert 20.0 < chart.rpm[0] < 6000.0
+    shallow = judgement.placed.cut.at_depth(1e-5)
     for rpm in chart.rpm:
-        _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, rpm, 1e-5)).vibration
+        _ = vibration_of(judgement.there.whole, shallow.at_speed(rpm))
     with pytest.raises(StabilityError, match="raise the speed"):
-        _ = Judgement.of(cuts, cuts.in_posture(posture, 0.0, 20.0, 1e-5)).vibration
+        vibration_of(judgement.there.whole, shallow.at_speed(20.0))
 
 
 def test_a_cut_is_marched_in_time_where_asked(tmp_path):
