@@ -325,9 +325,13 @@ def _steps(
         yield from _plans(figures, context)
         if is_alone and any(gear.at_risk for gear in figures.gears):
             yield NextStep.by("Or place the part where no gear reverses:", "place", context.case)
-    if not figures.gains and good is not True:
+    is_worse = figures.outlook is not None and figures.outlook.worse is not None
+    if not figures.gains and good is not True and (is_worse or not is_alone):
         return
-    yield NextStep.export("Write the robot program:", folder, figures.robots[0].title)
+    purpose = "Write the robot program:"
+    if shift is not None:
+        purpose = "Or learn the robot from a part made under this command; write its program:"
+    yield NextStep.export(purpose, folder, figures.robots[0].title)
     if is_alone:
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",

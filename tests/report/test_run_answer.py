@@ -209,7 +209,8 @@ def test_where_a_shift_of_the_part_does_better_it_is_the_verdict_and_the_step(fi
     commands = [step.command.split()[1] for step in answer.steps]
     assert commands[0] == "couple"
     assert "touch_off = true in [part] of line.toml" in answer.steps[0].words
-    assert "export" not in commands
+    assert commands[-2:] == ["export", "next"]
+    assert answer.steps[-2].words.startswith("Or learn the robot from a part made under this")
     box = verdict(finished.model_copy(update={"outlook": found}), "measured")
     assert box.good is False
     assert box.parts[0].startswith("A shift of the part alone does better")
