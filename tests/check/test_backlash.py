@@ -116,9 +116,10 @@ def test_gears_that_keep_their_flank_are_off_by_a_fifth_of_their_half_width(kept
     model, loads = kept.moving.model, gear_loads(kept.moving, kept.wanted)
     theta = kept.moving.task(kept.wanted).guess[:: len(loads.time) // 100]
     rest = np.zeros((len(theta), model.size))
-    _, by = model.linearised(model.chain.theta(theta), rest, rest, np.zeros((len(theta), 6)))
+    theta = model.chain.theta(theta)
+    linear = model.desk.linearised(theta, rest, rest, np.zeros((len(theta), 6)))
     off = 0.2 * kept.moving.backlash * np.sign(loads.torque[0])
-    most = np.linalg.norm(by.jacobian[:, :3, model.gears] @ off, axis=1).max()
+    most = np.linalg.norm(linear.jacobian[:, :3, model.gears] @ off, axis=1).max()
     for own in kept.robot.backlash:
         assert own.deviation.maximum == pytest.approx(most, rel=1e-2)
         assert own.deviation.maximum_less_constant < 0.1 * most
