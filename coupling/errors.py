@@ -86,7 +86,7 @@ def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") 
 
     Args:
         choices: The words.
-        got: What stands there instead.
+        got: Word that stands there instead.
         also: Text after the words, such as another possibility.
         kind: Text before what stands there.
 

@@ -26,7 +26,7 @@ class FinishedRun:
 
     Attributes:
         run: Its result.
-        stored: What its folder says of it.
+        stored: Content of its folder.
     """
 
     run: Run

@@ -48,7 +48,7 @@ def write_robot(
         measured: Names of the measured files; and kind and source, as the robot file has them.
         target: Robot file to write.
         answer, sections: Functions that return the first screen, of a file by its name, and the rest.
-        warnings: What the user should look at.
+        warnings: Sentences on what the user should look at.
 
     Raises:
         Exit: If it is refused, with status 1.

@@ -55,7 +55,7 @@ class Driver(ABC):
         variables: Names of its variables.
         slave_type: FMPy's class.
         slave: FMPy's FMU.
-        functions: What its version of FMI steps it with.
+        functions: Functions by which its version of FMI steps it.
     """
 
     slave_type: ClassVar[type]

@@ -67,7 +67,7 @@ class Stepper:
     A call of Python for each costs more than a step of a fast FMU.
 
     Args:
-        functions: What its version steps it with.
+        functions: Functions by which its version of FMI steps it.
         slave: FMPy's FMU, which has an instance.
         library: The desk library.
         inputs, outputs: Value references of real variables.

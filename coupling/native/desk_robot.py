@@ -101,7 +101,7 @@ class LinearisedChain(NamedTuple):
         by_motion: Its derivatives by theta, theta', theta'' [N m/rad, ..], (k, 3, n, n).
         jacobian: Jacobian of the TCP, base axes [m/rad, rad/rad], (k, 6, n).
         position: Position of the TCP [m], (k, 3).
-        rotation: base_from_tool, (k, 3, 3).
+        rotation: base_from_tool [1], (k, 3, 3).
     """
 
     load: np.ndarray
@@ -168,7 +168,7 @@ class DeskRobot:
     def linearised(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> LinearisedChain:
-        """Return the loads, their derivatives, Jacobian and pose of the TCP; arguments as `loads`."""
+        """Return the loads [N m], (k, n), their derivatives, Jacobian and pose; arguments as `loads`."""
         motion = self._motion(theta, rate, acceleration, wrench)
         count, n = motion[0].shape
         shapes = ((n,), (3, n, n), (6, n), (3,), (3, 3))

@@ -36,7 +36,7 @@ def blocked_report(case: Case, error: UnreachableError, file: Path) -> ResultRep
     """Return what is told of a case whose path a robot cannot follow.
 
     Args:
-        error: What planning its path has raised.
+        error: Refusal of its path.
         file: The case file, as it was named.
     """
     placed = next(robot for robot in case.robots if robot.description is error.robot)

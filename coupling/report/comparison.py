@@ -180,7 +180,7 @@ def _models(
     last run for: so both tell the same figures.
 
     Args:
-        sources: What was measured, by the numbers of its runs.
+        sources: Measurements, by the numbers of their runs.
         last: Folder of the last run.
     """
     if not sources:

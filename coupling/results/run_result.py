@@ -58,7 +58,7 @@ class PlantReplay(ResultPart):
     """What the command leaves on the plant.
 
     Attributes:
-        differences: What is other than on the model, in words.
+        differences: Differences from the model, in words.
         wrench: Whether the wrench is the model's, times a factor, or that of plant and process.
         remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
         deviation_m, peak_force_N: Worst figures of all tools.
