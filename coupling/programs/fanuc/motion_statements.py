@@ -58,7 +58,7 @@ class MotionInstruction:
         unit: Unit of that; "" of max_speed and WELD_SPEED, whose numbers stand elsewhere.
         is_stop: Whether it is to end at rest: FINE, or CNT0.
         options: Options behind that.
-        via: In a C motion P or PR, and the expression of the number of the position that it goes through.
+        via: In a C motion P or PR, and the expression of the number of the position in between.
     """
 
     letter: str
