@@ -265,7 +265,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
         ([*ONE, "--depth-mm", "1e300"], "at most 1000 mm, got 1e+300 mm"),
         (
             [*ONE[:-1], "1e-3", "--depth-mm", "1"],
-            "below the radius of the cutter, 8 mm, got 5.747e+05 mm",
+            "below the radius of the cutter, 8 mm, got 4.8e+05 mm",
         ),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
