@@ -63,8 +63,7 @@ def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
     """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
 
     def at(x):
-        point = SimpleNamespace(minus_log_likelihood=less_likely * float(x[0] != 1.0))
-        return SimpleNamespace(x=x, point=point)
+        return SimpleNamespace(x=x, minus_log_likelihood=less_likely * float(x[0] != 1.0))
 
     monkeypatch.setattr(
         identifiability, "fit_roughly", lambda problem, x: at(np.where(x > 1.2, other, 1.0))
