@@ -28,8 +28,9 @@ from coupling.report.cut_report import cut_section
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import name_path
 from coupling.report.result_report import ResultReport
-from coupling.report.run_answer import RunContext, run_answer
+from coupling.report.run_answer import run_answer
 from coupling.report.run_scene import part_frame, run_scene, tool_of, tracks_of
+from coupling.report.run_steps import RunContext
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS

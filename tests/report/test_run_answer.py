@@ -12,7 +12,8 @@ from reported import compensated
 
 from coupling.programs.languages import LANGUAGES
 from coupling.report.document import document
-from coupling.report.run_answer import RunContext, run_answer
+from coupling.report.run_answer import run_answer
+from coupling.report.run_steps import RunContext
 from coupling.report.verdict import verdict
 from coupling.results.cut_result import CutStability
 from coupling.results.iteration_result import QUASISTATIC_VALIDATION
