@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from coupling.errors import one_of
@@ -31,6 +32,9 @@ _TIPS = (
 )
 # A chain to one of them counts from so many joints on: the wrist of a gripper is none.
 _MIN_JOINTS = 3
+# Joints behind so many are a gripper's where they, or the links that they move, are called so.
+_GRIPPER_JOINT = re.compile(r"grip|finger|thumb|knuckle|jaw", re.IGNORECASE)
+_FINGER_LINK = re.compile(r"finger|thumb|knuckle|jaw", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,7 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
 
     What slides or floats before most of the rotations carries the robot, as a rail or a vehicle: the
     base is behind it.  What slides behind them is carried, as the quill of a SCARA: the tip is before.
+    So are the fingers of a gripper.
 
     Raises:
         RobotFileError: If no joint turns, or it is not clear which chain is meant.
@@ -78,20 +83,34 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
         ]
         if names:
             return _ends(tree, root, _the_one(names, chains), base is None, "by its name")
+    arms = {link: joints for link, joints in chains.items() if not _has_gripper(tree, joints)}
+    chains = arms or chains
+    longest = max(map(len, chains.values()))
     full = [link for link, joints in chains.items() if len(joints) == longest]
     last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
     chosen = _the_one(last, chains)
-    about = f"the end of the longest chain, {longest} joints{_behind(tree, chosen)}"
+    about = f"the end of the longest chain, {longest} joints{_behind(tree, chains[chosen][-1])}"
     return _ends(tree, root, chosen, base is None, about)
 
 
-def _behind(tree: UrdfTree, tip: str) -> str:
-    """Return what moves behind a tip and is no driven rotation, in words; empty for nothing."""
+def _has_gripper(tree: UrdfTree, joints: Sequence[str]) -> bool:
+    """Return whether joints in their order end with those of a gripper."""
+    return any(_is_of_gripper(tree.joints[name]) for name in joints[_MIN_JOINTS:])
+
+
+def _is_of_gripper(joint: TreeJoint) -> bool:
+    called = _GRIPPER_JOINT.search(joint.name) or _FINGER_LINK.search(joint.child)
+    return called is not None
+
+
+def _behind(tree: UrdfTree, last: str) -> str:
+    """Return what moves behind the last joint of an arm, in words; empty for nothing."""
     moving = {joint.name for joint in tree.joints.values() if joint.kind != "fixed"}
-    for link, _ in tree.rigid_links(tip, moving):
+    for link, _ in tree.rigid_links(tree.joints[last].child, moving):
         for joint in tree.child_joints[link]:
-            if joint.name in moving and not joint.is_rotation:
+            if joint.name in moving and (not joint.is_rotation or _is_of_gripper(joint)):
                 kind = "a mimic joint" if joint.mimics else joint.kind
+                kind = "a gripper's" if joint.is_rotation else kind
                 return f", as {joint.name!r} behind it is {kind}: it is carried at zero"
     return ""
 

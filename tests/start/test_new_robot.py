@@ -146,6 +146,27 @@ def test_a_propeller_in_a_gripper_is_no_joint_of_the_arm(tmp_path):
     assert (ends.tip, len(ends.joints)) == ("gripper_link", 6)
 
 
+@pytest.mark.parametrize(
+    "fingers",
+    [
+        (("gripper_joint", "left_outer_link"),),
+        (("drive_joint", "left_outer_knuckle"),),
+        (("jaw_left", "left"), ("jaw_right", "right")),
+    ],
+)
+def test_fingers_that_turn_are_no_joints_of_an_arm_whose_flange_has_no_usual_name(tmp_path, fingers):
+    """The longest chain would have them as its last joint, or two fingers would be two chains."""
+    text = arm().replace("tool0", "l7")
+    more = "".join(
+        f'<link name="{link}"/><joint name="{joint}" type="revolute"><parent link="l7"/>'
+        f'<child link="{link}"/></joint>'
+        for joint, link in fingers
+    )
+    ends = chain_ends(read_tree(Path(write(tmp_path, text.replace("</robot>", f"{more}</robot>")))))
+    assert (ends.tip, ends.joints) == ("l7", tuple(f"a{number}" for number in range(1, 7)))
+    assert f"6 joints, as {fingers[0][0]!r} behind it is a gripper's: it is carried" in ends.about
+
+
 def test_two_arms_are_told_apart_by_tip(tmp_path):
     links = "".join(f'<link name="{name}"/>' for name in ("torso", "left_tool0", "right_tool0"))
     joints = "".join(
