@@ -83,14 +83,22 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
         ]
         if names:
             return _ends(tree, root, _the_one(names, chains), base is None, "by its name")
-    arms = {link: joints for link, joints in chains.items() if not _has_gripper(tree, joints)}
-    chains = arms or chains
-    longest = max(map(len, chains.values()))
-    full = [link for link, joints in chains.items() if len(joints) == longest]
+    full = _longest(chains)
+    arms = _longest({k: joints for k, joints in chains.items() if not _has_gripper(tree, joints)})
+    # An arm carries its gripper; a finger of a hand carries no other one.
+    if any(all(j[: len(arm)] == arm for j in full.values()) for arm in arms.values()):
+        full = arms
     last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
     chosen = _the_one(last, chains)
-    about = f"the end of the longest chain, {longest} joints{_behind(tree, chains[chosen][-1])}"
+    joints = full[chosen]
+    about = f"the end of the longest chain, {len(joints)} joints{_behind(tree, joints[-1])}"
     return _ends(tree, root, chosen, base is None, about)
+
+
+def _longest(chains: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Return the chains that have most joints, by their last links."""
+    most = max(map(len, chains.values()), default=0)
+    return {link: joints for link, joints in chains.items() if len(joints) == most}
 
 
 def _has_gripper(tree: UrdfTree, joints: Sequence[str]) -> bool:

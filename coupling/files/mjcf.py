@@ -41,14 +41,14 @@ def read_mjcf(file: Path) -> tuple[str, tuple[str, ...]]:
             " model so that its z axis points up"
         )
     root = Element("robot", name=file.stem)
-    written = {0: (SubElement(root, "link", name="world").get("name", ""), pin.SE3.Identity())}
+    SubElement(root, "link", name="world")
     for body in range(1, model.nbody):
-        written[body] = _write_body(root, model, body, written, file)
+        _write_body(root, model, body, file)
     for site in range(model.nsite):
         name = model.site(site).name
         if name:
-            link, link_from_body = written[int(model.site_bodyid[site])]
-            placement = link_from_body * _placement(model.site_pos[site], model.site_quat[site])
+            link = _body_name(model, int(model.site_bodyid[site]))
+            placement = _placement(model.site_pos[site], model.site_quat[site])
             _write_joint(root, f"{name}_site", "fixed", link, f"site_{name}", placement)
     for joint, other in _coupled_joints(model, mujoco).items():
         element = next(e for e in root.findall("joint") if e.get("name") == _name(model, joint))
@@ -140,21 +140,21 @@ def _name(model: Any, joint: int) -> str:
     return model.joint(joint).name or f"joint{joint}"
 
 
-def _write_body(
-    root: Element, model: Any, body: int, written: dict[int, tuple[str, pin.SE3]], file: Path
-) -> tuple[str, pin.SE3]:
-    """Write a body behind its joints; return its link, and the body's frame in the link's."""
-    parent, parent_from_body = written[int(model.body_parentid[body])]
-    name = model.body(body).name or f"body{body}"
-    placement = parent_from_body * _placement(model.body_pos[body], model.body_quat[body])
+def _body_name(model: Any, body: int) -> str:
+    return model.body(body).name or (f"body{body}" if body else "world")
+
+
+def _write_body(root: Element, model: Any, body: int, file: Path) -> None:
+    """Write a body behind its joints, as a link in the body's frame."""
+    parent, name = _body_name(model, int(model.body_parentid[body])), _body_name(model, body)
+    placement = _placement(model.body_pos[body], model.body_quat[body])
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-    link_from_body = pin.SE3.Identity()
-    if count == 0:
-        _write_joint(root, f"{name}_fixed", "fixed", parent, name, placement)
+    # A link's frame lies on its joint; a body's need not, and then is a link of its own.
+    is_apart = count > 0 and bool(np.any(model.jnt_pos[first + count - 1]))
     for number in range(first, first + count):
-        # A link's frame lies on its joint, a body's need not.
         at = pin.SE3(np.eye(3), np.array(model.jnt_pos[number]))
-        link = name if number == first + count - 1 else f"{name}_{number - first + 1}"
+        is_last = number == first + count - 1 and not is_apart
+        link = name if is_last else f"{name}_{number - first + 1}"
         joint = model.joint(number)
         kind = {0: "floating", 2: "prismatic", 3: "revolute"}.get(int(model.jnt_type[number]))
         if kind is None:
@@ -164,9 +164,10 @@ def _write_body(
         element = _write_joint(root, _name(model, number), kind, parent, link, placement * at)
         if kind != "floating":
             _write_range(element, model, number, kind)
-        placement, parent, link_from_body = at.inverse(), link, at.inverse()
-    _write_inertia(root, model, body, name, link_from_body)
-    return name, link_from_body
+        placement, parent = at.inverse(), link
+    if count == 0 or is_apart:
+        _write_joint(root, f"{name}_fixed", "fixed", parent, name, placement)
+    _write_inertia(root, model, body, name)
 
 
 def _write_joint(
@@ -195,16 +196,12 @@ def _write_range(element: Element, model: Any, number: int, kind: str) -> None:
             element.set("type", "continuous")
 
 
-def _write_inertia(
-    root: Element, model: Any, body: int, name: str, link_from_body: pin.SE3
-) -> None:
+def _write_inertia(root: Element, model: Any, body: int, name: str) -> None:
     if model.body_mass[body] == 0.0:
         return
     link = next(candidate for candidate in root.findall("link") if candidate.get("name") == name)
     inertial = SubElement(link, "inertial")
-    _write_origin(
-        inertial, link_from_body * _placement(model.body_ipos[body], model.body_iquat[body])
-    )
+    _write_origin(inertial, _placement(model.body_ipos[body], model.body_iquat[body]))
     SubElement(inertial, "mass", value=f"{float(model.body_mass[body]):.17g}")
     principal = zip(("ixx", "iyy", "izz"), model.body_inertia[body], strict=True)
     moments = {key: f"{float(value):.17g}" for key, value in principal}

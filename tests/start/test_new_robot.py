@@ -154,7 +154,9 @@ def test_a_propeller_in_a_gripper_is_no_joint_of_the_arm(tmp_path):
         (("jaw_left", "left"), ("jaw_right", "right")),
     ],
 )
-def test_fingers_that_turn_are_no_joints_of_an_arm_whose_flange_has_no_usual_name(tmp_path, fingers):
+def test_fingers_that_turn_are_no_joints_of_an_arm_whose_flange_has_no_usual_name(
+    tmp_path, fingers
+):
     """The longest chain would have them as its last joint, or two fingers would be two chains."""
     text = arm().replace("tool0", "l7")
     more = "".join(
@@ -220,6 +222,23 @@ def test_an_mjcf_moves_as_mujoco_moves_it(tmp_path):
         gravity = pin.computeGeneralizedGravity(chain.model, chain.model.createData(), theta)
         np.testing.assert_allclose(gravity, data.qfrc_bias, atol=1e-12)
     assert robot.joints[0].limits == pytest.approx((-2.3, 1.7))
+
+
+def test_a_body_of_an_mjcf_is_a_link_in_its_frame_wherever_its_joints_are(tmp_path):
+    """The tool's place is given in the frame of the last body, whose joint is 0.1 m off it."""
+    mujoco = pytest.importorskip("mujoco")
+    file = write(tmp_path, MJCF, "arm.xml")
+    made = new_robot(file, RobotChoice(tip="b2"), tmp_path)
+    for name, text in made.texts.items():
+        (tmp_path / name).write_text(text)
+    chain = build_chain(load_robot(tmp_path / made.file))
+    model = mujoco.MjModel.from_xml_path(file)
+    data = mujoco.MjData(model)
+    theta = np.array([0.3, -0.4, 0.5])
+    data.qpos[:] = model.qpos0 + theta
+    mujoco.mj_forward(model, data)
+    tip = base_from_tool(chain, chain.model.createData(), theta).translation
+    np.testing.assert_allclose(tip, data.body("b2").xpos, atol=1e-12)
 
 
 def test_what_an_mjcf_says_of_drives_and_balance_is_named_where_it_is_left_out(tmp_path):
