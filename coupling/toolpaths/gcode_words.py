@@ -74,9 +74,10 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1").rstrip(_END_OF_FILE)
     _note_points(text, notes)
     lines, has_begun = enumerate(io.StringIO(text, newline=None), start=1), False
-    is_tnc = False
+    is_tnc, begins_with_mark, line = False, False, "\n"
     for number, line in lines:
         if line[0] in "%:$" and (mark := _mark(line.strip(), has_begun, notes)):
+            begins_with_mark = begins_with_mark or line[0] == "%"
             if mark == "end":
                 _leave_out_rest(lines, "the closing %", notes)
                 return
@@ -103,6 +104,10 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
             if any(m in _PROGRAM_ENDS for m in block.m):
                 _leave_out_rest(lines, "the program's end", notes)
                 return
+    if begins_with_mark or not line.endswith("\n"):
+        notes.assume(
+            f"the file is whole, though {line.strip()[:20]!r}, without M2, M30 or %, ends it"
+        )
 
 
 def _note_points(text: str, notes: ReadingNotes) -> None:

@@ -112,7 +112,6 @@ def test_what_cannot_change_the_path_is_left_out_and_listed():
     lines = """GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )
 INTERRUPT ON 3
 BAS (#INITMOV,0 )
-$ADVANCE=3
 $OUT[4]=NOT $IN[2]
 WAIT FOR $IN[3] AND NOT $IN[4]
 WAIT SEC 0.5
@@ -132,7 +131,6 @@ HALT"""
     assert places(found) == [[0, 0, 0], [1, 0, 0]]
     assert dict(found.left_out) == {
         "INTERRUPT": 2,
-        "$ADVANCE": 1,
         "$OUT": 1,
         "WAIT": 1,
         "PULSE": 1,
@@ -184,6 +182,25 @@ ENDIF"""
     assert [text.split()[4] for text in found.assumptions] == ["ARC20", "A10_OPTION", "H70_OPTION"]
     with pytest.raises(ProgramError, match=r"line 7: .*A10_INI"):
         program(f"{ini}\n{START}", "DECL INT A\nA10_OPTION=#ACTIVE")
+
+
+def test_without_an_advance_run_the_robot_rests_at_every_target():
+    """$ADVANCE=0 lets no motion pass into the next one, whatever C_DIS says."""
+    body = """LIN {X 1} C_DIS
+N=$ADVANCE
+$ADVANCE=0
+LIN {X 2} C_DIS
+SPLINE
+SLIN {X 3}
+SLIN {X 4}
+ENDSPLINE C_SPL
+$ADVANCE=N
+LIN {X 5} C_DIS
+LIN {X 6}"""
+    found = program(f"DECL INT N\n{START}\n{body}")
+    assert [move.is_stop for move in found.moves[1:]] == [False, True, False, True, False, True]
+    with pytest.raises(ProgramError, match=r"line 4: expected \$ADVANCE from 0 to 5, got 6"):
+        program(f"{START}\n$ADVANCE=6")
 
 
 def test_a_line_that_keeps_its_rotation_does_not_turn():

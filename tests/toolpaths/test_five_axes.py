@@ -184,7 +184,7 @@ def test_an_axis_turns_as_it_is_written_or_the_shortest_way(tmp_path):
     def turned(target: float, **keys: object) -> tuple[float, list[str]]:
         lines = ["G43.4", "G0 X0 Y0 Z0 A90 C359", f"G1 X10 C{target} F600"]
         rotary = table(["table C", "table A"], **keys)
-        (tmp_path / "wrap.ngc").write_text("\n".join([*START, *lines]))
+        (tmp_path / "wrap.ngc").write_text("\n".join([*START, *lines, ""]))
         read = read_program(tmp_path / "wrap.ngc", rotary)
         ways = np.linspace(0.0, 0.01, 50)
         _, vectors = GcodeCourse(read, rotary.kinematics, 0.1, upright).points(ways)

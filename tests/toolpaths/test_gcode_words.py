@@ -24,7 +24,8 @@ START = ("G21 G90 G17", "G0 X0 Y0 Z0", "G1 X10 F1200")
 
 def program(folder: Path, *lines: str) -> GcodeProgram:
     file = folder / "program.ngc"
-    file.write_text("\n".join(lines))
+    # Behind DOS' mark of a file's end stands nothing.
+    file.write_text("\n".join(lines) + "\n" * (not lines[-1].endswith("\x1a")))
     return read_program(file)
 
 
@@ -366,6 +367,23 @@ def test_a_tool_that_is_changed_for_itself_or_behind_the_cuts_is_one_tool(tmp_pa
 def test_a_printers_words_may_be_whole_and_its_motors_be_switched_on(tmp_path):
     printed = program(tmp_path, "M83", *START, "G1 X20 E1", "M17", "G1 X30 E2")
     assert ends_mm(printed) == [[10.0, 0.0, 0.0], [20.0, 0.0, 0.0], [30.0, 0.0, 0.0]]
+
+
+def test_a_program_that_may_be_cut_off_is_told(tmp_path):
+    """A tape has % at both ends; a file cut within a line may have lost the end of a number."""
+    file = tmp_path / "cut.ngc"
+    whole = "%\nG21 G1 X0 Y0 Z0 F100\nX12.5"
+    for text, is_told in (
+        (whole, True),
+        (f"{whole}\n", True),
+        (f"{whole}\n%", False),
+        (f"{whole}\nM30", False),
+        (whole[2:], True),
+        (f"{whole[2:]}\n", False),
+    ):
+        file.write_text(text)
+        remarks = ["'X12.5', without M2, M30" in text for text in read_program(file).assumptions]
+        assert remarks == [True] * is_told
 
 
 def test_feeds_under_g70_are_told(tmp_path):

@@ -27,7 +27,10 @@ from coupling.programs.text import shorten
 from coupling.programs.unknown import Unknown
 
 # System variables that are executed.
-_SETTINGS = ("$BASE", "$TOOL", "$VEL", "$ORI_TYPE", "$CIRC_TYPE", "$IPO_MODE", "$OV_PRO")
+_FRAMES_AND_MODES = ("$BASE", "$TOOL", "$ORI_TYPE", "$CIRC_TYPE", "$IPO_MODE")
+_SETTINGS = (*_FRAMES_AND_MODES, "$VEL", "$OV_PRO", "$ADVANCE")
+# Values of some in whole numbers, from one to another.
+_RANGES = {"$OV_PRO": (1, 100), "$ADVANCE": (0, 5)}
 _FIXED = ("$NULLFRAME", "$WORLD")
 _MANUAL = frozenset(("$T1", "$T2"))
 # What INI folds ask before they switch a technology package on.
@@ -68,7 +71,7 @@ class KrlController:
         store["$BASE", ()], store["$TOOL", ()] = Unknown("$BASE"), Unknown("$TOOL")
         store["$VEL", ()], store["$OV_PRO", ()] = {}, 100
         store["$ORI_TYPE", ()], store["$IPO_MODE", ()] = "#VAR", "#BASE"
-        store["$CIRC_TYPE", ()] = "#BASE"
+        store["$CIRC_TYPE", ()], store["$ADVANCE", ()] = "#BASE", 3
 
     # Expressions
 
@@ -217,12 +220,13 @@ class KrlController:
             raise ProgramError(
                 f"{where}: expected {name}={' or '.join(allowed)}, got {describe_value(value)}"
             )
-        if name == "$OV_PRO":
-            if isinstance(value, Unknown) or not 0.0 < number(value, where) <= 100.0:
+        if name in _RANGES:
+            least, most = _RANGES[name]
+            if isinstance(value, Unknown) or not least <= number(value, where) <= most:
                 raise ProgramError(
-                    f"{where}: expected $OV_PRO from 1 to 100, got {describe_value(value)}"
+                    f"{where}: expected {name} from {least} to {most}, got {describe_value(value)}"
                 )
-            if value != 100:
+            if name == "$OV_PRO" and value != 100:
                 self.notes.assume(f"the override is {number(value, where):g} %, as $OV_PRO says")
         if name == "$VEL":
             speed = value.get("CP") if isinstance(value, dict) else value
@@ -249,6 +253,11 @@ class KrlController:
         if index <= 0:
             return null_frame()
         return self.valued(parse_expression(f"{word}_DATA[{index}]", self.where))
+
+    @property
+    def rounds_corners(self) -> bool:
+        """Whether motions pass into each other where they say so: not without an advance run."""
+        return self.variables.common.values["$ADVANCE", ()] != 0
 
     def settings(self, motion: str) -> MotionSettings:
         """Return what holds for a motion.

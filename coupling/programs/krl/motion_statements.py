@@ -128,7 +128,8 @@ class MotionStatements:
         self._end(options)
 
     def _end(self, options: list[str]) -> None:
-        if not (self.motions.spline or _ROUNDED.intersection(options)):
+        is_rounded = self.controller.rounds_corners and _ROUNDED.intersection(options)
+        if not (self.motions.spline or is_rounded):
             self.motions.come_to_rest()
 
     def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
@@ -232,7 +233,7 @@ class MotionStatements:
     def _close_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.remaining, line)
-        if not line.remaining:
+        if not (line.remaining and self.controller.rounds_corners):
             self.motions.come_to_rest()
         if self._before_spline:
             self.controller.restore(self._before_spline)
@@ -320,6 +321,7 @@ class MotionStatements:
         controller.set_system("$BASE", null_frame())
         controller.set_system("$TOOL", controller.numbered_frame("TOOL", 1))
         controller.set_system("$ORI_TYPE", "#VAR")
+        controller.set_system("$ADVANCE", 3)
         for name in ("$CIRC_TYPE", "$IPO_MODE"):
             controller.set_system(name, "#BASE")
         speed = controller.valued(Reference("DEF_VEL_CP"))
