@@ -243,8 +243,17 @@ class MovingRobot:
             torque: Torque of every gear at these times [N m], (k, gears).
             wrench: Wrench on the tool.
         """
-        start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
-        return self._wind_up(start, time, torque)
+        return self.wind_up_after(self.at_rest(theta, time[:1], wrench), time, torque)
+
+    def at_rest(self, theta: UniformSpline, time: np.ndarray, wrench: WrenchHistory) -> np.ndarray:
+        """Return the wind-up of the gears at rest under their static torque [rad], (gears,).
+
+        Args:
+            theta: Motion of the links.
+            time: When they are at rest [s], (1,).
+            wrench: Wrench on the tool, which begins then.
+        """
+        return self._start(theta.at(time), wrench.wrench[0, :1])
 
     def wind_up_from(self, static: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
         """Return the wind-up of the gears; at first that of gears by themselves at rest, from unloaded.
@@ -254,9 +263,16 @@ class MovingRobot:
             time: Evenly spaced [s], (k,).
             torque: Torque of every gear at these times [N m], (k, gears).
         """
-        return self._wind_up(self._at_rest(static), time, torque)
+        return self.wind_up_after(self._at_rest(static), time, torque)
 
-    def _wind_up(self, start: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
+    def wind_up_after(self, start: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
+        """Return the wind-up of the gears from that at the first time.
+
+        Args:
+            start: Wind-up at the first time [rad], (gears,).
+            time: Evenly spaced [s], (k,).
+            torque: Torque of every gear at these times [N m], (k, gears).
+        """
         damping = self._gears.damping
         return solve_wind_up(time, torque, self._gear_curve, damping, start, self.elements)
 

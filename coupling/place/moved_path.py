@@ -41,10 +41,9 @@ class MovedPath:
         if self._one is None:
             return Targets(position.reshape(3, -1), *self._columns_at(places, settings))
         every = np.tile(settings, len(places))
-        columns, shift = self._one
-        return Targets(
-            position.reshape(3, -1), [column[:, every] for column in columns], shift[:, every]
-        )
+        columns, shift, quaternion = self._one
+        tool = [column[:, every] for column in columns]
+        return Targets(position.reshape(3, -1), tool, shift[:, every], quaternion[every])
 
     def motion(self, places: np.ndarray, settings: np.ndarray) -> TipMotion:
         """Return the tool's motion at places (p,) in settings (s,), numbers of both."""
@@ -83,17 +82,20 @@ class MovedPath:
         """Return gravity, base axes [m/s^2], (3, batch)."""
         return np.tile(self._placed.gravity[settings].T, len(places))
 
-    def _columns_at(self, places: np.ndarray, settings: np.ndarray) -> tuple[Columns, np.ndarray]:
-        """Return base_from_tool by its columns, and the TCP's shift, (3, batch)."""
+    def _columns_at(
+        self, places: np.ndarray, settings: np.ndarray
+    ) -> tuple[Columns, np.ndarray, np.ndarray]:
+        """Return base_from_tool by its columns, the TCP's shift, (3, batch), and its quaternion."""
         at, by = np.repeat(places, len(settings)), np.tile(settings, len(places))
         along_path, axes, placed = self._stations.tool[at], self._stations.axes[at], self._placed
         part_from_tool = axes * placed.tilt[by] * axes.inv() * along_path * placed.spin[by]
-        matrix = (placed.part[by] * part_from_tool).as_matrix()
+        base_from_tool = placed.part[by] * part_from_tool
+        matrix = base_from_tool.as_matrix()
         columns = [np.ascontiguousarray(matrix[:, :, k].T) for k in range(3)]
         contact = part_from_tool.inv().apply(along_path.apply(APPROACH))
         if self._stations.centered:
             contact = np.zeros_like(contact)
-        return columns, self._radius * (contact - APPROACH).T
+        return columns, self._radius * (contact - APPROACH).T, base_from_tool.as_quat()
 
 
 def _rotate(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:

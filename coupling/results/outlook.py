@@ -18,6 +18,9 @@ from coupling.results.replay import Replay, Worsening
 _INTERVAL = (5.0, 95.0)
 # Share of the robots that stay below what is expected.
 EXPECTED_SHARE = 0.01 * _INTERVAL[1]
+# Ranks at which a sample decides whether a command is worse than none: whether less a constant, and the
+# share of the robots.
+DECIDING_RANKS = ((False, 0.5), (True, 0.5), (False, EXPECTED_SHARE))
 
 _ADVICE = (
     "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"

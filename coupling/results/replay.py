@@ -144,13 +144,25 @@ class Worsening(ResultPart):
         """
         pairs = [cls.of(replay, before, is_shifted) for replay in singles]
         for sample in filter(None, samples):
-            drawn = sorted(
-                (cls.of(replay, before, is_shifted) for replay in sample),
-                key=lambda pair: pair.excess,
-            )
-            pairs.append(drawn[max(int(share * len(drawn) + 0.5), 1) - 1])
+            number = cls.deciding(sample, before, is_shifted, share)
+            pairs.append(cls.of(sample[number], before, is_shifted))
         worst = max(pairs, key=lambda pair: pair.excess, default=None)
         return None if worst is None or worst.excess <= 0.0 else worst
+
+    @classmethod
+    def deciding(
+        cls, sample: Sequence[Replay], before: Deviation, is_shifted: bool, share: float
+    ) -> int:
+        """Return the number of the replay that stands for a sample: the worst of a share of all.
+
+        Args:
+            sample: Replays on robots that are drawn, at least one.
+            before: As of `of`.
+            share: Share of the sample up to which a robot is to be expected.
+        """
+        excess = [cls.of(replay, before, is_shifted).excess for replay in sample]
+        order = sorted(range(len(sample)), key=excess.__getitem__)
+        return order[max(int(share * len(sample) + 0.5), 1) - 1]
 
     @property
     def excess(self) -> float:

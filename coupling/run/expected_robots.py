@@ -5,7 +5,7 @@ This is the one place that says what is uncertain of a robot and a force of whic
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
@@ -14,12 +14,13 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.events import Progress, Watch, unwatched
 from coupling.fmu.worker import WorkerProcesses
-from coupling.results.outlook import DrawnFrom, DrawnReplays
-from coupling.results.replay import Replay, keeping_the_worst
+from coupling.path.deviation import Deviation
+from coupling.results.outlook import DECIDING_RANKS, DrawnFrom, DrawnReplays
+from coupling.results.replay import Replay, Worsening, keeping_the_worst
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.check import Check, CheckedCommand, of_corrections
 from coupling.run.fmu_pool import FmuPool
-from coupling.run.replayed_command import ReplayedCommand
+from coupling.run.replayed_command import ReplayedCommand, is_surely_better
 from coupling.run.uncertain_parameters import (
     SampledRobots,
     StiffnessRanges,
@@ -184,32 +185,65 @@ def drawn_replays(
 
     def with_values() -> tuple[list[Replay], list[Replay]]:
         """Replay on robots with each of the values that files leave out, and on those with all."""
-
-        def of_all() -> Iterator[Replay]:
-            whole = simulated(expected.completed)
-            for draw in draws[:completed_count]:
-                replay = command.on("a drawn robot with usual values", whole, draw)
-                finished.append(replay.without_path())
-                yield replay
-
         for value in values:
             robots = simulated(completed(expected.robots, [value]))
             replay = command.on(value.name, robots, SampledRobots.as_the_model(len(robots)))
             finished.append(replay.without_path())
-        each = list(finished)
-        return each, keeping_the_worst(of_all() if values else ())
+        each, name = list(finished), "a drawn robot with usual values"
+        if not values:
+            return each, []
+        whole = simulated(expected.completed)
+        return each, on_draws(name, whole, draws[:completed_count], finished.append)
+
+    def on_draws(
+        name: str,
+        robots: Sequence[SimulatedModel],
+        some: Sequence[SampledRobots],
+        notify: Callable[[Replay], None] = lambda replay: None,
+    ) -> list[Replay]:
+        def each() -> Iterator[Replay]:
+            for draw in some:
+                replay = command.on(name, robots, draw)
+                notify(replay.without_path())
+                yield replay
+
+        replays = keeping_the_worst(each())
+        if command.correction is not None:
+            confirm_ranks(
+                replays, lambda number: command.uncorrected_on(name, robots, some[number])
+            )
+        return replays
 
     # Side by side: these robots have FMUs of their own, each in its process.
     with ThreadPoolExecutor(1) as executor:
         of_values = executor.submit(with_values)
-        stated = keeping_the_worst(
-            command.on("a robot drawn from its ranges", command.models, draw) for draw in draws
-        )
+        stated = on_draws("a robot drawn from its ranges", command.models, draws)
         total = len(values) + min(completed_count, len(draws)) * bool(values)
         while wait([of_values], _SHOWN).not_done:
             watch(Progress(_WITH_VALUES, len(finished), total))
         each, both = of_values.result()
     return DrawnReplays(expected.basis, tuple(stated), tuple(each), tuple(both))
+
+
+def confirm_ranks(replays: list[Replay], simulate: Callable[[int], Deviation]) -> None:
+    """Have the robots at the ranks that decide simulated uncorrected, where superposition does not do.
+
+    A simulated deviation may change the order: that goes on until the robot at each rank is simulated,
+    or surely better off with the command.
+
+    Args:
+        replays: Replays of a sample, beside what is uncorrected by superposition; changed.
+        simulate: Function of a replay's number that returns what is uncorrected on its robots.
+    """
+    certain = {number for number, replay in enumerate(replays) if is_surely_better(replay)}
+    for is_shifted, share in DECIDING_RANKS:
+        while replays:
+            # All know what is uncorrected on their robots, so that of the model counts for none.
+            number = Worsening.deciding(replays, replays[0].deviation, is_shifted, share)
+            if number in certain:
+                break
+            replays[number] = replays[number].beside(simulate(number))
+            certain.add(number)
 
 
 def _compute(command: CheckedCommand) -> DrawnReplays:

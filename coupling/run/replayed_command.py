@@ -60,13 +60,23 @@ class ReplayedCommand:
     def on(self, name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots) -> Replay:
         """Return what it leaves on robots that are sampled, by the name of the replay, with its path.
 
+        What the uncorrected command leaves on them is by superposition.
+
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
-        pairs = zip(robots, sampled.differences, strict=True)
-        differing = [robot.differing(difference, name) for robot, difference in pairs]
-        replay, path = self.replay(name, differing, sampled.force)
+        replay, path = self._superposed(name, _differing(name, robots, sampled), sampled.force)
         return replay.keeping(path)
+
+    def uncorrected_on(
+        self, name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots
+    ) -> Deviation:
+        """Return what the uncorrected command leaves on robots that are sampled, simulated.
+
+        Raises:
+            SimulationError: If a robot cannot be simulated.
+        """
+        return self._uncorrected(_differing(name, robots, sampled), sampled.force)
 
     def replay(
         self, name: str, robots: Sequence[SimulatedModel], force: float
@@ -82,17 +92,28 @@ class ReplayedCommand:
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
-        cell = self.cell.with_robots(robots)
-        path = cell.simulate(self.joints, self.wrench.scaled(force), "dynamic")
+        replay, path = self._superposed(name, robots, force)
+        if replay.uncorrected is not None and not is_surely_better(replay):
+            replay = replay.beside(self._uncorrected(robots, force))
+        return replay, path
+
+    def _superposed(
+        self, name: str, robots: Sequence[SimulatedModel], force: float
+    ) -> tuple[Replay, ToolPath]:
+        path = self.cell.with_robots(robots).simulate(
+            self.joints, self.wrench.scaled(force), "dynamic"
+        )
         replay = Replay.of(name, path, self.desired)
-        if self.correction is None:
-            return replay, path
-        before = self.correction.before
-        uncorrected = measure(path.displaced(self._taken_off), self.desired)
-        if not _is_surely_more(uncorrected, replay.deviation):
-            simulated = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
-            uncorrected = measure(simulated, self.desired)
-        return replay.beside(uncorrected), path
+        if self.correction is not None:
+            uncorrected = path.displaced(self._taken_off)
+            replay = replay.beside(measure(uncorrected, self.desired))
+        return replay, path
+
+    def _uncorrected(self, robots: Sequence[SimulatedModel], force: float) -> Deviation:
+        assert self.correction is not None
+        before, cell = self.correction.before, self.cell.with_robots(robots)
+        path = cell.simulate(before.joints, before.wrench.scaled(force), "dynamic")
+        return measure(path, self.desired)
 
     @cached_property
     def _taken_off(self) -> np.ndarray:
@@ -101,9 +122,17 @@ class ReplayedCommand:
         return self.correction.before.path.deviation_from(self.correction.achieved)
 
 
-def _is_surely_more(predicted: Deviation, deviation: Deviation) -> bool:
-    """Return whether a predicted deviation is more than another one, however wrong it is."""
-    return (
-        predicted.maximum > _MARGIN * deviation.maximum
-        and predicted.maximum_less_constant > _MARGIN * deviation.maximum_less_constant
+def is_surely_better(replay: Replay) -> bool:
+    """Return whether the uncorrected command leaves more, however wrong its superposition is."""
+    deviation, uncorrected = replay.deviation, replay.uncorrected
+    return uncorrected is not None and (
+        uncorrected.maximum > _MARGIN * deviation.maximum
+        and uncorrected.maximum_less_constant > _MARGIN * deviation.maximum_less_constant
     )
+
+
+def _differing(
+    name: str, robots: Sequence[SimulatedModel], sampled: SampledRobots
+) -> list[SimulatedModel]:
+    pairs = zip(robots, sampled.differences, strict=True)
+    return [robot.differing(difference, name) for robot, difference in pairs]

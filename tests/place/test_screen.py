@@ -20,6 +20,7 @@ from coupling.place.moved_path import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.settings import NAMES, CellLayout
+from coupling.robot.batch.desk_poses import DeskPoses
 from coupling.robot.batch.following import Targets, angles_from_home, following, solve_poses
 from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -95,20 +96,41 @@ def test_a_robot_finds_the_poses_that_it_has_been_in(name):
     none = np.zeros((3, 200))
     posture = own.posture(q, none)
     targets = Targets(posture.tip, posture.tool, none)
-    found, came = solve_poses(own, targets, np.repeat(home[:, None], 200, axis=1))
+    start = np.repeat(home[:, None], 200, axis=1)
+    found, came = solve_poses(own, targets, start)
     assert came.mean() > 0.97
     again = own.posture(found[:, came], none[:, came])
     np.testing.assert_allclose(again.tip, posture.tip[:, came], atol=1e-7)
-    far, came = angles_from_home(own, targets, home)
+    desk = DeskPoses.of(robot)
+    same, came_too = desk.solve(targets, start, 30)
+    assert came_too.mean() > 0.97
+    again = own.posture(same[:, came_too], none[:, came_too])
+    np.testing.assert_allclose(again.tip, posture.tip[:, came_too], atol=1e-8)
+    # Some are reached in another configuration.
+    assert np.mean(np.abs(same - found).max(axis=0) < 1e-6) > 0.9
+    far, came = angles_from_home(own, targets, home, desk.solve)
     assert came.mean() > 0.97
     np.testing.assert_allclose(own.posture(far, none).tip[:, came], posture.tip[:, came], atol=1e-7)
 
 
+def test_the_tool_is_where_a_shifted_tcp_is_to_be():
+    robot = load_robot(shipped_robots()["icme2008"])
+    own, rng = RigidRobot(robot), np.random.default_rng(8)
+    q = np.deg2rad([[0.0], [10.0], [20.0], [0.0], [60.0], [0.0]]) + rng.uniform(-0.2, 0.2, (6, 20))
+    shift = rng.normal(size=(3, 20)) * 0.02
+    there = own.posture(q, shift)
+    found, came = DeskPoses.of(robot).solve(Targets(there.tip, there.tool, shift), q + 0.1, 30)
+    assert came.all()
+    np.testing.assert_allclose(found, q, atol=1e-9)
+
+
 def test_a_pose_that_is_out_of_reach_is_said_to_be():
-    own = RigidRobot(load_robot(shipped_robots()["icme2008"]))
+    robot = load_robot(shipped_robots()["icme2008"])
+    own = RigidRobot(robot)
     here = own.posture(np.zeros((6, 1)), np.zeros((3, 1)))
     away = Targets(here.tip + np.array([[9.0], [0.0], [0.0]]), here.tool, np.zeros((3, 1)))
-    _, came = angles_from_home(own, away, np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0]))
+    home = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+    _, came = angles_from_home(own, away, home, DeskPoses.of(robot).solve)
     assert not came.any()
 
 

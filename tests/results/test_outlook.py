@@ -10,12 +10,14 @@ from outlooks import deviation, outlook
 from rich.console import Console
 
 from coupling.cli import runs
+from coupling.path.deviation import Deviation
 from coupling.report.document import document
 from coupling.report.verdict import verdict
 from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, WorstReplay
-from coupling.results.replay import Replay
+from coupling.results.replay import Replay, Worsening
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
+from coupling.run.expected_robots import confirm_ranks
 from coupling.run.folder import write_run
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
@@ -81,6 +83,34 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
     )
     few = DrawnReplays(DrawnFrom(), 63 * soft + stiff)
     assert WorstReplay.among(before, replays, few).may_be_worse is None, "one of 64 is not expected"
+
+
+def superposed(count: int, uncorrected: float) -> list[Replay]:
+    """Return replays that leave 2 mm, and uncorrected so much by superposition [m]."""
+    after, before = deviation(2e-3, 2e-3), deviation(uncorrected, uncorrected)
+    return [Replay(name="drawn", deviation=after, uncorrected=before) for _ in range(count)]
+
+
+def test_the_robots_that_decide_are_simulated_where_superposition_is_near():
+    """Two of 16 are worse off in truth, which superposition does not tell: as many as count."""
+    replays, simulated = superposed(12, 9e-3) + superposed(4, 2.2e-3), []
+
+    def simulate(number: int) -> Deviation:
+        simulated.append(number)
+        return deviation(1.7e-3, 1.7e-3) if number > 13 else deviation(2.3e-3, 2.3e-3)
+
+    before = deviation(1e-3, 1e-3)
+    assert Worsening.worst((), [replays], before, False, 0.95) is None
+    confirm_ranks(replays, simulate)
+    assert set(simulated) <= {12, 13, 14, 15}
+    found = Worsening.worst((), [replays], before, False, 0.95)
+    assert (found.deviation, found.uncorrected) == (2e-3, 1.7e-3)
+
+
+def test_robots_that_are_surely_better_off_are_not_simulated():
+    replays = superposed(16, 9e-3)
+    confirm_ranks(replays, lambda number: pytest.fail(f"{number} is simulated"))
+    assert replays == superposed(16, 9e-3)
 
 
 def test_usual_values_of_what_a_file_leaves_out_count_all_at_once():

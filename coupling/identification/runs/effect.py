@@ -143,16 +143,16 @@ class ParameterEffect:
 
     def _wind_ups(self, x: np.ndarray, count: int) -> dict[str, np.ndarray]:
         """Return the gears' wind-up at the first times, and with each kind changed in all gears."""
-        wind_ups = {}
-        for kind in {"", *(p.kind for p in self.parameters if not p.row.of_motor)}:
+        wind_ups, starts = {}, dict[str, np.ndarray]()
+        time, torque = self._time[:count], self._torque[:count]
+        for kind in dict.fromkeys(["", *(p.kind for p in self.parameters if not p.row.of_motor)]):
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
             moving = MovingRobot(self.robot(x + np.array(change)), self._torque_curve)
-            wind_ups[kind] = moving.wind_up(
-                self.theta,
-                self._time[:count],
-                self._torque[:count],
-                self._run.desired_motion.wrench,
-            ).angle
+            static = "" if kind == "damping" else kind  # dampers carry nothing at rest
+            if static not in starts:
+                wrench = self._run.desired_motion.wrench
+                starts[static] = moving.at_rest(self.theta, time[:1], wrench)
+            wind_ups[kind] = moving.wind_up_after(starts[static], time, torque).angle
         return wind_ups
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,16 +38,31 @@ class Targets:
         position: Positions of the TCP [m], (3, n).
         tool: Columns of base_from_tool.
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
+        quaternion: Quaternions of base_from_tool, x, y, z, w [1], (n, 4); None where not known.
     """
 
     position: np.ndarray
     tool: Columns
     tcp_shift: np.ndarray
+    quaternion: np.ndarray | None = None
 
     def chosen(self, rows: np.ndarray) -> Targets:
         """Return the targets of these numbers, (k,), or of a mask, (n,)."""
         tool = [column[:, rows] for column in self.tool]
-        return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows])
+        quaternion = None if self.quaternion is None else self.quaternion[rows]
+        return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows], quaternion)
+
+    @property
+    def quaternions(self) -> np.ndarray:
+        """Quaternions of base_from_tool, x, y, z, w [1], (n, 4)."""
+        if self.quaternion is not None:
+            return self.quaternion
+        matrices = np.stack(self.tool, axis=1).transpose(2, 0, 1)
+        quaternions: np.ndarray = Rotation.from_matrix(matrices).as_quat()
+        return quaternions
+
+
+PoseSolver = Callable[[Targets, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
 
 
 def solve_poses(
@@ -85,7 +101,7 @@ def solve_poses(
 
 
 def angles_from_home(
-    robot: RigidRobot, targets: Targets, home: np.ndarray
+    robot: RigidRobot, targets: Targets, home: np.ndarray, solve: PoseSolver
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
@@ -93,20 +109,22 @@ def angles_from_home(
 
     Args:
         home: Angles of the home posture [rad], (joints,).
+        solve: Function of targets, angles to begin with and iterations, such as `DeskPoses.solve`.
     """
     begin = robot.posture(home[:, None])
     first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
-    last = Rotation.from_matrix(np.stack(targets.tool, axis=1).transpose(2, 0, 1))
+    last = Rotation.from_quat(targets.quaternions)
     turn = (last * first.inv()).as_rotvec()
     q = np.repeat(home[:, None], targets.position.shape[1], axis=1)
     for k in range(1, _LEAD_STEPS):
         share = k / _LEAD_STEPS
-        rotation = (Rotation.from_rotvec(share * turn) * first).as_matrix()
+        rotation = Rotation.from_rotvec(share * turn) * first
         position = (1.0 - share) * begin.tip + share * targets.position
-        tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
-        on_the_way = Targets(position, tool, share * targets.tcp_shift)
-        q, _ = solve_poses(robot, on_the_way, q, _LEAD_ITERATIONS)
-    return solve_poses(robot, targets, q)
+        tool = [np.ascontiguousarray(column) for column in rotation.as_matrix().transpose(2, 1, 0)]
+        shift = share * targets.tcp_shift
+        on_the_way = Targets(position, tool, shift, rotation.as_quat())
+        q, _ = solve(on_the_way, q, _LEAD_ITERATIONS)
+    return solve(targets, q, _MAX_ITERATIONS)
 
 
 def self_motion(robot: RigidRobot, q: np.ndarray) -> np.ndarray:
