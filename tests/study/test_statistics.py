@@ -120,12 +120,6 @@ def test_the_largest_in_a_part_keeps_every_peak():
     assert len(parts_of_path(time[:7], 400)) == 7
 
 
-@pytest.mark.parametrize("width", [1, 7, 16, 17])
-def test_sobol_points_are_those_of_scipy(width):
-    points = qmc.Sobol(width, scramble=True, rng=5).random_base2(6)
-    np.testing.assert_array_equal(DESIGNS["sobol"](64, width, 5), points)
-
-
 def test_a_longer_sobol_study_begins_with_the_shorter_one():
     short, long = (DESIGNS["sobol"](count, 5, 11) for count in (100, 300))
     assert np.array_equal(long[:100], short)
