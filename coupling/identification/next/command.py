@@ -10,7 +10,6 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.command_model import (
     CommandModel,
-    file_model,
     learned_model,
     model_of_run,
 )
@@ -22,7 +21,6 @@ from coupling.identification.next.path_learning import (
     learn_path,
     learning_step,
 )
-from coupling.identification.next.trust_region import restrict_learning
 from coupling.identification.runs.learning import learn
 from coupling.identification.runs.problem import ANYWHERE, FramePrior
 from coupling.identification.runs.results import Learned
@@ -84,42 +82,27 @@ def plan(
     """
     watch(Progress("comparing what was measured", 0, 1))
     history = History.of(sources, options.frame_accuracy, models)
-    require_measured_under(history, history.start, options.random)
-    model, learned = _robot(history, options, models, watch)
+    require_measured_under(history, options.random)
+    learned = None
+    if options.move in ("parameters", "both") or (options.move == "auto" and len(sources) == 1):
+        learned = _learn(history, options, models, watch)
+    if learned is not None and not learned.result.refusal:
+        history = history.with_backlash_of(learned.robot)
+        model = learned_model(history, learned.robot, options)
+    else:
+        number = 0 if options.move == "path" else len(sources) - 1
+        model = model_of_run(history, number, options)
     history = history.aligned_with(model.x)
     sizes = [run.size for run in history.runs]
-    is_cautious = not model.has_parameters and history.reverses_gears(model.x)
-    step = learning_step(sizes, is_cautious, options)
-    tried = learning_step(sizes[:-1] or sizes, is_cautious, options).cutoff
+    step = learning_step(sizes, options)
+    tried = learning_step(sizes[:-1] or sizes, options).cutoff
     if step.worse and learned is None:
         model = model_of_run(history, step.base, options)
         history = history.aligned_with(model.x)
     correction = None
     if options.move != "parameters":
-        update = learn_path(history, model, step.cutoff, options)
-        if model.run_count < len(history.runs):
-            correction = restrict_learning(update, history, model, options, models)
-        else:  # no run shows what a new model's command does
-            correction = update.correction()
+        correction = learn_path(history, model, step.cutoff, options)
     return CommandPlan(history, model, step, correction, tried, learned, options)
-
-
-def _robot(
-    history: History, options: NextOptions, models: FmuPool, watch: Watch
-) -> tuple[CommandModel, Learned | None]:
-    """Return the robot that the next command is computed for, and what was learned of it now.
-
-    Raises:
-        LearnError: If a measurement does not fit its run.
-    """
-    if options.move == "path":
-        return file_model(history, options), None
-    before = model_of_run(history, len(history.runs) - 1, options)
-    if options.move == "auto" and len(history.runs) > 1:
-        return before, None
-    learned = _learn(history, options, models, watch)
-    is_refused = bool(learned.result.refusal)
-    return (before if is_refused else learned_model(history, learned.robot, options)), learned
 
 
 def _learn(history: History, options: NextOptions, models: FmuPool, watch: Watch) -> Learned:

@@ -36,17 +36,14 @@ class CommandModel:
         x: Log factors of the parameters [1], (P,).
         run_count: Number of runs before its first command; 0 of the file's.
         lowest_mode: Lowest eigenfrequency on the path, gears on their flanks [Hz].
+        has_parameters: Whether its parameters were learned.
     """
 
     name: str
     x: np.ndarray
     run_count: int
     lowest_mode: float
-
-    @property
-    def has_parameters(self) -> bool:
-        """Whether its parameters were learned."""
-        return bool(np.any(self.x))
+    has_parameters: bool
 
     @property
     def highest_cutoff(self) -> float:
@@ -104,7 +101,8 @@ def _model(
 ) -> CommandModel:
     joints = history.runs[0].source.stored.joints.q[0]
     rows = np.linspace(0, len(joints) - 1, _POSTURES).astype(int)
-    model = CommandModel(name, x, run_count, lowest_mode(history.robot_at(x), joints[rows]))
+    mode = lowest_mode(history.robot_at(x), joints[rows])
+    model = CommandModel(name, x, run_count, mode, not _is_same(x, history.start))
     if options.cutoff is not None and options.cutoff > model.highest_cutoff:
         raise LearnError(
             f"--cutoff-Hz: expected at most {model.highest_cutoff:.2g} Hz, a third of the lowest"

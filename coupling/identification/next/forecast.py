@@ -19,8 +19,9 @@ from coupling.results.forecast import RunForecast
 # Least rms by which a peak is told [m].
 _LEAST = 1e-9
 # Part of a change of the path that the robot does not do as its model, of the change's rms, up to
-# frequencies that a run has tried; factor within which an rms is expected beside that.
-_PART_OFF, _FACTOR = 0.15, 1.5
+# frequencies that a run has tried, with parameters that were learned and with those of the file; factor
+# within which an rms is expected beside that.
+_PART_OFF, _PART_OFF_OF_FILE, _FACTOR = 0.15, 0.25, 1.5
 
 
 def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> RunForecast:
@@ -54,9 +55,12 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
     moved = slow(change)
     spacing = float(low_pass.time[1] - low_pass.time[0])
     untried = moved - low_passed(spacing, moved, plan.tried_cutoff)
-    uncertainty = (
-        _PART_OFF**2 * _mean_square(moved) + _mean_square(untried) + plan.options.random**2
-    )
+    part_off = _PART_OFF if model.has_parameters else _PART_OFF_OF_FILE
+    uncertainty = part_off**2 * _mean_square(moved) + _mean_square(untried) + plan.options.random**2
+    before = plan.options.rms_of(history.runs[-1].size)
+    last = history.runs[-1].source.forecast
+    if last is not None and last.absolute == absolute:  # what it missed may be missed again
+        uncertainty += max(before**2 - last.rms**2, 0.0)
     high = float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty))
     size, largest = run.size, float(np.linalg.norm(residual, axis=1).max())
     largest_measured = size.maximum if absolute else size.maximum_less_constant
@@ -70,7 +74,7 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
         high=high,
         maximum=peak * high,
         absolute=absolute,
-        before=plan.options.rms_of(history.runs[-1].size),
+        before=before,
     )
 
 

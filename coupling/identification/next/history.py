@@ -13,9 +13,13 @@ from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.source import MeasuredFile, require_comparable
-from coupling.inverse.diagnosis import diagnose
-from coupling.inverse.inversion import MovingRobot
-from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
+from coupling.robot.parameters import (
+    RobotParameter,
+    apply_values,
+    robot_parameters,
+    scaled_values,
+    value_of,
+)
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
@@ -33,13 +37,16 @@ class History:
     Attributes:
         sources: The runs, and what was measured under their commands as it came.
         frame_accuracy: Standard deviations of the measuring device's frame and tip.
-        parameters: Parameters that are learned, of the robot of the first one's file.
+        robot: Robot of the first one's file, with the backlash that was learned of gears for which that
+            states none.
+        parameters: Its parameters that are learned.
         fmu: FMU of that robot.
         runs: Measured runs, on their commands' clocks and in the robot's frame.
     """
 
     sources: tuple[MeasuredFile, ...]
     frame_accuracy: FrameAccuracy
+    robot: Robot
     parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
     runs: tuple[MeasuredRun, ...] = ()
@@ -64,8 +71,23 @@ class History:
         first = sources[0]
         fmu = models.of(first.robot, first.torque_curve, first.drive).fmu
         parameters = learnable(first.robot, first.torque_curve, first.drive)
-        history = cls(tuple(sources), frame_accuracy, parameters, fmu)
+        history = cls(tuple(sources), frame_accuracy, first.robot, parameters, fmu)
+        history = history.with_backlash_of(sources[-1].robot)
         return history.aligned_with(history.start)
+
+    def with_backlash_of(self, learned: Robot) -> History:
+        """Return the history of a robot that has backlash where a learned one has some and it none."""
+        first = self.sources[0]
+        values = {
+            p.name: p.value
+            for p in robot_parameters(learned, first.torque_curve, ("backlash",))
+            if not value_of(self.robot, p.name)
+        }
+        if not values:
+            return self
+        robot = apply_values(self.robot, values)
+        parameters = learnable(robot, first.torque_curve, first.drive)
+        return replace(self, robot=robot, parameters=parameters, _paths={})
 
     def aligned_with(self, x: np.ndarray) -> History:
         """Return the history with the device's frame, clock and tip fitted to a robot's model.
@@ -84,11 +106,11 @@ class History:
     @property
     def start(self) -> np.ndarray:
         """Log factors of the file's robot [1], (P,)."""
-        return np.zeros(len(self.parameters))
+        return self.factors_of(0)
 
     def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot with log factors x [1], (P,)."""
-        return apply_values(self.sources[0].robot, scaled_values(self.parameters, x))
+        return apply_values(self.robot, scaled_values(self.parameters, x))
 
     def factors_of(self, number: int) -> np.ndarray:
         """Return the log factors of the robot that a run was computed for [1], (P,)."""
@@ -109,13 +131,6 @@ class History:
             if len(self._paths) > _CACHED:
                 self._paths.pop(next(iter(self._paths)))
         return self._paths[key]
-
-    def reverses_gears(self, x: np.ndarray) -> bool:
-        """Return whether a gear of a robot with log factors x [1], (P,), passes through its backlash."""
-        first = self.sources[0]
-        moving = MovingRobot(self.robot_at(x), first.torque_curve)
-        gears = diagnose(moving, first.desired_motion)
-        return any(gear.reversals > 0 and gear.at_risk for gear in gears)
 
     def unmodelled(self, number: int, x: np.ndarray) -> np.ndarray:
         """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0.

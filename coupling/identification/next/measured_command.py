@@ -1,7 +1,9 @@
 """Refuse what was measured under another run's command.
 
 Two runs of one robot differ as its model does, y_j - y_i = s_j - s_i, but for what does not repeat.  If
-both measurements belong to one command y_j - y_i = 0, and if they are exchanged s_i - s_j.
+both measurements belong to one command y_j - y_i = 0, and if they are exchanged s_i - s_j.  The model is
+that of the last command: the file's may cross its backlash under one of two commands that are nearly the
+same to a robot that was learned.
 """
 
 from __future__ import annotations
@@ -24,17 +26,17 @@ _DIFFERENT = 3.0
 _EXPLAINED = 0.5
 
 
-def require_measured_under(history: History, x: np.ndarray, random: float) -> None:
+def require_measured_under(history: History, random: float) -> None:
     """Refuse runs whose measurements belong to other commands of theirs.
 
     Args:
         history: The runs.
-        x: Log factors of the robot [1], (P,).
         random: Rms distance from run to run [m].
 
     Raises:
         LearnError: With both measurements and runs.
     """
+    x = history.factors_of(len(history.runs) - 1)
     for i, j in combinations(range(len(history.runs)), 2):
         first, second = history.sources[i], history.sources[j]
         if np.array_equal(first.measured.position, second.measured.position):

@@ -34,9 +34,8 @@ from coupling.results.next_result import DeviationSize, LearningStep
 _WORSE, _DEVIATIONS = 1.1, 2.0
 # Independent values of what differs from run to run: a shift and a drift in three directions.
 _VALUES = 6.0
-# Cutoffs of the first correction and of all [Hz]: above these has a correction more noise than signal;
-# and where gears pass through a backlash that was not learned, which fast corrections make them do.
-_CUTOFFS, _CAUTIOUS = (1.5, 3.0), (0.8, 1.5)
+# Cutoffs of the first correction and of all [Hz]: above these has a correction more noise than signal.
+_FIRST_CUTOFF, _LAST_CUTOFF = 1.5, 3.0
 # A place is worse where its mean square is so many times the best one's, and converges where it is such
 # a part of that; least gain.
 _WORSE_PLACE, _CONVERGES, _LEAST_GAIN = 2.0, 0.5, 0.25
@@ -70,47 +69,6 @@ class PathCorrection:
         return Discrepancy(self.time, position, self.deviation)
 
 
-@dataclass(frozen=True)
-class PathUpdate:
-    """Next correction along the path: d_b + g Q (y_b - s_b - d_b), b and g at every place.
-
-    Attributes:
-        time: Even times over the whole path [s], (n,).
-        squares: Mean squares of the measured deviation around them in the runs b [m^2], (n,).
-        base: Numbers of these runs, (n,).
-        gain: Gain g [1], (n,).
-        before: Correction under every run [m, rad], (n, runs, 6).
-        change: Q (y_b - s_b - d_b) of every run [m, rad], (n, runs, 6).
-        cutoff: Cutoff of the low-pass Q [Hz].
-        noise_share: Part of the noise variance of a run that a gain of 1 takes over.
-    """
-
-    time: np.ndarray
-    squares: np.ndarray
-    base: np.ndarray
-    gain: np.ndarray
-    before: np.ndarray
-    change: np.ndarray
-    cutoff: float
-    noise_share: float
-
-    def correction(self, trust: np.ndarray | float = 1.0) -> PathCorrection:
-        """Return the correction.
-
-        Args:
-            trust: Factor of the gain at every time, between 0 and 1 [1], (n,).
-        """
-        # From the correction of one run to that of another one without a jump.
-        chosen = self.base[:, None] == np.arange(self.before.shape[1])
-        weight = mean_around(self.time, chosen.astype(float))[:, :, None]
-        gain = mean_around(self.time, self.gain * trust)
-        deviation = np.sum(weight * (self.before + gain[:, None, None] * self.change), axis=1)
-        gain_mean = float(gain.mean())
-        rows = slice(None, None, _TABLE)
-        share = gain_mean * self.noise_share
-        return PathCorrection(self.time[rows], deviation[rows], self.cutoff, gain_mean, share)
-
-
 def mean_around(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return means of values (n, ...) around even times [s], (n,)."""
     width = _AROUND / float(time[1] - time[0])
@@ -133,26 +91,23 @@ def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> 
     return rms**2 > (_WORSE * best_rms) ** 2 + _DEVIATIONS * doubt
 
 
-def learning_step(
-    sizes: Sequence[DeviationSize], is_cautious: bool, options: NextOptions
-) -> LearningStep:
+def learning_step(sizes: Sequence[DeviationSize], options: NextOptions) -> LearningStep:
     """Return how the last run compares with the best one, and up to which frequency to learn.
 
     The cutoff doubles after every run that is not worse, and is halved after one that is.
 
     Args:
         sizes: Measured deviation of every run.
-        is_cautious: Whether gears pass through a backlash that was not learned.
         options: Repeatability, and whether the constant counts.
 
     Example:
         >>> def size(rms): return DeviationSize(rms, rms, rms, rms)
         >>> runs = [size(4e-4), size(4e-5), size(9e-5)]
-        >>> learning_step(runs, False, NextOptions())
+        >>> learning_step(runs, NextOptions())
         LearningStep(base=1, worse=True, cutoff=1.5)
     """
     best, worse = 0, False
-    cutoff, highest = _CAUTIOUS if is_cautious else _CUTOFFS
+    cutoff, highest = _FIRST_CUTOFF, _LAST_CUTOFF
     if options.cutoff is not None:
         cutoff = highest = options.cutoff
     for run, size in enumerate(sizes):
@@ -166,7 +121,7 @@ def learning_step(
 
 def learn_path(
     history: History, model: CommandModel, cutoff: float, options: NextOptions
-) -> PathUpdate:
+) -> PathCorrection:
     """Return the next correction along the path.
 
     Args:
@@ -190,8 +145,13 @@ def learn_path(
     change = low_passed(float(time[1] - time[0]), unmodelled - before, cutoff)
     samples = last.measured.time
     share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
-    now = np.take_along_axis(squares, base[:, None], axis=1)[:, 0]
-    return PathUpdate(time, now, base, gain, before, change, cutoff, share)
+    # From the correction of one run to that of another one without a jump.
+    chosen = base[:, None] == np.arange(len(history.runs))
+    weight = mean_around(time, chosen.astype(float))[:, :, None]
+    gain = mean_around(time, gain)
+    deviation = np.sum(weight * (before + gain[:, None, None] * change), axis=1)
+    gain_mean, rows = float(gain.mean()), slice(None, None, _TABLE)
+    return PathCorrection(time[rows], deviation[rows], cutoff, gain_mean, gain_mean * share)
 
 
 def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.ndarray]:

@@ -73,6 +73,23 @@ def judge_parameters(
     return tuple(verdicts)
 
 
+def judge_absent(parameter: RobotParameter) -> LearnedParameterResult:
+    """Return the verdict on a backlash without which the runs are explained: at most the file's."""
+    return LearnedParameterResult.judged(
+        parameter.name,
+        parameter.unit,
+        parameter.value,
+        0.0,
+        (0.0, parameter.value),
+        "",
+        factor=0.0,
+        factor_low=0.0,
+        factor_high=1.0,
+        significant=True,
+        effect_m=0.0,
+    )
+
+
 def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagnosis]) -> str:
     if effect >= _SIGNIFICANT:
         return "not distinguishable from the others"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
+from coupling.identification.runs.backlash_selection import select_backlashes
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.experiment import RunExperiment
 from coupling.identification.runs.fit import fit_runs
-from coupling.identification.runs.judge import judge_parameters
+from coupling.identification.runs.judge import judge_absent, judge_parameters
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of
@@ -24,6 +25,7 @@ from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
+from coupling.robot.parameters import apply_values, value_of
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
@@ -52,18 +54,22 @@ def learn(
     require_comparable(sources)
     first, last = sources[0], sources[-1]
     fmus = models.side_by_side(models.of(first.robot, first.torque_curve, first.drive).fmu)
-    parameters = learnable(first.robot, first.torque_curve, first.drive)
+    of_file = learnable(first.robot, first.torque_curve, first.drive)
     runs, effects = [], []
     for number, source in enumerate(sources):
         watch(Progress("learning: what the parameters do", number, len(sources) + 1))
         model_fmu = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = model_fmu.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         run = _with_motors(source.whole(frame == ANYWHERE, model), first)
-        by = ParameterEffect(first.robot, first.torque_curve, parameters, run)
+        by = ParameterEffect(first.robot, first.torque_curve, of_file, run)
         effects.append(by)
         runs.append(_with_weights(run, by, fmus[0], first.robot))
-    problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), frame)
-    start = factors_between(parameters, last.robot)
+    file_problem = FitProblem(fmus, of_file, tuple(runs), tuple(effects), frame)
+    selected = select_backlashes(runs[0], effects[0], first.robot, fmus[0])
+    problem = _selected(file_problem, first, selected)
+    parameters = problem.parameters
+    unstated = {name: b for name, b in selected.items() if not value_of(last.robot, name)}
+    start = factors_between(parameters, apply_values(last.robot, unstated))
     fit = fit_runs(
         problem, start, lambda done, total: watch(Progress("learning: fit", done, total))
     )
@@ -74,11 +80,31 @@ def learn(
     verdicts = judge_parameters(
         parameters, x, fit.deviation, fit.half, prior_of(parameters), effect, gears
     )
+    # The file states no backlash of gears that have some, and some of gears that have none.
+    names = {parameter.name for parameter in of_file}
+    verdicts = tuple(
+        v if v.name in names else v.model_copy(update={"start": 0.0}) for v in verdicts
+    )
+    verdicts += tuple(judge_absent(p) for p in of_file if selected.get(p.name) == 0.0)
     identifiable = any(parameter.identified for parameter in verdicts)
     whole = gears if identifiable else diagnose(moving, last.desired_motion)
-    settled = replace(problem, spectrum=fit.experiment.problem.spectrum)
-    before = RunExperiment.behind_frame(settled, np.zeros(len(parameters)))
+    settled = replace(file_problem, spectrum=fit.experiment.problem.spectrum)
+    before = RunExperiment.behind_frame(settled, np.zeros(len(of_file)))
     return conclude(sources, fit, before, verdicts, gears, whole)
+
+
+def _selected(
+    problem: FitProblem, source: MeasuredFile, selected: Mapping[str, float]
+) -> FitProblem:
+    """Return the problem of the file's robot with other backlashes [rad], by name."""
+    if not selected:
+        return problem
+    robot = apply_values(source.robot, selected)
+    parameters = learnable(robot, source.torque_curve, source.drive)
+    effects = tuple(
+        ParameterEffect(robot, source.torque_curve, parameters, run) for run in problem.runs
+    )
+    return replace(problem, parameters=parameters, effects=effects)
 
 
 def _with_motors(run: MeasuredPath, source: MeasuredFile) -> MeasuredPath:

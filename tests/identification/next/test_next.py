@@ -85,15 +85,14 @@ def measured(shop):
 def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     """A robot with hysteresis, drift, gear errors and other parameters, learned along the path.
 
-    Some 26 % is left at once, no run is worse than the best, and forecasts hold what is measured."""
+    A quarter is left at once, two thirds of that next, and forecasts hold what is measured."""
     folder, _ = shop
     runs, left, said = measured
     assert "\nExpect the tool within at most about" in said[0]
-    assert "NO BETTER IS EXPECTED" in said[1]  # what is left then is drift and noise
     assert "The last run left" in said[1]
     assert left[0] > 1e-4
-    assert left[1] < 0.28 * left[0]
-    assert left[2] < 1.1 * left[1]
+    assert left[1] < 0.25 * left[0]
+    assert left[2] < 0.7 * left[1]
     for name, own in zip(runs[1:], left[1:], strict=True):
         told = json.loads((folder / name / "result.json").read_text())["forecast"]
         assert told["low"] < own < told["high"]
@@ -206,10 +205,10 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, models, tmp_pa
     folder, robot = shop
     soft = MeasuredRobot(robot.fmu, robot.chain, Settings(scale={"stiffness": 0.8}), Extras())
     moved = soft.measure(folder / "first", tmp_path / "m.csv")
-    not_refused = SimpleNamespace(result=SimpleNamespace(refusal=""), robot=None)
+    source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
+    not_refused = SimpleNamespace(result=SimpleNamespace(refusal=""), robot=source.robot)
     monkeypatch.setattr(next_command, "_learn", lambda *_: not_refused)
     monkeypatch.setattr(next_command, "learned_model", known)
-    source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
     found = next_command.plan([source], NextOptions(FrameAccuracy(5e-4, 5e-4)), models)
     sag = np.linalg.norm(moved.deviation.mean(axis=0))
     assert sag > 1e-4

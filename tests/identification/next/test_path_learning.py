@@ -74,12 +74,12 @@ def sizes_of(rms_values: list[float], doubt: float = 0.0) -> list[DeviationSize]
     return [DeviationSize(value, value, value, value, doubt) for value in rms_values]
 
 
-def step_after(rms_values: list[float], is_cautious: bool = False) -> LearningStep:
-    return learning_step(sizes_of(rms_values), is_cautious, NextOptions())
+def step_after(rms_values: list[float]) -> LearningStep:
+    return learning_step(sizes_of(rms_values), NextOptions())
 
 
 def learned(history: Runs, cutoff: float = 2.0) -> PathCorrection:
-    return learn_path(history, MODEL, cutoff, NextOptions(FrameAccuracy(5e-5, 5e-5))).correction()
+    return learn_path(history, MODEL, cutoff, NextOptions(FrameAccuracy(5e-5, 5e-5)))
 
 
 def applied_by(correction: PathCorrection) -> Discrepancy:
@@ -129,13 +129,11 @@ def test_what_does_not_repeat_is_averaged_where_the_deviation_no_longer_shrinks(
 
 
 def test_the_cutoff_doubles_after_every_run_that_is_not_worse():
-    """Up to 3 Hz; up to 1.5 Hz where backlash is unknown, and never where one is asked for."""
+    """From 1.5 up to 3 Hz, and never where one is asked for."""
     assert step_after([8e-4, 2e-4, 9e-4]).cutoff == 1.5
     runs = [8e-4, 2e-4, 5e-5, 4.9e-5]
     assert [step_after(runs[:count]).cutoff for count in (1, 2, 3, 4)] == [1.5, 3.0, 3.0, 3.0]
-    cautious = [step_after(runs[:count], is_cautious=True).cutoff for count in (1, 2, 3, 4)]
-    assert cautious == [0.8, 1.5, 1.5, 1.5]
-    assert learning_step(sizes_of(runs), False, NextOptions(cutoff=0.7)).cutoff == 0.7
+    assert learning_step(sizes_of(runs), NextOptions(cutoff=0.7)).cutoff == 0.7
 
 
 def bump(time: float, size: float) -> np.ndarray:

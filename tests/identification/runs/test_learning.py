@@ -16,10 +16,13 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
 from coupling.identification.next.inputs import next_case_text
+from coupling.identification.runs.backlash_selection import select_backlashes
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.judge import mostly_in_backlash
+from coupling.identification.runs.learning import learn
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.parameters import LEARNED, factors_between, learnable
+from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import read_source
 from coupling.inverse.diagnosis import diagnose
@@ -123,6 +126,34 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
             assert np.abs(off).max() < 0.01 * np.abs(moved[:, part]).max()
 
 
+@pytest.mark.parametrize("factor", [1e-9, 0.6, 1.0, 1.5])
+def test_backlash_is_dropped_where_there_is_none_and_stays_where_it_is_another(robots, factor):
+    """With stiffness off by 10 % beside it, which moves the tool as well."""
+    for stiffness in (0.9, 1.1):
+        truth = robots.factors(backlash=factor, stiffness=stiffness)
+        run = robots.measured(robots.moved(truth))
+        effect = ParameterEffect(robots.robot, "backlash", robots.parameters, run)
+        selected = select_backlashes(run, effect, robots.robot, robots.fmu)
+        assert set(selected.values()) == ({0.0} if factor < 0.1 else set())
+        assert ("joint[1].backlash" in selected) == (factor < 0.1)
+
+
+@pytest.mark.parametrize("factor", [1e-9, 0.6, 1.0, 1.5])
+def test_backlash_that_the_file_does_not_state_is_added_where_there_is_some(
+    robots, example, factor
+):
+    joints = tuple(replace(joint, backlash=0.0) for joint in example.joints)
+    tight = replace(example, joints=joints)
+    parameters = learnable(tight, "backlash", "ideal")
+    for stiffness in (0.9, 1.1):
+        truth = robots.factors(backlash=factor, stiffness=stiffness)
+        run = robots.measured(robots.moved(truth))
+        effect = ParameterEffect(tight, "backlash", parameters, run)
+        selected = select_backlashes(run, effect, tight, robots.fmu)
+        assert bool(selected) == (factor > 0.1)
+        assert all(7e-5 < backlash < 4e-4 for backlash in selected.values())
+
+
 def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
     rng = np.random.default_rng(2)
     x = rng.uniform(-0.3, 0.3, len(robots.parameters))
@@ -195,6 +226,30 @@ def test_the_command_learns_and_commands_again(command, run):
     runs = [read_run(folder).first for folder in (run / "run", run / "out")]
     before, after = (less_mean(r.plant.position[0] - r.desired.position[0]) for r in runs)
     assert after < 0.5 * before
+
+
+def test_a_robot_without_the_backlash_of_its_file_is_learned_to_have_none(run, example, tmp_path):
+    """Its stiffness is 10 % less; what is left with the file that is written is a tenth."""
+    joints = tuple(
+        replace(j, backlash=0.0, stiffness=0.9 * j.stiffness if j.stiffness else None)
+        for j in example.joints
+    )
+    source = read_source(run / "run", Measurement("", np.zeros(1), np.zeros((1, 3))))
+    stored = source.stored
+    with FmuPool("native") as models:
+        fmu = models.of(replace(example, joints=joints), "backlash").fmu
+        path = fmu.simulate(stored.joints, stored.wrench, "dynamic")
+        seen = path.position[0] + NOISE * np.random.default_rng(1).standard_normal(
+            path.position[0].shape
+        )
+        source = replace(source, measured=Measurement("m.csv", path.time, seen))
+        learned = learn([source], FramePrior(), models)
+    left = learned.result.left_m
+    assert left.learned < 0.1 * left.robot_file
+    assert learned.robot.joints[0].backlash == 0.0
+    target = tmp_path / "robot.toml"
+    target.write_text(learned.text(source.file, "m.csv", target))
+    assert load_robot(target) == replace(learned.robot, name=load_robot(target).name)
 
 
 def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
