@@ -9,7 +9,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.process.cut_course import CutCourse
 from coupling.process.cutting_data import MATERIALS, CuttingData
-from coupling.process.engaged_arcs import Arcs, StatedArcs
+from coupling.process.engaged_arcs import Arcs, RemovedStock, StatedArcs
 from coupling.process.milling_force import Milling, MillingForce
 from coupling.process.milling_table import MillingForceTable
 from coupling.results.cut_result import COURSES, CutExtremes, CutResult
@@ -21,6 +21,8 @@ _OTHERWISE, _SHARE = 0.1, 0.1
 # Shear in steel and titanium, by tangential coefficient [Pa], and their highest usual speeds [m/s].
 _HARD, _HARD_FASTEST, _FASTEST = 1.4e9, 10.0, 80.0
 _SLOWEST = 0.1
+# Part of the volume that the end of a cutter may remove without a word.
+_BY_END = 0.2
 
 
 def milling_and_table(case: Case) -> tuple[Milling, MillingForceTable] | None:
@@ -98,6 +100,19 @@ def cut_warnings(case: Case, cut: CutResult) -> Iterator[str]:
     )
     if isinstance(milling.engaged, StatedArcs):
         yield from _of_stated_arcs(milling, milling.engaged, table)
+    if isinstance(milling.engaged, RemovedStock):
+        yield from _of_end_cutting(cut.volume_m3, milling.engaged.removal.volume)
+
+
+def _of_end_cutting(by_edges: float, removed: float) -> Iterator[str]:
+    """Yield a sentence where the end of a cutter removes much of a volume, all in [m^3]."""
+    share = 1.0 - by_edges / removed if removed > 0.0 else 0.0
+    if share > _BY_END:
+        yield (
+            f"process: {100.0 * share:.0f} % of the {1e9 * removed:.4g} mm3 that the path removes are"
+            " cut by the end of the cutter, where it goes down into the material or begins in it: no"
+            " force, torque or power has that share"
+        )
 
 
 def _of_cutting_speed(speed: float, tangential: float, data: CuttingData | None) -> Iterator[str]:
