@@ -9,7 +9,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.process.cut_course import CutCourse
 from coupling.process.cutting_data import MATERIALS, CuttingData
-from coupling.process.engaged_arcs import Arcs, RemovedStock, StatedArcs
+from coupling.process.engaged_arcs import Arcs, StatedArcs
 from coupling.process.milling_force import Milling, MillingForce
 from coupling.process.milling_table import MillingForceTable
 from coupling.results.cut_result import COURSES, CutExtremes, CutResult
@@ -66,6 +66,7 @@ def cut_result(case: Case) -> CutResult | None:
         cutting_speed_m_s=course.cutting_speed,
         cutting_time_s=float(steps[cuts].sum()),
         volume_m3=float(np.trapezoid(course.removal_rate, time)),
+        by_end_m3=float(np.trapezoid(course.end_rate, time)),
         figures={
             key: CutExtremes(
                 mean=float(np.average(values[cuts], weights=steps[cuts])),
@@ -100,18 +101,12 @@ def cut_warnings(case: Case, cut: CutResult) -> Iterator[str]:
     )
     if isinstance(milling.engaged, StatedArcs):
         yield from _of_stated_arcs(milling, milling.engaged, table)
-    if isinstance(milling.engaged, RemovedStock):
-        yield from _of_end_cutting(cut.volume_m3, milling.engaged.removal.volume)
-
-
-def _of_end_cutting(by_edges: float, removed: float) -> Iterator[str]:
-    """Yield a sentence where the end of a cutter removes much of a volume, all in [m^3]."""
-    share = 1.0 - by_edges / removed if removed > 0.0 else 0.0
-    if share > _BY_END:
+    if cut.by_end_m3 > _BY_END * cut.volume_m3:
+        share, removed = cut.by_end_m3 / cut.volume_m3, cut.volume_m3
         yield (
             f"process: {100.0 * share:.0f} % of the {1e9 * removed:.4g} mm3 that the path removes are"
-            " cut by the end of the cutter, where it goes down into the material or begins in it: no"
-            " force, torque or power has that share"
+            " cut by the end of the cutter, where it goes down into the material: no force, torque or"
+            " power has that share"
         )
 
 

@@ -10,9 +10,11 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
+from coupling.process.engaged_arcs import RemovedStock
 from coupling.run.cut_figures import cut_result, cut_warnings
 from coupling.run.execute import run_coupling
 from coupling.run.figures import shares_of
+from coupling.stability.case_cut import milling_of
 
 
 def shortened(speed: int, tmp_path, *changes: tuple[str, str]):
@@ -59,7 +61,10 @@ def test_milling_case_shortened_couples_through_the_dynamic_fmu(tmp_path, speed)
 
 
 def test_what_the_end_of_a_cutter_removes_is_told_where_it_is_much(tmp_path):
-    """A helix of three turns: a disc of 3 mm, 603 mm3 of 1593, is cut by the end; a slot has little."""
+    """A helix of three turns: a disc of 3 mm, 603 mm3 of 1593, is cut by the end; a slot has little.
+
+    The removal rate has that share: its integral is the volume that goes from the raster.
+    """
     turns = "".join(f"G3 X5 Y0 Z-{depth} I-5 J0 F600\n" for depth in (1, 2, 3))
     paths = {
         "helix": f"G0 X5 Y0 Z5\nG1 Z0 F600\n{turns}G3 X5 Y0 I-5 J0\nG0 Z10\n",
@@ -78,6 +83,9 @@ def test_what_the_end_of_a_cutter_removes_is_told_where_it_is_much(tmp_path):
         case = load_case(tmp_path / f"{name}.toml")
         cut = cut_result(case)
         assert cut is not None
+        engaged = milling_of(case).engaged
+        assert isinstance(engaged, RemovedStock)
+        assert cut.volume_m3 == pytest.approx(engaged.removal.volume, rel=0.01)
         said[name] = [line for line in cut_warnings(case, cut) if "end of the cutter" in line]
     (line,) = said["helix"]
     assert re.search(r"process: 3[789] % of the 1[56]\d\d mm3 .* no force, torque", line)
