@@ -65,7 +65,11 @@ class CoarseScreen:
     def bounds(
         self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None
     ) -> ScreenFigures:
-        """Return the figures of settings at three of the few places, none worse than at all of them."""
+        """Return the figures of settings at three of the few places, none worse than at all of them.
+
+        Args:
+            settings: By `NAMES` [m], [rad], (n, 9).
+        """
         return self._screen.bounds(settings, report)
 
     def confirmed(self, settings: np.ndarray) -> ScreenFigures:

@@ -61,7 +61,7 @@ def place(
     """Return the best settings of a case.
 
     Args:
-        state: What is kept of the search for the next attempt; None: nothing.
+        state: File of the search for the next attempt; None: none.
 
     Raises:
         PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
