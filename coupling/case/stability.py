@@ -6,10 +6,12 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from coupling.files.toml_file import FilePath, Positive, Schema
+from coupling.files.toml_file import FilePath, Schema
 
 # No cutter has longer edges [m].
 LONGEST_EDGE = 1.0
+# No spindle turns faster [1/min], and no flank that cuts has a wider land [m]: one in mm would damp all.
+FASTEST_SPINDLE, _WIDEST_LAND = 1e6, 2e-3
 
 
 def _rises(ends: list[float]) -> list[float]:
@@ -26,9 +28,9 @@ class ToolModeTable(Schema):
             spindle's housing held; alike along both axes across the tool's.
     """
 
-    frequency_Hz: Positive
+    frequency_Hz: Annotated[float, Field(ge=1.0, le=1e6)]
     damping_ratio: Annotated[float, Field(gt=0.0, lt=1.0)]
-    stiffness_N_m: Positive
+    stiffness_N_m: Annotated[float, Field(ge=1e3, le=1e15)]
 
 
 class ProcessDampingTable(Schema):
@@ -40,9 +42,9 @@ class ProcessDampingTable(Schema):
         friction: Coefficient of friction there.
     """
 
-    indentation_N_m3: Positive
-    wear_land_m: Positive
-    friction: Annotated[float, Field(ge=0.0)] = 0.3
+    indentation_N_m3: Annotated[float, Field(gt=0.0, le=1e16)]
+    wear_land_m: Annotated[float, Field(gt=0.0, le=_WIDEST_LAND)]
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] = 0.3
 
 
 class StabilityTable(Schema):
@@ -57,7 +59,12 @@ class StabilityTable(Schema):
     """
 
     spindle_rpm: (
-        Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_rises)] | None
+        Annotated[
+            list[Annotated[float, Field(ge=1.0, le=FASTEST_SPINDLE)]],
+            Field(min_length=2, max_length=2),
+            AfterValidator(_rises),
+        ]
+        | None
     ) = None
     max_depth_m: Annotated[float, Field(gt=0.0, le=LONGEST_EDGE)] | None = None
     tool_mode: list[ToolModeTable] = []

@@ -12,6 +12,9 @@ from coupling.cli.console import console
 from coupling.errors import StabilityError
 from coupling.events import Progress
 
+# No tool is pushed harder [N].
+_MOST_FORCE = 1e9
+
 
 def modes(
     case_or_robot: Annotated[
@@ -85,6 +88,8 @@ def modes(
             ]
     else:
         force = numbers_of("--force-n", force_N or "0,0,0", StabilityError, 3)
+        if np.abs(force).max() > _MOST_FORCE:
+            raise StabilityError(f"--force-n: expected at most {_MOST_FORCE:g} N, got {force_N}")
         robot, curve = (
             (load_robot(find_robot(case_or_robot)), "backlash")
             if case is None

@@ -33,7 +33,7 @@ def place(
         typer.Option("-o", "--output", help="Folder; results/<case>_placed unless given."),
     ] = None,
     optimise: Annotated[
-        str | None, typer.Option(help="stiffness, backlash or both; as in the case.")
+        str | None, typer.Option(help="stiffness, backlash, both or stability; as in the case.")
     ] = None,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
@@ -46,6 +46,7 @@ def place(
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
+    from coupling.place.search_state import STATE, SearchState
     from coupling.report.place_report import place_report
     from coupling.report.terminal import print_report
     from coupling.run.console import RunView
@@ -56,7 +57,7 @@ def place(
     evaluations = store_folder(folder, store, no_store)
     with (
         RunView(console, verbose) as view,
-        logged_folder("place", case, folder, overwrite, evaluations, view.watch) as (
+        logged_folder("place", case, folder, overwrite, evaluations, view.watch, keep=(STATE,)) as (
             work,
             log,
             watch,
@@ -68,7 +69,14 @@ def place(
 
         loaded = load_case(case, work, watch)
         require_one_robot(loaded)
-        placement = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
+        to_place = placing(loaded, process_of(loaded), objective)
+        state = SearchState(work, to_place)
+        try:
+            placement = placed(to_place, process_of, watch, state)
+        except KeyboardInterrupt as stop:
+            stop.add_note(state.in_words)
+            raise
+        state.forget()
         watch(Progress("writing the folder", 0, 1))
         write_placement(work, placement)
         stored = read_placement(work)

@@ -52,6 +52,7 @@ def stability(
     import numpy as np
 
     from coupling.case.file import load_case
+    from coupling.case.stability import FASTEST_SPINDLE
     from coupling.files.atomic_folder import FolderKind, require_free, whole_folder
     from coupling.report.report_file import name_path
     from coupling.report.stored_result import write_figures
@@ -65,9 +66,11 @@ def stability(
         raise StabilityError(
             "--feed-deg, --rpm and --depth-mm: expected them beside --posture-deg, which names one cut"
         )
-    for name, number in (("--rpm", rpm), ("--depth-mm", depth_mm)):
+    for name, number, most in (("--rpm", rpm, FASTEST_SPINDLE), ("--depth-mm", depth_mm, np.inf)):
         if number is not None and not 0.0 < number < np.inf:
             raise StabilityError(f"{name}: expected a number > 0, got {number:g}")
+        if number is not None and number > most:
+            raise StabilityError(f"{name}: expected at most {most:g} 1/min, got {number:g}")
     if feed_deg is not None:
         require_angle("--feed-deg", feed_deg, StabilityError)
     folder = output or Path("results", f"{case.stem}_stability")
@@ -85,7 +88,7 @@ def stability(
             speed = cuts.milling.cutter.speed * 30.0 / np.pi if rpm is None else rpm
             feed = np.deg2rad(feed_deg or 0.0)
             placed = cuts.in_posture(posture, float(feed), float(speed), 1e-3 * depth_mm)
-            result = stability_in_posture(cuts, placed, march)
+            result = stability_in_posture(cuts, placed, view.watch, march)
             said = remark("--rpm", "process.spindle_speed_rpm", float(speed))
             result = result.model_copy(update={"remarks": (*result.remarks, *filter(None, [said]))})
     result = result.model_copy(update={"case_file": name_path(case)})

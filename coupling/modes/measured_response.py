@@ -29,6 +29,8 @@ _MOST = 200_000_000
 _UFF_TYPE, _FRF, _FORCE = 58, 4, 13
 _DERIVED = {8: 0, 11: 1, 12: 2}
 _AXES = {1: "x", 2: "y", 3: "z"}
+# Sizes of responses that no mistaken unit explains [m/N].
+_LEAST_COMPLIANCE, _MOST_COMPLIANCE = 1e-20, 1e12
 # Labels of units, without brackets, blanks and signs of powers: none, or of metres, seconds, newtons.
 _SI = re.compile("none|null|unknown|n|(1/n)?(m(/s(2|/s)?)?)?(/n)?")
 _SIGNS = re.compile(r"[\s()*^]")
@@ -110,6 +112,12 @@ def read_responses(file: Path) -> tuple[MeasuredResponse, ...]:
             " force along x, y or z, got none"
         )
     for response in responses:
+        size = float(np.abs(response.compliance).max())
+        if size and not _LEAST_COMPLIANCE <= size <= _MOST_COMPLIANCE:
+            raise StabilityError(
+                f"{file}: {response.name}: expected at most {_MOST_COMPLIANCE:g} m/N and a largest value"
+                f" above {_LEAST_COMPLIANCE:g}, got {size:.3g}: no structure moves so"
+            )
         if not np.any(response.compliance):
             raise StabilityError(
                 f"{file}: {response.name}: expected a response, got 0 at all its frequencies: measure it"

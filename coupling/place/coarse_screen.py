@@ -62,6 +62,16 @@ class CoarseScreen:
         """
         return self._screen.figures(settings, report)
 
+    def bounds(
+        self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None
+    ) -> ScreenFigures:
+        """Return the figures of settings at three of the few places, none worse than at all of them.
+
+        Args:
+            settings: By `NAMES` [m], [rad], (n, 9).
+        """
+        return self._screen.bounds(settings, report)
+
     def confirmed(self, settings: np.ndarray) -> ScreenFigures:
         """Return the figures of settings along the path; places of new extremes join the few.
 
@@ -72,10 +82,19 @@ class CoarseScreen:
         figures = self._whole.worst(batch)
         # A demand that is broken at all is seen at the place that breaks it.
         missed = np.where(self._demands.admits(figures), _MISSED_PART, 0.0)
-        stations = np.union1d(self._few, extremes_of(batch, self._few, missed))
+        self.add_places(extremes_of(batch, self._few, missed))
+        return figures
+
+    @property
+    def places(self) -> np.ndarray:
+        """Numbers of the few places, (k,)."""
+        return self._few
+
+    def add_places(self, places: np.ndarray) -> None:
+        """Let places join the few, by their numbers, (p,)."""
+        stations = np.union1d(self._few, places)
         if len(stations) > len(self._few):
             self._few, self._screen = stations, self._screen_of(self._every.chosen(stations))
-        return figures
 
 
 def select_places(

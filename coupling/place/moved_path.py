@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -14,6 +14,9 @@ from coupling.robot.batch.rigid_robot import TipMotion
 from coupling.robot.batch.vectors import Columns, cross
 from coupling.toolpaths.tilt import APPROACH
 from coupling.toolpaths.untilted import keeps
+
+# Places whose figures bound those of all.
+_BOUNDING = 3
 
 # Places, and as many of earlier groups that they are solved from; none before the first.
 Wave = tuple[np.ndarray, np.ndarray | None]
@@ -128,7 +131,26 @@ def waves_of(poses: np.ndarray, near: float) -> list[Wave]:
     return waves
 
 
-def split(waves: list[Wave], most: int) -> Iterator[Wave]:
+def bounding_waves(poses: np.ndarray, waves: Sequence[Wave]) -> list[Wave]:
+    """Return the first place of waves and those of the second one that are farthest from each other.
+
+    Args:
+        poses: Positions and orientations of the tool at all places, as lengths [m], (k, d).
+        waves: All places, in the order in which they are solved.
+    """
+    first = list(waves[:1])
+    if len(waves) == 1:
+        return first
+    chosen, (group, before) = [int(waves[0][0][0])], waves[1]
+    while len(chosen) < min(_BOUNDING, 1 + len(group)):
+        away = np.linalg.norm(poses[group][:, None] - poses[chosen], axis=2).min(axis=1)
+        chosen.append(int(group[np.argmax(away)]))
+    is_chosen = np.isin(group, chosen[1:])
+    assert before is not None
+    return [*first, (group[is_chosen], before[is_chosen])]
+
+
+def split(waves: Sequence[Wave], most: int) -> Iterator[Wave]:
     """Yield groups of at most so many places."""
     for places, before in waves:
         for start in range(0, len(places), most):

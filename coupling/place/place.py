@@ -14,11 +14,14 @@ from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, evalua
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import fill_box, refine_settings
+from coupling.place.search_state import SearchState
 from coupling.place.stations import Stations
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.run.check import timed
 from coupling.run.exact_command import expected_deviation
 
+# Stages of the search, at whose end it is kept.
+_LOOKED_AT, _REFINED = "the choice of its best settings", "their refinement"
 # Settings this close are one, over the box.
 _SAME_SETTING = 0.02
 # Settings whose cuts are judged for each that is asked for.
@@ -49,13 +52,22 @@ class CasePlacement:
     durations: dict[str, float]
 
 
-def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> CasePlacement:
+def place(
+    placing: Placing,
+    process_of: ProcessOf,
+    watch: Watch = unwatched,
+    state: SearchState | None = None,
+) -> CasePlacement:
     """Return the best settings of a case.
+
+    Args:
+        state: File of the search for the next attempt; None: none.
 
     Raises:
         PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
     """
     durations: dict[str, float] = {}
+    state = state or SearchState(None, placing)
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
 
     def reported(what: str) -> Callable[[int, int], None]:
@@ -65,11 +77,17 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         watch(Progress("choosing samples of the path", 0, 1))
         screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with timed("search", durations):
-        report = reported("evaluating settings")
-        settings = fill_box(screen, ranges, goal, table.settings, table.seed, report)
+        refined = state.read(_REFINED, screen, goal)
+        settings = refined or state.read(_LOOKED_AT, screen, goal)
+        if settings is None:
+            report = reported("evaluating settings")
+            settings = fill_box(screen, ranges, goal, table.settings, table.seed, report)
+            state.write(_LOOKED_AT, screen, settings)
     with timed("last steps", durations):
-        report = reported("refining the best settings")
-        settings = refine_settings(screen, goal, ranges, settings, table.seed, report)
+        if refined is None:
+            report = reported("refining the best settings")
+            settings = refine_settings(screen, goal, ranges, settings, table.seed, report)
+            state.write(_REFINED, screen, settings)
     if len(settings.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in settings.refused.items() if count)
         raise PlanningError(

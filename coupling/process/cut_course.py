@@ -23,7 +23,8 @@ class CutCourse:
         mean_chip, peak_chip: Mean and largest thickness of the chips over the engaged arcs [m], (n,).
         width: Radial width [m], (n,).
         depth: Largest axial depth [m], (n,).
-        removal_rate: Volume removed by time [m^3/s], (n,).
+        removal_rate: Volume removed by time, by edges and end [m^3/s], (n,).
+        end_rate: The share of the end of the cutter, its disc times the descent [m^3/s], (n,).
         torque: Torque of the spindle, the mean over a turn [N m], (n,).
         speed: Speed of the spindle [rad/s].
         cutting_speed: Speed of the edges [m/s].
@@ -36,6 +37,7 @@ class CutCourse:
     width: np.ndarray
     depth: np.ndarray
     removal_rate: np.ndarray
+    end_rate: np.ndarray
     torque: np.ndarray
     speed: float
     cutting_speed: float
@@ -62,6 +64,8 @@ class CutCourse:
             )
             torque[rows] += mean_wrench(cutter, milling.coefficients, engagement)[:, 5]
         section = cutter.radius * np.sum(across * arcs.depth, axis=1)
+        descent = np.maximum(-np.gradient(milling.tips[:, 2], time), 0.0)
+        end_rate = np.pi * cutter.radius**2 * descent * arcs.is_cut.any(axis=1)
         return cls(
             time,
             feed,
@@ -69,7 +73,8 @@ class CutCourse:
             feed * np.max(largest * cut, axis=1),
             cutter.radius * across.sum(axis=1),
             np.max(arcs.depth * cut, axis=1),
-            section * rate,
+            section * rate + end_rate,
+            end_rate,
             torque,
             cutter.speed,
             cutter.radius * cutter.speed,

@@ -28,12 +28,16 @@ class CutExtremes(ResultPart):
 
 
 class CutResult(ResultPart):
-    """Figures of a cut; `course` has them over the path, `time_s` their times, a few hundred."""
+    """Figures of a cut; `course` has them over the path, `time_s` their times, a few hundred.
+
+    `by_end_m3` is the share of the end of the cutter in `volume_m3`, where it goes down.
+    """
 
     rpm: float
     cutting_speed_m_s: float
     cutting_time_s: float
     volume_m3: float
+    by_end_m3: float = 0.0
     figures: dict[str, CutExtremes]
     limits: dict[str, float] = {}
     time_s: tuple[float, ...]

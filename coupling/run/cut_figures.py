@@ -21,6 +21,8 @@ _OTHERWISE, _SHARE = 0.1, 0.1
 # Shear in steel and titanium, by tangential coefficient [Pa], and their highest usual speeds [m/s].
 _HARD, _HARD_FASTEST, _FASTEST = 1.4e9, 10.0, 80.0
 _SLOWEST = 0.1
+# Part of the volume that the end of a cutter may remove without a word.
+_BY_END = 0.2
 
 
 def milling_and_table(case: Case) -> tuple[Milling, MillingForceTable] | None:
@@ -64,6 +66,7 @@ def cut_result(case: Case) -> CutResult | None:
         cutting_speed_m_s=course.cutting_speed,
         cutting_time_s=float(steps[cuts].sum()),
         volume_m3=float(np.trapezoid(course.removal_rate, time)),
+        by_end_m3=float(np.trapezoid(course.end_rate, time)),
         figures={
             key: CutExtremes(
                 mean=float(np.average(values[cuts], weights=steps[cuts])),
@@ -98,6 +101,13 @@ def cut_warnings(case: Case, cut: CutResult) -> Iterator[str]:
     )
     if isinstance(milling.engaged, StatedArcs):
         yield from _of_stated_arcs(milling, milling.engaged, table)
+    if cut.by_end_m3 > _BY_END * cut.volume_m3:
+        share, removed = cut.by_end_m3 / cut.volume_m3, cut.volume_m3
+        yield (
+            f"process: {100.0 * share:.0f} % of the {1e9 * removed:.4g} mm3 that the path removes are"
+            " cut by the end of the cutter, where it goes down into the material: no force, torque or"
+            " power has that share"
+        )
 
 
 def _of_cutting_speed(speed: float, tangential: float, data: CuttingData | None) -> Iterator[str]:

@@ -28,12 +28,21 @@ _WHILE_IT_RUNS = (RUN, f"{EVALUATIONS}{WHOLE}", f"{AGAIN}{WHOLE}")
 
 @contextmanager
 def logged_folder(
-    kind: str, case: Path, folder: Path, overwrite: bool, store: Path | None, report: Watch
+    kind: str,
+    case: Path,
+    folder: Path,
+    overwrite: bool,
+    store: Path | None,
+    report: Watch,
+    keep: tuple[str, ...] = (),
 ) -> Iterator[tuple[Path, RunLog, Watch]]:
     """Give the folder to work in, its log, and what notes an event there and tells it.
 
     What a run that was killed has left is taken over.  A block that fails leaves the folder only where
     something was computed, and a note on the error tells where.
+
+    Args:
+        keep: Names of further files that the next attempt needs.
 
     Raises:
         CouplingError: If another run writes the folder, or it may not or cannot be written.
@@ -42,7 +51,11 @@ def logged_folder(
     target = folder.resolve()
     may_replace = overwrite or is_to_go_on(folder, kind, case)
     with whole_folder(
-        folder, RUN_FOLDER, may_replace, _WHILE_IT_RUNS, lambda: _who(unfinished_name(target))
+        folder,
+        RUN_FOLDER,
+        may_replace,
+        (*_WHILE_IT_RUNS, *keep),
+        lambda: _who(unfinished_name(target)),
     ) as work:
         move_unfinished(target / EVALUATIONS, work / EVALUATIONS)
         log = RunLog(work, kind, case, None if store is None else str(store.resolve()))
@@ -58,11 +71,11 @@ def logged_folder(
             if store is not None and any(log.keys):
                 error.add_note(
                     f"evaluations so far, kept in {store}: {len(log.keys)}; the same"
-                    " command continues from there"
+                    f" command {'takes them' if keep else 'continues'} from there"
                 )
             if (work / EVALUATIONS).exists():
                 error.add_note(f"what the process computed is kept in {work / EVALUATIONS}")
-            elif not log.keys:
+            elif not log.keys and not any((work / name).exists() for name in keep):
                 with suppress(OSError):
                     remove_written(work)
             raise

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 import elastic_robot
@@ -11,7 +13,7 @@ from coupling.modes.swinging_robot import swinging_robot
 from coupling.results.stability_result import MarchResult, StabilityPoint, StabilityResult
 from coupling.stability.case_cut import CaseCuts, PlacedCut
 from coupling.stability.chart import feed_chart, part_chart, sensitivities, speed_chart
-from coupling.stability.judgement import Judgement
+from coupling.stability.judgement import Judgement, Report
 from coupling.stability.marching import march
 from coupling.stability.path_stability import PLACES, PathStability
 
@@ -20,21 +22,23 @@ _SLOWER = 1.001
 
 
 def stability_in_posture(
-    cuts: CaseCuts, placed: PlacedCut, seconds: float = 0.0
+    cuts: CaseCuts, placed: PlacedCut, watch: Watch = unwatched, seconds: float = 0.0
 ) -> StabilityResult:
     """Return the figures of one cut.
 
     Args:
+        watch: Function called with the progress of the work.
         seconds: Time to march it [s]; 0: not at all.
 
     Raises:
         StabilityError: If the robot has no equilibrium there, or the cut cannot be marched.
     """
     path = PathStability((Judgement.of(cuts, placed),))
-    more: dict[str, object] = {"remarks": cuts.beyond_limits(placed.q)}
+    more: dict[str, object] = {"remarks": (*cuts.beyond_limits(placed.q), *_undamped(path))}
+    report = _reports(watch)
     if seconds:
-        more["march"] = _march(path.worst, seconds)
-    return _result(cuts, path).model_copy(update=more)
+        more["march"] = _march(path.worst, seconds, report)
+    return _result(cuts, path, report).model_copy(update=more)
 
 
 def stability_along_path(
@@ -50,10 +54,7 @@ def stability_along_path(
         PlanningError: If the robot cannot follow the path.
         StabilityError: If it never cuts, or the robot has no equilibrium at a place.
     """
-
-    def report(what: str, completed: int, total: int) -> None:
-        watch(Progress(what, completed, total))
-
+    report = _reports(watch)
     path = PathStability.of(cuts, PLACES)
     if path is None:
         raise StabilityError(
@@ -64,27 +65,48 @@ def stability_along_path(
         report("limits along the path", number, len(path.judgements))
         _ = judgement.limit  # kept there
     worst = path.worst
-    result = _result(cuts, path)
+    # Before all charts: it may be refused.
+    marched = _march(worst, seconds, report) if seconds else None
+    result = _result(cuts, path, report)
     chart = speed_chart(worst, report)
     over_feed, over_part = feed_chart(worst, report), part_chart(worst, report)
-    report("limits over the part", 1, 1)
+    robots = sensitivities(worst, report)
+    report("limits of other robots", 1, 1)
     slowest = chart.rpm[0] if chart.rpm else np.inf
+    remarks = _undamped(path)
+    if slowest > _SLOWER * cuts.speeds[0]:
+        too_slow = (
+            f"speeds below {slowest:.0f} 1/min are too slow for the fastest mode, and left out"
+        )
+        remarks = (*remarks, too_slow)
     more: dict[str, object] = {
-        "remarks": ()
-        if slowest <= _SLOWER * cuts.speeds[0]
-        else (f"speeds below {slowest:.0f} 1/min are too slow for the fastest mode, and left out",),
+        "remarks": remarks,
         "stable_rpm": chart.stable_speeds(worst.placed.cut.depth),
         "chart": chart,
         "over_feed": over_feed,
         "over_part": over_part,
-        "sensitivities": sensitivities(worst),
+        "sensitivities": robots,
+        "march": marched,
     }
-    if seconds:
-        more["march"] = _march(worst, seconds)
     return result.model_copy(update=more)
 
 
-def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
+def _undamped(path: PathStability) -> tuple[str, ...]:
+    """Return a sentence where the robot has no damping."""
+    if not path.worst.there.is_undamped:
+        return ()
+    robot = path.worst.cuts.case.robots[0].description.name
+    return (
+        f"the file of {robot} states no damping, with which the limit goes: give it under [[joint]], or"
+        " [modal_damping]",
+    )
+
+
+def _reports(watch: Watch) -> Report:
+    return lambda what, completed, total: watch(Progress(what, completed, total))
+
+
+def _result(cuts: CaseCuts, path: PathStability, report: Report) -> StabilityResult:
     worst, placed = path.worst, cuts.case.robots[0]
     joints, tool_share = worst.shares(worst.at_limit)
     return StabilityResult(
@@ -99,7 +121,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
         worst=path.judgements.index(worst),
         joints=tuple(joints.tolist()),
         tool_share=tool_share,
-        islands_m=tuple(worst.islands),
+        islands_m=tuple(worst.islands(report)),
         swinging=swinging_robot(
             placed.description,
             cuts.case.resolved[placed.table]["description"],
@@ -130,9 +152,10 @@ def _point(judgement: Judgement) -> StabilityPoint:
     )
 
 
-def _march(judgement: Judgement, seconds: float) -> MarchResult:
-    placed = judgement.placed
-    marched = march(judgement.there.whole, placed.cut, placed.feed_per_tooth, seconds)
+def _march(judgement: Judgement, seconds: float, report: Report) -> MarchResult:
+    placed, whole = judgement.placed, judgement.there.whole
+    teeth = partial(report, "teeth in time")
+    marched = march(whole, placed.cut, placed.feed_per_tooth, seconds, report=teeth)
     late = marched.out_of_cut[-max(1, len(marched.out_of_cut) // 10) :]
     return MarchResult(
         seconds=seconds,

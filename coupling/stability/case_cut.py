@@ -80,6 +80,11 @@ class StructureThere:
     whole: Structure
     unloaded: tuple[int, ...]
 
+    @property
+    def is_undamped(self) -> bool:
+        """Whether the robot gives way and has no damping at all."""
+        return len(self.linear.mass) > 0 and not np.any(self.linear.damping)
+
 
 class CaseCuts:
     """Cuts of a milling case.

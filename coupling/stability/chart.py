@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from coupling.results.stability_result import (
 )
 from coupling.stability.case_cut import CaseCuts, PlacedCut
 from coupling.stability.floquet import vibration_of
-from coupling.stability.judgement import Judgement
+from coupling.stability.judgement import Judgement, Report
 from coupling.stability.limit import first_border
 from coupling.stability.zero_order import ZeroOrder
 
@@ -26,8 +25,6 @@ from coupling.stability.zero_order import ZeroOrder
 _SPEEDS, _DIRECTIONS, _GRID = 100, 24, 9
 # Factors of damping and stiffness of the robot's gears.
 _DAMPING, _STIFFNESS = (0.5, 2.0), (0.75, 1.25)
-
-Report = Callable[[str, int, int], None]
 
 
 def speed_chart(judgement: Judgement, report: Report) -> ChartResult:
@@ -114,14 +111,15 @@ def _limits(cuts: CaseCuts, placed: PlacedCut) -> tuple[float, float]:
     return judgement.limit, judgement.least
 
 
-def sensitivities(judgement: Judgement) -> tuple[SensitivityResult, ...]:
+def sensitivities(judgement: Judgement, report: Report) -> tuple[SensitivityResult, ...]:
     """Return how the limit moves with damping and stiffness of the robot's gears."""
     cuts, placed = judgement.cuts, judgement.placed
     differences = [("as in the robot file", 1.0, 1.0)]
     differences += [(f"damping x {factor:g}", factor, 1.0) for factor in _DAMPING]
     differences += [(f"stiffness x {factor:g}", 1.0, factor) for factor in _STIFFNESS]
     limits = []
-    for name, damping, stiffness in differences:
+    for number, (name, damping, stiffness) in enumerate(differences):
+        report("limits of other robots", number, len(differences))
         other = Judgement(cuts, placed, cuts.structure(placed, damping, stiffness))
         limits.append(SensitivityResult(name=name, limit_m=other.limit, least_m=other.least))
     return tuple(limits)

@@ -44,6 +44,17 @@ def fitted_modes(responses: Sequence[MeasuredResponse], where: str) -> list[Tool
             f" {', '.join(response.name for response in responses)}"
         )
     frequency = direct[0].frequency
+    low, high = (
+        max(each.frequency[0] for each in direct),
+        min(each.frequency[-1] for each in direct),
+    )
+    frequency = frequency[(frequency >= low) & (frequency <= high)]
+    if len(frequency) < 2:
+        bands = [f"{each.frequency[0]:.4g} to {each.frequency[-1]:.4g} Hz" for each in direct]
+        raise StabilityError(
+            f"{where}: expected xx and yy at the same frequencies, got {' and '.join(bands)}: leave one"
+            " out"
+        )
     compliance = np.mean(
         [np.interp(frequency, each.frequency, each.compliance) for each in direct], axis=0
     )

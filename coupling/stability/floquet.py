@@ -105,22 +105,36 @@ def growth_of(structure: Structure, cut: SteadyCut) -> float:
 
 def points_of(structure: Structure, cut: SteadyCut) -> int:
     """Return the number of points that the growth in a cut takes: its effort goes with their square."""
-    return sum(points for *_, points in _divided(structure, cut, 1.0))
+    return sum(part.parts * part.points for part in _divided(structure, cut, 1.0))
 
 
-def _divided(
-    structure: Structure, cut: SteadyCut, refined: float
-) -> Iterator[tuple[Channel, float, float, int]]:
-    """Yield channel, beginning [s], length [s] and number of points of the elements of a cut."""
+@dataclass(frozen=True)
+class _Piece:
+    """Part of a period within which a channel's gain is smooth, divided into elements of one length.
+
+    Attributes:
+        begin: Its beginning [s].
+        length: Duration of an element [s].
+        parts: Number of its elements.
+        points: Number of points of each.
+    """
+
+    channel: Channel
+    begin: float
+    length: float
+    parts: int
+    points: int
+
+
+def _divided(structure: Structure, cut: SteadyCut, refined: float) -> Iterator[_Piece]:
+    """Yield the pieces of a cut with the elements that its waves need."""
     for channel in cut.channels:
         for begin, end in channel.pieces.tolist():
             radians = (end - begin) * structure.fastest
             points = refined * (_POINTS + _PER_RADIAN * radians)
             parts = int(np.ceil(points / _MOST_POINTS))
-            length = (end - begin) / parts
-            for part in range(parts):
-                count = int(np.ceil(points / parts)) + (2 if parts > 1 else 0)
-                yield channel, begin + part * length, length, count
+            count = int(np.ceil(points / parts)) + (2 if parts > 1 else 0)
+            yield _Piece(channel, begin, (end - begin) / parts, parts, count)
 
 
 def vibration_of(structure: Structure, cut: SteadyCut) -> Vibration:
@@ -154,19 +168,24 @@ class PeriodOperator:
         Raises:
             StabilityError: If the cut is too slow for the fastest mode.
         """
-        elements: list[_Element] = []
-        first = 0
-        for channel, begin, length, points in _divided(structure, cut, refined):
-            elements.append(_Element(channel, begin, length, element_rule(points), first))
-            first += points
-        if first > _MOST_IN_ALL:
+        pieces = list(_divided(structure, cut, refined))
+        total = sum(piece.parts * piece.points for piece in pieces)
+        if total > _MOST_IN_ALL:
             waves = structure.fastest / (2.0 * np.pi)
-            most = waves * cut.period * _MOST_IN_ALL / first
+            most = waves * cut.period * _MOST_IN_ALL / total
             raise StabilityError(
                 f"stability at {cut.rpm:.4g} 1/min: expected at most some {most:.0f} waves of the"
                 f" fastest mode, {waves:.4g} Hz, in {1e3 * cut.period:.3g} ms, a period of the cut,"
-                f" got {waves * cut.period:.0f}: raise the speed, or leave out the tool's fastest modes"
+                f" got {waves * cut.period:.4g}: raise the speed, or leave out the tool's fastest modes"
             )
+        elements: list[_Element] = []
+        first = 0
+        for piece in pieces:
+            rule = element_rule(piece.points)
+            for part in range(piece.parts):
+                begin = piece.begin + part * piece.length
+                elements.append(_Element(piece.channel, begin, piece.length, rule, first))
+                first += piece.points
         return cls(structure, cut, elements)
 
     @cached_property

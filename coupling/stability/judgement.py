@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from coupling.stability.zero_order import ZeroOrder
 
 # Points of cuts among which a limit is looked for, at most.
 _MOST_POINTS = 400
+
+# Called with what is done, how much of it, and of how much.
+Report = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -72,10 +76,12 @@ class Judgement:
     def _quick(self) -> ZeroOrder:
         return ZeroOrder.of(self.there.whole, self.placed.cut)
 
-    @cached_property
-    def islands(self) -> list[tuple[float, float]]:
-        """Depths beyond the limit at which it is stable again, from and to [m]."""
-        return stable_islands(self.there.whole, self.placed.cut, self.limit, self.deepest)
+    def islands(self, report: Report) -> list[tuple[float, float]]:
+        """Return depths beyond the limit at which it is stable again, from and to [m]."""
+        cut, limit = self.placed.cut, self.limit
+        return stable_islands(
+            self.there.whole, cut, limit, self.deepest, partial(report, "depths beyond the limit")
+        )
 
     @property
     def zero_order(self) -> float:

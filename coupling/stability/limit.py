@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -60,7 +62,11 @@ def first_border(
 
 
 def stable_islands(
-    structure: Structure, cut: SteadyCut, limit: float, deepest: float
+    structure: Structure,
+    cut: SteadyCut,
+    limit: float,
+    deepest: float,
+    report: Callable[[int, int], None] = lambda completed, total: None,
 ) -> list[tuple[float, float]]:
     """Return depths beyond a limit at which a cut is stable again, from and to [m].
 
@@ -69,6 +75,7 @@ def stable_islands(
         cut: The cut, whose depth does not count.
         limit: Its first border from below [m]; infinite or 0 where there is none.
         deepest: Depth up to which they are looked for [m].
+        report: Called with the number of depths that are looked at, and of all.
     """
     if not 0.0 < limit < deepest:
         return []
@@ -79,7 +86,10 @@ def stable_islands(
     # The border itself is as close to 0 as it was looked for.
     count = max(int(np.log(deepest / limit) / np.log(_STEP)), 2)
     depths = np.geomspace(limit * (1.0 + 5.0 * _CLOSE), deepest, count).tolist()
-    growths = [growth(depth) for depth in depths]
+    growths = []
+    for number, depth in enumerate(depths):
+        report(number, count)
+        growths.append(growth(depth))
     islands, begin = [], None
     for low, high, before, behind in zip(depths, depths[1:], growths, growths[1:], strict=False):
         if (before < 0.0) == (behind < 0.0):

@@ -8,6 +8,7 @@ tooth, not by its size: slow growth takes seconds to be seen.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,6 +77,7 @@ def march(
     feed_per_tooth: float,
     seconds: float,
     refined: float = 1.0,
+    report: Callable[[int, int], None] = lambda completed, total: None,
 ) -> Marched:
     """March a cut in time from the forced vibration of its teeth, a little disturbed.
 
@@ -85,6 +87,7 @@ def march(
         feed_per_tooth: Way of the tool from tooth to tooth [m].
         seconds: Time to march [s].
         refined: Factor of the number of steps.
+        report: Called with the number of teeth that have passed, and of all.
 
     Raises:
         StabilityError: If its pitch varies, its flanks damp, or it takes too many steps.
@@ -142,6 +145,7 @@ def march(
     last = forced[-1]
     shown, change, out = np.zeros((teeth, 2)), np.zeros(teeth), np.zeros(teeth)
     for tooth in range(teeth):
+        report(tooth, teeth)
         missed = engaged = 0
         for k in range(steps):
             number = tooth * steps + k

@@ -102,6 +102,8 @@ class PathStability:
         """Whether it chatters and where, in words."""
         worst = self.worst
         whose = "robot and tool" if worst.cuts.tool else "the robot alone, the tool taken as rigid"
+        if worst.there.is_undamped:
+            whose += "; the robot's file states no damping"
         is_or_not = "is " if worst.is_stable else ""
         time = f" (t = {worst.placed.time:.2f} s)" if worst.placed.time is not None else ""
         return f"The cut {is_or_not}{in_words(worst)}{time}; {self._depth_in_words}; judged for {whose}"

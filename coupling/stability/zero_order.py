@@ -101,6 +101,12 @@ def _frequencies(structure: Structure) -> np.ndarray:
     """Return where the borders are looked at, closest at the modes [rad/s], (n,)."""
     omega = structure.eigenvalue.imag[structure.is_pair]
     width = -structure.eigenvalue.real[structure.is_pair]
+    if len(omega) == 0:  # none swings: where they creep
+        omega = np.abs(structure.eigenvalue)
+        omega = omega[omega > 0.0]
+        width = np.zeros_like(omega)
+    if len(omega) == 0:
+        return np.ones(1)
     wide = np.geomspace(_BELOW * omega.min(), _ABOVE * omega.max(), _COUNT)
     close = (omega[:, None] + np.abs(width)[:, None] * _CLOSE).ravel()
     return np.unique(np.concatenate([wide, close[close > 0.0]]))

@@ -228,6 +228,10 @@ def test_a_robot_alone_needs_a_posture_of_its_joints(tmp_path, capsys):
         (["--posture-deg", "a,b"], "numbers between commas"),
         (["--posture-deg", "nan,0,0,0,0,0"], "finite"),
         (["--force-n", "1,0,0"], "--posture-deg"),
+        (
+            ["--posture-deg", "0,0,0,0,0,0", "--force-n", "1e308,0,0"],
+            "at most 1e+09 N, got 1e308,0,0",
+        ),
     ):
         assert status("modes", "icme2008", *more, "-o", tmp_path / "m") == 2
         assert said in capsys.readouterr().err

@@ -7,12 +7,14 @@ import pytest
 
 from coupling.case.place import PlaceTable
 from coupling.errors import PlanningError
+from coupling.events import Progress
 from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import OBJECTIVES, PlaceDemands, PlaceObjective
 from coupling.place.place import place
 from coupling.place.placing import placing
 from coupling.place.screen import ScreenFigures
-from coupling.place.search import fill_box, refine_settings
+from coupling.place.search import FoundSettings, fill_box, refine_settings
+from coupling.place.search_state import STATE, SearchState
 from coupling.place.settings import NAMES, Ranges
 from docs.scripts.runs import example
 
@@ -146,3 +148,73 @@ def test_a_robot_that_cannot_work_anywhere_in_the_box_is_refused_with_reasons():
 def test_the_defaults_of_the_table_are_those_of_the_page():
     table = PlaceTable()
     assert (table.settings, table.cases, table.optimise) == (100_000, 3, "both")
+
+
+def test_the_best_of_a_box_are_those_of_looking_at_all_settings_everywhere(monkeypatch):
+    """Bounds at three places leave out what cannot be chosen, in the box and around its best."""
+    free = {"z_m": [0.4, 1.2], "lead_deg": [-20.0, 20.0], "yaw_deg": [0.0, 360.0]}
+    task = boxed(free, "both")
+
+    def best() -> tuple[FoundSettings, FoundSettings]:
+        screen = CoarseScreen(task.screen, task.stations, task.ranges, task.goal.demands, 1)
+        filled = fill_box(screen, task.ranges, task.goal, 2048, 1, untold)
+        return filled, refine_settings(screen, task.goal, task.ranges, filled, 1, untold)
+
+    bounded = best()
+    seen = [0]
+
+    def everywhere(self, settings, report=lambda completed: None):
+        seen[0] += len(settings)
+        return self.figures(settings, report)
+
+    monkeypatch.setattr(CoarseScreen, "bounds", everywhere)
+    for few, every in zip(bounded, best(), strict=True):
+        np.testing.assert_array_equal(few.settings, every.settings)
+        np.testing.assert_array_equal(few.cost, every.cost)
+    assert seen[0] > 2048
+
+
+def test_a_bound_is_not_above_the_cost_at_all_places():
+    task = boxed({"x_m": [0.9, 1.9], "z_m": [0.4, 1.2], "yaw_deg": [0.0, 360.0]}, "both")
+    screen = CoarseScreen(task.screen, task.stations, task.ranges, task.goal.demands, 1)
+    settings = task.ranges.sampled(1024, 3)
+    bound = task.goal.cost(screen.bounds(settings))
+    cost = task.goal.cost(screen.figures(settings))
+    assert np.isfinite(cost).sum() > 100
+    assert np.all(bound <= cost * (1.0 + 1e-12))
+
+
+@pytest.mark.parametrize("stage", ["the choice of its best settings", "their refinement"])
+def test_a_search_that_was_stopped_goes_on_from_its_last_stage(tmp_path, stage):
+    """With the settings of one that was not stopped, and without looking at those that fill the box."""
+    task = boxed({"x_m": [0.9, 1.9], "z_m": [0.4, 1.2], "settings": 256, "cases": 1}, "stiffness")
+
+    def process_of(case):
+        return case.process
+
+    whole = place(task, process_of)
+    state = SearchState(tmp_path, task)
+
+    def stop(event):
+        if isinstance(event, Progress) and event.done and state.stage == stage:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        place(task, process_of, stop, state)
+    assert state.in_words.endswith("the same command goes on from there")
+    told: list[str] = []
+    again = SearchState(tmp_path, task)
+    resumed = place(task, process_of, lambda event: told.append(event.what), again)
+    assert "evaluating settings" not in told
+    assert ("refining the best settings" in told) == (stage != "their refinement")
+    assert resumed.best[0].content == whole.best[0].content
+    assert resumed.refused == whole.refused
+    # That of another search, and a damaged one, are none.
+    other = boxed({"x_m": [0.9, 1.8], "z_m": [0.4, 1.2], "settings": 256, "cases": 1}, "stiffness")
+    screen = CoarseScreen(task.screen, task.stations, task.ranges, task.goal.demands, 1)
+    assert SearchState(tmp_path, other).read("their refinement", screen, other.goal) is None
+    (tmp_path / STATE).write_text((tmp_path / STATE).read_text()[:-9])
+    assert SearchState(tmp_path, task).read("their refinement", screen, task.goal) is None
+    assert SearchState(tmp_path, task).in_words == "the search was on its way, and begins anew"
+    again.forget()
+    assert not (tmp_path / STATE).exists()

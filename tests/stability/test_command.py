@@ -16,12 +16,17 @@ from titanium_slot import PROCESS
 from coupling.case.file import load_case
 from coupling.errors import CaseError, StabilityError
 from coupling.events import unwatched
+from coupling.files.robot_file import find_robot
+from coupling.process.cutting_force import Cutter, CuttingCoefficients
 from coupling.stability.case_cut import CaseCuts
 from coupling.stability.chart import speed_chart
 from coupling.stability.clear_chatter import refuse_clear_chatter
-from coupling.stability.floquet import vibration_of
+from coupling.stability.floquet import growth_of, vibration_of
 from coupling.stability.judgement import Judgement
 from coupling.stability.path_stability import PathStability, most_different, stability_in_brief
+from coupling.stability.steady_cut import SteadyCut
+from coupling.stability.structure import Structure, ToolMode
+from coupling.stability.zero_order import ZeroOrder
 
 # A slot in titanium with a robot that chatters at 2 mm and does not at 0.5 mm.
 SLOT = (
@@ -173,6 +178,7 @@ def test_a_measured_response_of_the_tool_is_its_mode(tmp_path):
         (lambda h, s: s * h, "if they are velocities over force"),
         (lambda h, s: s**2 * h, "if they are accelerations over force:"),
         (lambda h, s: 0.0 * h, "xx: expected a response, got 0 at all its frequencies"),
+        (lambda h, s: 1e300 * h, "no structure moves so"),
         (lambda h, s: 1.0 / h, "that 6 modes at most follow, got one that they miss by 100 %:"),
         (lambda h, s: abs(h) + 0j, "that 6 modes at most follow, got one that they miss"),
     ],
@@ -203,6 +209,45 @@ def test_the_path_has_charts_at_its_worst_place(tmp_path, capsys):
 def test_a_posture_beyond_the_joints_limits_is_judged_and_remarked(tmp_path, capsys):
     judged(tmp_path, "--posture-deg", "0,10,-20,0,-60,900", "--depth-mm", "1")
     assert re.search(r"Remark: joint 6: expected .* its limits, got 900", capsys.readouterr().out)
+
+
+def test_a_robot_without_damping_is_judged_and_that_is_said(tmp_path, capsys):
+    robot = find_robot("fanuc_r2000ic").read_text()
+    robot = re.sub(r"\bdamping\s*=\s*[0-9][0-9.e]*", "damping = 0.0", robot)
+    (tmp_path / "undamped.toml").write_text(robot)
+    file = slot(tmp_path)
+    file.write_text(file.read_text().replace('"fanuc_r2000ic"', '"undamped.toml"'))
+    out = tmp_path / "out"
+    assert status("stability", file, "-o", out, "-v", *ONE, "--depth-mm", "0.2") == 0
+    assert re.search(
+        r"Remark: .* states no damping, with which the limit goes", capsys.readouterr().out
+    )
+    sentence = json.loads((out / "stability.json").read_text())["sentence"]
+    assert sentence.endswith("the robot's file states no damping")
+
+
+@pytest.mark.parametrize("waves", [1e5, 1e9])
+def test_a_cut_of_more_waves_than_can_be_looked_at_is_refused_at_once(waves):
+    """Whatever their number: their elements are counted before they are made."""
+    tip = Structure.of_modes([ToolMode(waves * 100.0, 0.02, 1e7)])
+    mill = Cutter(radius=8e-3, teeth=2, helix=0.0, speed=100.0 * np.pi)
+    cut = SteadyCut(mill, CuttingCoefficients(6e8, 2e8, 0, 0, 0, 0), 0.0, np.pi, 1e-3)
+    with pytest.raises(
+        StabilityError, match="raise the speed, or leave out the tool's fastest modes"
+    ):
+        growth_of(tip, cut)
+
+
+def test_modes_that_only_creep_have_their_limit():
+    """Zero order looks at where they decay where none swings."""
+    creeping = Structure(
+        -np.array([30.0, 200.0 + 0j]), np.full((2, 6), 1e-6 + 0j), np.ones((2, 2)) + 0j
+    )
+    mill = Cutter(radius=8e-3, teeth=2, helix=0.0, speed=100.0 * np.pi)
+    cut = SteadyCut(mill, CuttingCoefficients(6e8, 2e8, 0, 0, 0, 0), 0.0, np.pi, 1e-6)
+    limit = ZeroOrder.of(creeping, cut).limit(mill.tooth_period)
+    assert limit > 0.0
+    assert growth_of(creeping, cut.at_depth(0.5 * min(limit, 1.0))) < 0.0
 
 
 def test_speeds_too_slow_for_the_fastest_mode_are_left_out_of_the_chart(tmp_path, monkeypatch):
@@ -267,6 +312,7 @@ def test_what_is_in_the_folder_is_whole_and_not_replaced_unasked(tmp_path, capsy
             [*ONE[:-1], "1e-3", "--depth-mm", "1"],
             "below the radius of the cutter, 8 mm, got 4.8e+05 mm",
         ),
+        ([*ONE[:-1], "1e308", "--depth-mm", "1"], "expected at most 1e+06 1/min, got 1e+308"),
         (["--posture-deg", "0,1", "--depth-mm", "1"], "expected 6 angles"),
         (["--posture-deg", "0,1,x,0,0,0", "--depth-mm", "1"], "numbers between commas"),
         ([*ONE, "--depth-mm", "1", "--feed-deg", "inf"], "at most 3600 deg, got inf"),
@@ -294,6 +340,15 @@ def test_what_names_no_cut_is_refused(tmp_path, capsys, words, said):
             "\n[stability.process_damping]\nindentation_N_m3 = 0.0\nwear_land_m = 1e-4\n",
             "indentation",
         ),
+        (
+            "\n[stability.process_damping]\nindentation_N_m3 = 1e14\nwear_land_m = 0.08\n",
+            "wear_land_m: expected a number less than or equal to 0.002, got 0.08",
+        ),
+        (
+            "\n[[stability.tool_mode]]\nfrequency_Hz = 1e9\ndamping_ratio = 0.1\nstiffness_N_m = 1e-9\n",
+            "(?s)frequency_Hz.*stiffness_N_m",
+        ),
+        ("\n[stability]\nspindle_rpm = [1e-300, 1e308]\n", "(?s)spindle_rpm 1.*spindle_rpm 2"),
     ],
 )
 def test_a_wrong_table_is_refused_with_its_key(tmp_path, more, said):
