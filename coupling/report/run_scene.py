@@ -85,7 +85,7 @@ def _surfaces(
             fields = {_ABOVE: 1e3 * np.where(above > -_UNTOUCHED * tool.diameter, above, np.nan)}
         points = world_from_part.points(surface.points)
         fields = {**fields, **surface.fields}
-        yield replace(surface, name=_shown_name(name), points=points, time=time, fields=fields)
+        yield replace(surface, name=shown_name(name), points=points, time=time, fields=fields)
     if shaped is not None and not run.workpieces:
         points = world_from_part.points(shaped.points)
         yield SceneSurface("", points, shaped.triangles, time=shaped.time)
@@ -106,14 +106,14 @@ def named_paths(robot: StoredRobot) -> dict[str, ToolPath]:
     if robot.expected is not None:
         paths[EXPECTED] = robot.expected
     paths |= robot.actual | robot.on_other_robots
-    return {_shown_name(name): path for name, path in paths.items()}
+    return {shown_name(name): path for name, path in paths.items()}
 
 
-def _shown_name(stage: str) -> str:
+def shown_name(stage: str) -> str:
     """Return what a picture calls a stage of a run: a real robot leaves more than its file says.
 
     Example:
-        >>> _shown_name("after compensation"), _shown_name("with backlash +20 %")
+        >>> shown_name("after compensation"), shown_name("with backlash +20 %")
         ('after, if the file is right', 'with backlash +20 %')
     """
     return "after, if the file is right" if stage == COMPENSATED else stage
