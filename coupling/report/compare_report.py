@@ -28,7 +28,7 @@ from coupling.results.scene import Scene
 from coupling.results.section import Note, Part, Section, Table
 from coupling.run.stored_run import StoredRobot
 
-_STAGES = ("before", "after")
+_STAGES = ("before compensation", "after, if the file is right")
 _DEVIATIONS = (
     ("maximum", "max"),
     ("rms", "rms"),
@@ -182,7 +182,7 @@ def _figures(comparison: Comparison) -> Table:
 
     rows = [
         row(
-            f"deviation {name} compensation, {words} [um]",
+            f"deviation {name}, {words} [um]",
             partial(deviation, stage=stage, key=key),
         )
         for stage, name in enumerate(_STAGES)

@@ -36,6 +36,8 @@ _DIRECTIONS, _PASSINGS = ("normal", "along", "across"), 4
 # Labels of one gear at most, how far they are apart, as a part of the path's time, and the height of a
 # spike that is seen, as a part of the axis.
 _LABELS, _APART, _VISIBLE = 4, 0.2, 0.03
+# Behind this part of the path's time labels stand before their lines.
+_LATE = 0.9
 
 
 def _to_go_by(run: StoredRobot) -> list[tuple[str, str, ToolPath]]:
@@ -128,6 +130,7 @@ def _labels(
     span = max(largest, 1e-9)
     high = _LABEL * span / _CURVES
     top = 1.05 * span
+    late = run.desired.time[0] + _LATE * np.ptp(run.desired.time)
     return top + high * (len(gears) + 0.3), [
         {
             "x": time,
@@ -138,6 +141,8 @@ def _labels(
             "ayref": "y",
             "text": f"joint {joint}",
             "font": {"size": 11},
+            # Beside its line, which passes the names of gears below.
+            "xanchor": "left" if time < late else "right",
             "showarrow": True,
             "arrowhead": 6,
             "arrowsize": 0.6,

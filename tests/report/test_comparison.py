@@ -106,7 +106,9 @@ def test_lines_and_page_tell_both(runs):
     own = json.loads((runs[0] / "result.json").read_text())
     assert (first.title, second.title) == ("How first was computed", "How second was computed")
     after = format_um(own["deviation_after_m"]["maximum"])
-    assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
+    assert ("deviation after, if the file is right, max [um]", after, after) in figures.parts[
+        0
+    ].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
     page = comparison_report(found).page
