@@ -6,11 +6,13 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 # What of a long message is shown: enough to know it, and its end, where the remedy stands.
 _LONGEST_LINE, _LINE_HEAD, _LINE_TAIL = 1200, 500, 300
 _MOST_LINES, _HEAD_LINES, _TAIL_LINES = 200, 100, 50
 # Characters that steer a terminal, and those that turn the direction of what follows.
+_Error = TypeVar("_Error", bound=Exception)
 _STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
@@ -120,6 +122,14 @@ def locate_errors(
         yield
     except caught as cause:
         raise (raised or caught)(f"{place}: {cause}") from cause
+
+
+def cause_of(error: BaseException, kind: type[_Error]) -> _Error | None:
+    """Return the first error of a class among an error and its causes; None where there is none."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, kind):
+        cause = cause.__cause__
+    return cause
 
 
 def sentence(words: str) -> str:

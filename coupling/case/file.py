@@ -22,7 +22,7 @@ from coupling.case.robots import (
     drive_of,
 )
 from coupling.case.stability import StabilityTable
-from coupling.errors import CaseError, PlanningError, locate_errors, one_of
+from coupling.errors import CaseError, PlanningError, cause_of, locate_errors, one_of
 from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, require_kind, validate
 from coupling.path.frame import Frame
@@ -32,7 +32,7 @@ from coupling.process.authors_code import authors_code
 from coupling.process.plugin import find_process
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
-from coupling.robot.touch_off import RestingRobot, TouchOff
+from coupling.robot.touch_off import RestingRobot, TouchOff, UntouchableError
 from coupling.solve import METHODS
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import NO_CORNERS, Corners
@@ -63,14 +63,34 @@ class CaseFile(Schema):
     stability: StabilityTable = StabilityTable()
 
 
-def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:
+class TouchOffError(CaseError):
+    """A robot of a case cannot touch a point of the part.
+
+    Attributes:
+        robot: Name of the robot in the case.
+        point: The point by its number, from 1.
+    """
+
+    def __init__(self, words: str, robot: str, point: int) -> None:
+        super().__init__(words)
+        self.robot, self.point = robot, point
+
+
+def load_case(
+    path: str | Path,
+    workspace: Path | None = None,
+    watch: Watch = unwatched,
+    touches_off: bool = True,
+) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.
 
     Args:
         workspace: Folder for files that a process leaves; a new temporary one unless given.
+        touches_off: Whether the part is touched off, where the case says so.
 
     Raises:
-        CaseError: With file, table, key, what was expected and what was got.
+        CaseError: With file, table, key, what was expected and what was got; caused by a TouchOffError
+            if a robot cannot touch the part.
     """
     path = Path(path)
     if path.is_dir():
@@ -87,7 +107,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     robots = [_read_placed_robot("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
         robots.append(_read_placed_robot("support", file.support, np.zeros(3), path))
-    if len(file.part.touched):
+    if touches_off and len(file.part.touched):
         with locate_errors(f"{path}: part: touch_off", CaseError):
             part, robots = _touched_off(file, task, process_table, robots)
         with locate_errors(str(path), CaseError):
@@ -251,12 +271,17 @@ def _touched_off(
         resting = RestingRobot(
             robot.description, robot.torque_curve, robot.home, robot.world_from_base
         )
-        with locate_errors(f"{robot.name} robot", PlanningError, CaseError):
-            if not placed_robots:
-                touch_off = TouchOff.of(points, resting.tool_at(points, rotation))
-                part = touch_off.real_from_shown @ part
-            else:
-                touch_off = TouchOff.of(resting.command_for(points, rotation), points)
+        try:
+            with locate_errors(f"{robot.name} robot", PlanningError, CaseError):
+                if not placed_robots:
+                    touch_off = TouchOff.of(points, resting.tool_at(points, rotation))
+                    part = touch_off.real_from_shown @ part
+                else:
+                    touch_off = TouchOff.of(resting.command_for(points, rotation), points)
+        except CaseError as error:
+            if (cause := cause_of(error, UntouchableError)) is None:
+                raise
+            raise TouchOffError(str(error), robot.name, cause.point) from cause
         placed_robots.append(replace(robot, touch_off=touch_off))
     return part, placed_robots
 

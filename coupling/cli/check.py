@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -16,6 +16,7 @@ from coupling.events import Progress
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
+    from coupling.report.result_report import ResultReport
 
 _NONE = (
     "Estimated time of a compensation: none, as it ends where the cut chatters (--despite-chatter)"
@@ -45,10 +46,10 @@ def check(
     verbose: Verbose = False,
 ) -> None:
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
-    from coupling.case.file import load_case
+    from coupling.case.file import TouchOffError, load_case
     from coupling.check.robot_findings import examine_robots
     from coupling.check.run_effort import check_repeatability, warn_of_memory
-    from coupling.errors import ResultError
+    from coupling.errors import CaseError, ResultError, cause_of
     from coupling.files.output_file import require_output
     from coupling.modes.analysis import places_in_brief
     from coupling.path.histories import WrenchHistory
@@ -73,21 +74,31 @@ def check(
 
     # Of a folder's name, which is no case, as well.
     file = output or case.parent / f"{case.stem}_check.html"
+
+    def end_blocked(report: ResultReport) -> NoReturn:
+        write_page(file, report.page, ResultError)
+        print_report(console, report, verbose)
+        console.print(f"Page: {file}")
+        raise typer.Exit(BAD_INPUT)
+
     with RunView(console) as view:
         require_output(file, ".html", ResultError)
         view.watch(Progress("reading the case and its path", 0, 1))
-        loaded = load_case(case, watch=view.watch)
+        try:
+            loaded = load_case(case, watch=view.watch)
+        except CaseError as error:
+            touch, unreachable = cause_of(error, TouchOffError), cause_of(error, UnreachableError)
+            if touch is None or unreachable is None:
+                raise
+            untouched = load_case(case, watch=view.watch, touches_off=False)
+            end_blocked(blocked_report(untouched, unreachable, case, touch))
         desired = loaded.desired
         if much := warn_of_memory(desired):
             console.print(much)
         try:
             rigid = planned_joints(loaded.robots, desired)
         except UnreachableError as error:
-            report = blocked_report(loaded, error, case)
-            write_page(file, report.page, ResultError)
-            print_report(console, report, verbose)
-            console.print(f"Page: {file}")
-            raise typer.Exit(BAD_INPUT) from error
+            end_blocked(blocked_report(loaded, error, case))
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
         said, alike = remarks(loaded), []
         loads = "the robot's own weight, without the process (--evaluate)"

@@ -101,11 +101,14 @@ def report(
 @contextmanager
 def pointing_to_check(file: Path) -> Iterator[None]:
     """Add to an error of a path that a robot cannot follow the command that shows where."""
+    from coupling.errors import CouplingError, cause_of
     from coupling.robot.blocked_path import UnreachableError
 
     try:
         yield
-    except UnreachableError as error:
+    except CouplingError as error:
+        if cause_of(error, UnreachableError) is None:
+            raise
         command = shlex.join(["elastic-robot", "check", str(file)])
         error.add_note(f"to see where the robot stops, and what is in the way: {command}")
         raise

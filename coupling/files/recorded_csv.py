@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.files.bounded_file import read_bounded
+from coupling.files.motive_head import is_motive, motive_titles
 from coupling.files.recorded_table import RecordedTable, name_and_unit
 
 _MAX_BYTES = 500_000_000
@@ -41,7 +42,8 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     """Read a text table.
 
     Lines that begin with # or // and lines above the table are left out, but for titles in the comment
-    above the first row, and columns that are neither numbers nor times. Times of day and dates count in
+    above the first row, and columns that are neither numbers nor times. The head of an export of
+    OptiTrack's Motive is read as a whole. Times of day and dates count in
     seconds from the first one. Columns of one title have their number behind it.
 
     Args:
@@ -55,7 +57,11 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
     rows = _split(lines[first:], separator)
     head = _split(lines[max(first - 2, 0) : first], separator)
     count = len(rows[0])
-    titles, above, used = _titles(head, count)
+    if is_motive(lines[0]):
+        titles = motive_titles(_split(lines[:first], separator), count)
+        above, used = [""] * count, first
+    else:
+        titles, above, used = _titles(head, count)
     if not used:
         titles = _commented_titles(filled[: read[first]], separator, count) or titles
     for number, row in enumerate(rows):

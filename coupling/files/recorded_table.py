@@ -21,6 +21,7 @@ _WORDS = {
     **dict.fromkeys(("nanosecond", "nanoseconds", "nsec", "nsecs"), "ns"),
     **dict.fromkeys(("minute", "minutes"), "min"),
     **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
     **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
     **dict.fromkeys(("micrometer", "micrometers", "micrometre", "micrometres", "micron"), "um"),
     **dict.fromkeys(("inch", "inches"), "in"),

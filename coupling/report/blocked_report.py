@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
+from coupling.case.file import TouchOffError
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
@@ -32,20 +33,71 @@ _NOTE = Note(
 )
 
 
-def blocked_report(case: Case, error: UnreachableError, file: Path) -> ResultReport:
-    """Return what is told of a case whose path a robot cannot follow.
+def blocked_report(
+    case: Case, error: UnreachableError, file: Path, touch: TouchOffError | None = None
+) -> ResultReport:
+    """Return what is told of a case whose path a robot cannot follow, or whose part it cannot touch off.
 
     Args:
-        error: Refusal of its path.
+        error: Refusal of its path, or of standing at a point.
         file: The case file, as it was named.
+        touch: Refusal of touching off, for which the case is one without; None for a path.
     """
-    placed = next(robot for robot in case.robots if robot.description is error.robot)
+    placed = next(
+        robot
+        for robot in case.robots
+        if (robot.description is error.robot if touch is None else robot.name == touch.robot)
+    )
+    blocked = error.blocked
+    if touch is None:
+        answer = _answer(case, placed, blocked, file)
+    else:
+        answer = _touch_answer(case, placed, blocked, file, touch.point)
     return ResultReport(
         "check",
         case.title,
-        _answer(case, placed, error.blocked, file),
+        answer,
         lambda: [_joints(placed, error), Section("", [_NOTE])],
-        scene=partial(_scene, case, placed, error.blocked),
+        scene=partial(_scene, case, placed, blocked, touch is not None),
+    )
+
+
+def _touch_answer(
+    case: Case, placed: PlacedRobot, blocked: BlockedPath, file: Path, point: int
+) -> Answer:
+    place = blocked.path.position[0][0]
+    away, length = float(np.linalg.norm(place)), _arm(placed)
+    what, reason, hindrance = _hindrance(placed, blocked, away, length)
+    who = "robot" if len(case.robots) == 1 else f"{placed.name} robot"
+    again = ("check", str(file))
+    shown = ", ".join(f"{value:.4g}" for value in placed.world_from_base.points(place))
+    touch = f"Touch other points, touch_off = [[x, y, z], ..] in [part] of {file}, and check again:"
+    return Answer(
+        sentence=(
+            f"The {who} cannot touch the part off: at point {point}"
+            f" {what.format(joint=blocked.obstacle.joint)}."
+        ),
+        reason=reason,
+        good=False,
+        figures=(
+            KeyFigure(
+                f"Point {point}", f"{shown} m", "of touch_off, where the part is to be touched"
+            ),
+            hindrance,
+            _from_base(away, length, "to the point"),
+        ),
+        steps=[
+            NextStep.by(touch, *again),
+            NextStep.by(f"Or move the part, position_m in [part] of {file}:", *again),
+        ],
+    )
+
+
+def _from_base(away: float, length: float, where: str) -> KeyFigure:
+    return KeyFigure(
+        "From the robot's base",
+        in_words(away),
+        f"{where}; links and tool in a line are {in_words(length)} long",
     )
 
 
@@ -80,11 +132,7 @@ def _answer(case: Case, placed: PlacedRobot, blocked: BlockedPath, file: Path) -
                 f"up to t = {time:.3g} of {blocked.path.time[-1]:.3g} s",
             ),
             hindrance,
-            KeyFigure(
-                "From the robot's base",
-                in_words(away),
-                f"to where it stops; links and tool in a line are {in_words(length)} long",
-            ),
+            _from_base(away, length, "to where it stops"),
         ),
         steps=steps,
     )
@@ -156,7 +204,7 @@ def _joints(placed: PlacedRobot, error: UnreachableError) -> Section:
     return Section("Joints where it stops", [f"{str(error).capitalize()}.", Table(columns, rows)])
 
 
-def _scene(case: Case, placed: PlacedRobot, blocked: BlockedPath) -> Scene:
+def _scene(case: Case, placed: PlacedRobot, blocked: BlockedPath, touches: bool) -> Scene:
     """Return the robot where it stops, both pieces of its path, and what is in the way."""
     row, position, q = blocked.row, blocked.path.position[0], blocked.angles[blocked.row]
     serial, joint = RigidRobot(placed.description), blocked.obstacle.joint - 1
@@ -164,8 +212,14 @@ def _scene(case: Case, placed: PlacedRobot, blocked: BlockedPath) -> Scene:
     lines = [
         ("reach, vertical plane", GREEN, reach.vertical),
         ("reach, horizontal plane", AFTER, reach.horizontal),
-        ("path that it does not follow", BEFORE, position[row:]),
     ]
+    if touches:
+        robots = zip(case.robots, case.desired.tools, strict=True)
+        tool = next(path for robot, path in robots if robot is placed)
+        programmed = placed.world_from_base.coordinates(tool.position[0])
+        lines.append(("path on the part", DESIRED, programmed))
+    else:
+        lines.append(("path that it does not follow", BEFORE, position[row:]))
     if row:
         lines.append(("path that it follows", DESIRED, position[: row + 1]))
     if blocked.obstacle.kind == "reach":

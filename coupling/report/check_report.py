@@ -172,9 +172,13 @@ def _say_of_gears(gears: Sequence[Any]) -> str:
         return "No gear reverses along the path, so that backlash does little harm."
     numbers = sorted({gear.joint for gear in gears})
     names = " and ".join(filter(None, (", ".join(map(str, numbers[:-1])), str(numbers[-1]))))
+    if len(numbers) > 1:
+        subject, whose = f"The gears of joints {names} reverse", "their"
+    else:
+        subject, whose = f"The gear of joint {names} reverses", "its"
     return (
-        f"The gears of joint{'s' if len(numbers) > 1 else ''} {names} reverse along the path, and the"
-        " tool jumps by their backlash; a compensation removes that as well as it is known."
+        f"{subject} along the path, and the tool jumps by {whose} backlash; a compensation removes that"
+        " as well as it is known."
     )
 
 

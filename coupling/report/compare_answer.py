@@ -16,7 +16,8 @@ from coupling.run.stored_run import StoredRun
 
 # Runs whose figures stand on the first screen, the best ones of many; its picture has all.
 _FIGURES = 3
-_MEASURED_KIND, _EXPECTED_KIND = "measured", "expected on the real robot"
+_MEASURED_KIND = "measured, less a shift of the whole path"
+_EXPECTED_KIND = "expected on the real robot"
 
 
 def comparison_answer(comparison: Comparison) -> Answer:
@@ -26,7 +27,8 @@ def comparison_answer(comparison: Comparison) -> Answer:
     own_answer, tolerance = run_report(best.run).answer, tolerance_of(best.run)
     good, steps = own_answer.good, [step for step in own_answer.steps if step.command]
     many = f"of {len(standings)} runs " if len(standings) > 1 else ""
-    words = f"{many}{best.name} leaves least, up to {in_words(best.deviation)}, {best.kind}"
+    who = f"{many}{best.name} leaves least," if many else f"the run {best.name} leaves"
+    words = f"{who} up to {in_words(best.deviation)}, {best.kind}"
     if best.kind == _MEASURED_KIND:
         good = None if tolerance is None else best.deviation <= tolerance
         expected = [s for s in standings if s.kind == _EXPECTED_KIND and s.run.figures.converged]
@@ -69,7 +71,7 @@ def comparison_answer(comparison: Comparison) -> Answer:
         picture=bars(
             [
                 ("uncorrected", standings[0].before),
-                *((f"{s.name}, {s.kind.split()[0]}", s.deviation) for s in standings),
+                *((f"{s.name}, {s.kind.split()[0].rstrip(',')}", s.deviation) for s in standings),
             ],
             tolerance,
         ),

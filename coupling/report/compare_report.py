@@ -20,7 +20,7 @@ from coupling.report.comparison import CommandDifference, Comparison, command_di
 from coupling.report.lengths import in_words, three_digits
 from coupling.report.result_report import ResultReport
 from coupling.report.run_figures import tolerance_rule
-from coupling.report.run_scene import part_frame, run_scene, track
+from coupling.report.run_scene import EXPECTED, named_paths, part_frame, run_scene, track
 from coupling.report.style import DrawnLine, length_unit, over_time
 from coupling.report.verdict import verdict
 from coupling.results.run_result import RunResult
@@ -28,7 +28,7 @@ from coupling.results.scene import Scene
 from coupling.results.section import Note, Part, Section, Table
 from coupling.run.stored_run import StoredRobot
 
-_STAGES = ("before", "after")
+_STAGES = ("before compensation", "after, if the file is right")
 _DEVIATIONS = (
     ("maximum", "max"),
     ("rms", "rms"),
@@ -93,26 +93,26 @@ class _ComparedPath:
 
 
 def _paths(comparison: Comparison, robots: list[StoredRobot]) -> Iterator[_ComparedPath]:
-    """Yield a robot's paths: before and after of every run, and what was measured under it."""
+    """Yield a robot's paths: of every run those that its page has, and what was measured under it.
+
+    Where it tells what is to be expected, that is shown at first, and not what the file's robot leaves.
+    """
     for number, (name, run, stored) in enumerate(
         zip(comparison.names, comparison.runs, robots, strict=True)
     ):
         color, part = JOINTS[number % len(JOINTS)], real_part(run.figures, case_of(run))
-        *_, last = stored.actual
-        for stage, path in stored.actual.items():
-            is_last = stage == last
+        paths = named_paths(stored)
+        first, *others = paths
+        to_go_by = EXPECTED if EXPECTED in paths else first if not others else others[0]
+        for words, path in paths.items():
             yield _ComparedPath(
-                f"{name}: {stage}",
+                f"{name}: {words}",
                 color,
                 stored.desired,
                 path,
                 part,
-                "solid" if is_last else "dot",
-                is_last or number == 0,
-            )
-        for difference, path in stored.on_other_robots.items():
-            yield _ComparedPath(
-                f"{name}: {difference}", color, stored.desired, path, part, "dash", is_shown=False
+                "solid" if words == to_go_by else "dot" if words == first else "longdash",
+                words == to_go_by or (words == first and number == 0),
             )
         if number in comparison.measured and stored is run.first:
             measured = comparison.measured[number]
@@ -182,7 +182,7 @@ def _figures(comparison: Comparison) -> Table:
 
     rows = [
         row(
-            f"deviation {name} compensation, {words} [um]",
+            f"deviation {name}, {words} [um]",
             partial(deviation, stage=stage, key=key),
         )
         for stage, name in enumerate(_STAGES)
@@ -310,6 +310,7 @@ _MEASURED = Note(
     " unknown."
 )
 _ALONG = Note(
-    "Distance between actual and desired TCP at equal times; dotted: before; dashed: measured. Names"
-    " above show and hide curves."
+    "Distance between actual and desired TCP at equal times; dotted: before; solid: on a robot to be"
+    " expected, where its file says how exact it is; dashed: measured. Names above show and hide curves,"
+    " such as what is left if the file is right."
 )

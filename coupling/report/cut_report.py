@@ -28,20 +28,21 @@ def cut_section(cut: CutResult | None) -> list[Section]:
     for key, (title, unit, scale) in COURSES.items():
         figure = cut.figures[key]
         limit = cut.limits.get(key)
-        rows.append(
-            (
-                f"{title} [{unit}]",
-                three_digits(scale * figure.mean),
-                three_digits(scale * figure.largest),
-                f"{figure.time_s:.2f}",
-                "" if limit is None else three_digits(scale * limit),
-            )
-        )
+        words = [
+            f"{title} [{unit}]",
+            three_digits(scale * figure.mean),
+            three_digits(scale * figure.largest),
+            f"{figure.time_s:.2f}",
+        ]
+        if cut.limits:
+            words.append("" if limit is None else three_digits(scale * limit))
+        rows.append(words)
     sentence = (
         f"{cut.rpm:.0f} 1/min, cutting speed {60.0 * cut.cutting_speed_m_s:.0f} m/min;"
         f" {1e6 * cut.volume_m3:.3g} cm3 in {cut.cutting_time_s:.1f} s of cutting."
     )
-    table = Table(("cut", "mean", "largest", "at t = [s]", "limit of the spindle"), rows)
+    columns = ["cut", "mean", "largest", "at t = [s]"]
+    table = Table([*columns, *(["limit of the spindle"] if cut.limits else [])], rows)
     pictures = [_picture(cut, keys) for keys in _DRAWN]
     return [Section("Cut", [sentence, table, _NOTE], "cut_course", pictures)]
 

@@ -76,7 +76,8 @@ def _perpendicular(vectors: np.ndarray, to: np.ndarray) -> np.ndarray:
     across = vectors - np.einsum("ni,ni->n", vectors, to)[:, None] * to
     parallel = np.linalg.norm(across, axis=1) < 1e-6
     if parallel.any():
-        least = np.eye(3)[np.abs(to[parallel]).argmin(axis=1)]
+        # Of axes alike but for rounding the first, the same all along a plunge.
+        least = np.eye(3)[np.abs(to[parallel]).round(3).argmin(axis=1)]
         across[parallel] = np.cross(to[parallel], least)
     return _unit(across)
 

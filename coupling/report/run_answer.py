@@ -10,6 +10,7 @@ from coupling.report.run_steps import (
     STIFFER,
     RunContext,
     critical_joints,
+    gears_of,
     is_enough,
     is_validated_quasistatic,
     run_steps,
@@ -172,7 +173,7 @@ def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
     if stability is None:
         return _reason_of_size(figures, expected)
     if stability.stable:
-        return f"{stability.sentence}. {_reason_of_size(figures, expected)}".strip()
+        return f"{_reason_of_size(figures, expected)} {stability.sentence}.".strip()
     remedy = f" Stable would be {stability.alternative}." if stability.alternative else ""
     return f"{stability.sentence}.{remedy}"
 
@@ -199,7 +200,7 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
             usual = f"usual values of what the robot file does not state: {name} alone"
             causes[usual] = deviation
     cause = max(causes, key=lambda words: causes[words])
-    text = f"Most of this comes from {cause} {in_words(causes[cause])}."
+    text = f"Most of the {in_words(expected.maximum)} comes from {cause} {in_words(causes[cause])}."
     may_be_worse = outlook.may_be_worse
     if may_be_worse is not None and outlook.worse is None:
         text += (
@@ -208,7 +209,11 @@ def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> s
         )
     names = critical_joints(figures)
     if names:
-        text += f" The gears of {names} reverse along this path, where their backlash is felt most."
+        many = " and " in names
+        text += (
+            f" The {gears_of(names)} {'reverse' if many else 'reverses'} along this path, where"
+            f" {'their' if many else 'its'} backlash is felt most."
+        )
     return text
 
 

@@ -9,8 +9,9 @@ import plotly.graph_objects as go
 
 from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
-from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
+from coupling.report.colours import AFTER, AS_FILED, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.part_deviation import signed_deviation
+from coupling.report.run_scene import EXPECTED, shown_name
 from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
 from coupling.report.style import (
@@ -28,7 +29,6 @@ from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import UM
 from coupling.run.stored_run import StoredRobot
 
-_STAGES = (BEFORE, AFTER)
 # Height of a row of labels, of the curves and of a gear's row below them [px].
 _LABEL, _CURVES, _GEAR = 20, 300, 26
 # Directions of a deviation on the part, and teeth that pass in a figure of them.
@@ -36,6 +36,18 @@ _DIRECTIONS, _PASSINGS = ("normal", "along", "across"), 4
 # Labels of one gear at most, how far they are apart, as a part of the path's time, and the height of a
 # spike that is seen, as a part of the axis.
 _LABELS, _APART, _VISIBLE = 4, 0.2, 0.03
+# Behind this part of the path's time labels stand before their lines.
+_LATE = 0.9
+
+
+def _to_go_by(run: StoredRobot) -> list[tuple[str, str, ToolPath]]:
+    """Return name, color and path: before, on a robot to be expected, and if the file is right."""
+    (first, before), *others = run.actual.items()
+    paths = [(shown_name(first), BEFORE, before)]
+    if run.expected is not None:
+        paths.append((EXPECTED, AFTER, run.expected))
+    color = AFTER if run.expected is None else AS_FILED
+    return [*paths, *((shown_name(stage), color, path) for stage, path in others)]
 
 
 def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
@@ -50,11 +62,13 @@ def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
     height = _CURVES + _LABEL * len(gears) + below
     mode, other_mode = mode_names(run.figures.mode)
     paths: list[tuple[str, ToolPath, Keys]] = []
-    for (stage, path), color in zip(run.actual.items(), _STAGES, strict=False):
-        paths.append((f"{stage}, {mode}", path, {"color": color, "width": 1.5}))
-        if stage in run.other:
+    others = {shown_name(stage): path for stage, path in run.other.items()}
+    for name, color, path in _to_go_by(run):
+        shown = name if name == EXPECTED else f"{name}, {mode}"
+        paths.append((shown, path, {"color": color, "width": 1.5}))
+        if name in others:
             line = {"color": color, "dash": "dot", "width": 1.0}
-            paths.append((f"{stage}, {other_mode}", run.other[stage], line))
+            paths.append((f"{name}, {other_mode}", others[name], line))
     if run.plant is not None:
         paths.append(("on the plant", run.plant, {"color": PLANT, "width": 1.5}))
     distances = [path.distance_to(run.desired) for _, path, _ in paths]
@@ -116,6 +130,7 @@ def _labels(
     span = max(largest, 1e-9)
     high = _LABEL * span / _CURVES
     top = 1.05 * span
+    late = run.desired.time[0] + _LATE * np.ptp(run.desired.time)
     return top + high * (len(gears) + 0.3), [
         {
             "x": time,
@@ -126,6 +141,8 @@ def _labels(
             "ayref": "y",
             "text": f"joint {joint}",
             "font": {"size": 11},
+            # Beside its line, which passes the names of gears below.
+            "xanchor": "left" if time < late else "right",
             "showarrow": True,
             "arrowhead": 6,
             "arrowsize": 0.6,
@@ -141,7 +158,8 @@ def _labels(
 
 def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     """Return times [s] and heights [m] of the largest spikes where a gear reverses."""
-    *_, path = run.actual.values()
+    *_, last = run.actual.values()
+    path = last if run.expected is None else run.expected
     distance = path.distance_to(run.desired)
     reversals = [c for c in run.figures.reversals if c.joint == joint]
     spikes = sorted(
@@ -203,22 +221,25 @@ def components(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
     Args:
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
-    signed = {stage: signed_deviation(run.desired, path) for stage, path in run.actual.items()}
-    factor, unit = length_unit(*(float(np.abs(values).max()) for values in signed.values()))
+    signed = [
+        (name, color, signed_deviation(run.desired, path)) for name, color, path in _to_go_by(run)
+    ]
+    largest = max(float(np.abs(values).max()) for _, _, values in signed)
+    factor, unit = length_unit(largest)
     traces = [
         {
             **curve(run.desired.time, factor * values[:, k]),
-            "name": stage,
-            "legendgroup": stage,
+            "name": name,
+            "legendgroup": name,
             "showlegend": k == 0,
             "mode": "lines",
             "line": {"color": color, "width": 1.3},
             **row(k + 1),
         }
         for k in range(len(_DIRECTIONS))
-        for (stage, values), color in zip(signed.items(), _STAGES, strict=False)
+        for name, color, values in signed
     ]
-    end = 1.05 * factor * max(float(np.abs(values).max()) for values in signed.values())
+    end = 1.05 * factor * largest
     ends = [-max(end, 1e-9), max(end, 1e-9)]
     axes = rows(
         [1.0] * 3, 0.05, [{"title": f"{name} [{unit}]", "range": ends} for name in _DIRECTIONS]

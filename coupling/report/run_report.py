@@ -241,7 +241,8 @@ _GAP = Note(
     "Gap between the surfaces of both tools, across the sheet; it varies with the deviations of both."
 )
 _TEETH = Note(
-    "Force on the tool as long as a few teeth pass, where it is largest; dashed: means over this time."
+    "Force on the tool, base axes, as long as a few teeth pass, where it is largest; dashed: means over"
+    " this time."
 )
 _CUT = Note(
     "Section of the workpiece along the part's x axis; dotted: the lowest surface that a tool on the"
@@ -255,12 +256,16 @@ _WORKPIECE = Note(
 
 def _deviation_note(run: StoredRobot) -> Note:
     text = "Distance between actual and desired TCP at equal times."
+    if run.expected is not None:
+        text += (
+            " To be expected: on the worst of the robots that are drawn from what is known of it."
+        )
     if len(run.actual) > 1:
-        text += " After compensation: simulated, with the process evaluated on the actual path."
+        text += " After: simulated, with the process evaluated on the actual path."
     if run.other:
         text += " Dotted, shown by its name above: the same command and wrench in the other mode."
         if len(run.actual) > 1 and run.figures.mode == "dynamic":
-            text += " After compensation they differ, as the command compensates inertia."
+            text += " After it they differ, as the command compensates inertia."
     if run.plant is not None:
         text += " Plant: the same command on the robot that differs from the model."
     return Note(text)

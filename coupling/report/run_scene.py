@@ -44,7 +44,7 @@ _TORQUE, _ROUND = 0.02, 0.1
 # of its diameter.
 _ABOVE, _UNTOUCHED = "height above the tool's surface [mm]", 0.1
 # Name of the path on the worst of the robots that are drawn from what is known.
-_EXPECTED = "on a robot to be expected"
+EXPECTED = "on a robot to be expected"
 # Extent that a path has at least, and largest deviation below which no detail is of interest [m].
 _LEAST, _SEEN = 1e-9, 1e-5
 
@@ -85,30 +85,35 @@ def _surfaces(
             fields = {_ABOVE: 1e3 * np.where(above > -_UNTOUCHED * tool.diameter, above, np.nan)}
         points = world_from_part.points(surface.points)
         fields = {**fields, **surface.fields}
-        yield replace(surface, name=_shown_name(name), points=points, time=time, fields=fields)
+        yield replace(surface, name=shown_name(name), points=points, time=time, fields=fields)
     if shaped is not None and not run.workpieces:
         points = world_from_part.points(shaped.points)
         yield SceneSurface("", points, shaped.triangles, time=shaped.time)
 
 
 def tracks_of(robot: StoredRobot) -> list[SceneTrack]:
-    """Return the paths of one robot's tool that a run has.
+    """Return the paths of one robot's tool that a run has, as pictures show them."""
+    return [track(name, robot.desired, path) for name, path in named_paths(robot).items()]
+
+
+def named_paths(robot: StoredRobot) -> dict[str, ToolPath]:
+    """Return the paths of one robot's tool that a run has, by what pages call them.
 
     That on a robot to be expected stands before that on the file's, as pages show the first two.
     """
     stage, path = next(iter(robot.actual.items()))
     paths = {stage: path}
     if robot.expected is not None:
-        paths[_EXPECTED] = robot.expected
+        paths[EXPECTED] = robot.expected
     paths |= robot.actual | robot.on_other_robots
-    return [track(_shown_name(name), robot.desired, path) for name, path in paths.items()]
+    return {shown_name(name): path for name, path in paths.items()}
 
 
-def _shown_name(stage: str) -> str:
+def shown_name(stage: str) -> str:
     """Return what a picture calls a stage of a run: a real robot leaves more than its file says.
 
     Example:
-        >>> _shown_name("after compensation"), _shown_name("with backlash +20 %")
+        >>> shown_name("after compensation"), shown_name("with backlash +20 %")
         ('after, if the file is right', 'with backlash +20 %')
     """
     return "after, if the file is right" if stage == COMPENSATED else stage

@@ -68,6 +68,16 @@ def critical_joints(figures: RunResult, robot: str | None = None) -> str:
     )
 
 
+def gears_of(joints: str) -> str:
+    """Return the gears of joints that are named in words.
+
+    Example:
+        >>> gears_of("joint 5"), gears_of("joint 1 and joint 5")
+        ('gear of joint 5', 'gears of joint 1 and joint 5')
+    """
+    return f"{'gears' if ' and ' in joints else 'gear'} of {joints}"
+
+
 def _plans(figures: RunResult, context: RunContext) -> Iterator[NextStep]:
     """Yield the steps that plan the measurement of every robot."""
     for robot in figures.robots:
@@ -76,7 +86,7 @@ def _plans(figures: RunResult, context: RunContext) -> Iterator[NextStep]:
         who = "robot" if is_alone else f"{robot.name} robot"
         plan = "plan.csv" if is_alone else f"plan_{robot.name}.csv"
         yield NextStep.by(
-            f"Measure the {who}{f', the gears of {joints} first' if joints else ''}; this plans it:",
+            f"Measure the {who}{f', the {gears_of(joints)} first' if joints else ''}; this plans it:",
             *("identify", "--plan", "--robot", context.robots[robot.name], "-o", plan),
         )
 

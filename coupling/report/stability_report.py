@@ -183,7 +183,7 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
     kind = "grows" if not worst.stable else "decays"
     yield (
         f"At the worst place the {'slowest ' if worst.stable else ''}vibration {kind} with"
-        f" {worst.growth_1_s:+.3g} 1/s at {worst.frequency_Hz:.1f} Hz{way[worst.border]}."
+        f" {abs(worst.growth_1_s):.3g} 1/s at {worst.frequency_Hz:.1f} Hz{way[worst.border]}."
     )
     by_tool = f"; the tool's modes have {100.0 * result.tool_share:.0f} % of the motion"
     gives_way = in_joints(result.joints) or "no joint"
@@ -212,7 +212,7 @@ def _sentences(result: StabilityResult, worst: StabilityPoint) -> Iterator[str]:
         verdict = "decays" if result.march.stable else "grows"
         yield (
             f"Marched in time for {result.march.seconds:g} s, with edges that leave the cut, the"
-            f" vibration {verdict} with {result.march.growth_1_s:+.3g} 1/s."
+            f" vibration {verdict} with {abs(result.march.growth_1_s):.3g} 1/s."
         )
 
 

@@ -21,10 +21,13 @@ from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.outlook import EXPECTED_SHARE
 from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
 from coupling.results.study_result import StudyResult
+from coupling.robot.parameter_table import VARIED
 from coupling.study.findings import StoredStudy
 from coupling.study.folder import RUN
 from coupling.study.robot_pool import PARTS
 
+# Names of varied parameters in sentences, by their keys in [study].
+_VARIED = {variation.key: variation.in_words for _, variation in VARIED.values()}
 _BAND = "rgba(0, 114, 178, 0.22)"
 _AS_USUAL = " and usual values of what their files leave out"
 # Parameters that are drawn against the deviation, the most important ones.
@@ -71,7 +74,7 @@ def study_answer(study: StoredStudy) -> Answer:
         if tolerance is not None and most > tolerance:
             good = False
         names = " and ".join(
-            dict.fromkeys(entry.name.split("[")[0] for entry in figures.parameters)
+            dict.fromkeys(parameter_words(entry.name.split("[")[0]) for entry in figures.parameters)
         )
         sentence = judged(
             f"of the robots that differ in {names} alone, as [study] chooses it, {share} stay within"
@@ -103,8 +106,8 @@ def study_answer(study: StoredStudy) -> Answer:
     if figures.ordered:
         worst, shares = figures.ordered[0]
         reasons.append(
-            f"Most of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
-            f" {worst.name.replace('_', ' ')} alone."
+            f"The largest part of the scatter, {100 * shares['maximum'].share:.0f} %, comes from the"
+            f" {parameter_words(worst.name)} alone."
         )
     if figures.chosen:
         reasons.append("What the robot file leaves out is not in it.")
@@ -153,6 +156,31 @@ def study_answer(study: StoredStudy) -> Answer:
             tolerance,
         ),
     )
+
+
+def parameter_words(name: str) -> str:
+    """Return what an uncertain parameter is called in sentences.
+
+    Args:
+        name: Its name in a study: a key, with a joint's number, and after the name of a robot of two.
+
+    Example:
+        >>> parameter_words("stiffness_factor[2]"), parameter_words("support backlash_factor[1]")
+        ('stiffness of joint 2', 'backlash of joint 1 of the support robot')
+        >>> parameter_words("force_factor"), parameter_words("payload_kg")
+        ('force', 'payload')
+    """
+    robot, _, key = name.rpartition(" ")
+    key, _, joint = key.partition("[")
+    words = _VARIED.get(key, key.rpartition("_")[0].replace("_", " "))
+    words += f" of joint {joint.rstrip(']')}" if joint else ""
+    return f"{words} of the {robot} robot" if robot else words
+
+
+def _unit(name: str) -> str:
+    """Return the unit of an uncertain parameter; 1 of a factor."""
+    unit = name.partition("[")[0].rpartition("_")[2]
+    return "1" if unit == "factor" else unit
 
 
 def bands(study: StoredStudy) -> go.Figure:
@@ -213,7 +241,7 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
             showlegend=False,
             **place,
         )
-        figure.update_xaxes(title=name, nticks=4, **place)
+        figure.update_xaxes(title=f"{parameter_words(name)} [{_unit(name)}]", nticks=4, **place)
         if place["col"] == 1:
             figure.update_yaxes(title="max [um]", rangemode="tozero", **place)
     return style(figure, 90 + 250 * rows)
@@ -272,7 +300,7 @@ def _parameters(figures: StudyResult) -> Section:
     shares_of = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
     rows = [
         (
-            entry.name,
+            f"{parameter_words(entry.name)} [{_unit(entry.name)}]",
             entry.distribution,
             f"{100 * shares_of[entry.name].share:.0f} %" if shares_of else "",
             f"{shares_of[entry.name].rank_correlation:+.2f}" if shares_of else "",
@@ -280,7 +308,8 @@ def _parameters(figures: StudyResult) -> Section:
         for entry in [entry for entry, _ in figures.ordered] or figures.parameters
     ]
     header = ("parameter", "distribution", "share of the variance of max", "rank correlation")
-    notes = [f"Without effect in this case: {', '.join(figures.silent)}."] if figures.silent else []
+    silent = ", ".join(map(parameter_words, figures.silent))
+    notes = [f"Without effect in this case: {silent}."] if silent else []
     few = [] if shares_of else ["Too few samples for the sensitivity to each parameter."]
     return Section("Uncertain parameters", (Table(header, rows), *notes, *few))
 
@@ -297,15 +326,4 @@ def _bands_note(figures: StudyResult) -> Note:
         f"Band: in each interval by itself, {100 * share:g} % of robots are expected in it and"
         f" {50 * (1 - share):.3g} % on each side. Dotted line: {100 * share:g} % of robots stay below it"
         f" along the whole path. Largest deviation in each of {PARTS} equal intervals of time."
-    )
-
-
-def _influence_note(figures: StudyResult) -> Note:
-    maximum, rms = (
-        100.0 * max(1.0 - sum(shares[name].share for _, shares in figures.ordered), 0.0)
-        for name in ("maximum", "rms")
-    )
-    return Note(
-        "First-order Sobol indices: share of the variance due to one parameter alone. The rest,"
-        f" {maximum:.0f} % of max and {rms:.0f} % of rms, is due to interactions of several."
     )

@@ -264,15 +264,14 @@ class WorstReplay(ResultPart):
             f" {format_um(self.nothing)} um, {format_um(self.nothing_less_constant)} um less a constant"
         )
         expected = "" if self.expected is None else f"{self.expected.sentence} "
-        if self.worse is not None:
-            shifted = " less a constant" if self.worse.is_shifted else ""
+        if self.worse is not None and not self.worse.is_shifted:
             return (
                 f"This command may be WORSE THAN NONE: on the same robot ({self.worse.name}) it leaves"
-                f" {format_um(self.worse.deviation)} um{shifted}, the uncorrected one"
-                f" {format_um(self.worse.uncorrected)} um{shifted}. {_ADVICE} {expected}"
+                f" {format_um(self.worse.deviation)} um, the uncorrected one"
+                f" {format_um(self.worse.uncorrected)} um. {_ADVICE} {expected}"
                 f"Sensitivity to one parameter: {figures}."
             )
-        shift = self.shift_alone
+        shift = self.worse or self.shift_alone
         if shift is not None:
             return (
                 f"A shift of the part alone does better: less a constant ({shift.name}) this command"

@@ -24,6 +24,18 @@ _TOLERANCE, _ITERATIONS = 1e-12, 30
 _MAX_RESIDUAL = 1e-7
 
 
+class UntouchableError(PlanningError):
+    """A robot cannot stand at a point that it is to touch.
+
+    Attributes:
+        point: The point by its number, from 1.
+    """
+
+    def __init__(self, words: str, point: int) -> None:
+        super().__init__(words)
+        self.point = point
+
+
 @dataclass(frozen=True)
 class TouchOff:
     """Frame that a robot takes for the world, as it was touched off where it stood with its sag.
@@ -83,7 +95,7 @@ class RestingRobot:
             rotation: world_from_tool that is commanded, the same at all points.
 
         Raises:
-            PlanningError: If a point is out of reach or the robot finds no rest there.
+            UntouchableError: If a point is out of reach or the robot finds no rest there.
         """
         elastic = ElasticRobot(self.robot, self.torque_curve, quasistatic=True)
         near, positions = self.home, []
@@ -97,9 +109,10 @@ class RestingRobot:
                 zero = np.zeros_like(near)
                 elastic.reset(0.0, HeldCommand(0.0, near, zero, zero), Load())
             except (PlanningError, EquilibriumError) as cause:
-                raise PlanningError(
+                raise UntouchableError(
                     f"point {k}, at {np.round(point, 4).tolist()} m: {cause}: give points that the robot"
-                    " can touch"
+                    " can touch",
+                    k,
                 ) from cause
             positions.append(elastic.tcp()[:3])
         return self.world_from_base.points(np.array(positions))

@@ -216,6 +216,37 @@ def test_a_path_out_of_reach_has_a_page_that_shows_where_the_robot_stops(tmp_pat
     np.testing.assert_allclose(place, case.desired.position[0][error.blocked.row], atol=1e-9)
 
 
+def test_a_part_that_cannot_be_touched_off_has_a_page_as_a_path_out_of_reach_has(
+    tmp_path, checked, command
+):
+    """The line is within reach, the second of three points to touch is 2 m away from it."""
+    text = changed_text(
+        LINE_CASE,
+        (
+            "rpy_deg    = [0.0, 0.0, 30.0]",
+            """rpy_deg    = [0.0, 0.0, 30.0]
+touch_off  = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.1, 0.0]]""",
+        ),
+    )
+    case = tmp_path / "far.toml"
+    case.write_text(text)
+    status, said = checked(case)
+    assert status == 2
+    assert "Traceback" not in said
+    assert (
+        "The robot cannot touch the part off: at point 2 the tool does not come to its place"
+        in said
+    )
+    assert "touch_off = [[x, y, z], ..] in [part]" in said
+    page = (tmp_path / "far_check.html").read_text()
+    for line in ("path on the part", "missing to its place", "reach, vertical plane"):
+        assert line in page
+    assert "path that it does not follow" not in page
+    done = command("couple", case, "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert f"elastic-robot check {case}" in " ".join(done.stderr.split())
+
+
 def blocked_scene(case: Case) -> tuple[Scene, UnreachableError]:
     with pytest.raises(UnreachableError) as caught:
         planned_joints(case.robots, case.desired)

@@ -11,7 +11,7 @@ from coupling.results.section import Answer
 
 # What a visitor would have to look up.
 GLOSSARY = re.compile(
-    r"inverse|converge|\brms\b|quasi-static|robin|spline|wind-up|urad|TCP|FMU|exposure|Sobol|quantile",
+    r"inverse|converge|\brms\b|quasi-static|robin|spline|wind-up|urad|TCP|FMU|exposure|Sobol|quantile|factor",
     re.I,
 )
 

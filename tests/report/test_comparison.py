@@ -106,12 +106,18 @@ def test_lines_and_page_tell_both(runs):
     own = json.loads((runs[0] / "result.json").read_text())
     assert (first.title, second.title) == ("How first was computed", "How second was computed")
     after = format_um(own["deviation_after_m"]["maximum"])
-    assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
+    assert ("deviation after, if the file is right, max [um]", after, after) in figures.parts[
+        0
+    ].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
     page = comparison_report(found).page
     assert len(page) < 3_000_000
-    for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):
+    for text in (
+        "first: after, if the file is right",
+        "second: before compensation",
+        "tool_path.feed_m_s",
+    ):
         assert text in page
 
 
@@ -168,17 +174,49 @@ def test_any_number_of_runs_and_what_was_measured_are_in_one_scene(runs, measure
     names = [track.name for track in comparison_scene(found).tracks]
     assert names == [
         "first: before compensation",
-        "third: after compensation",
-        "first: after compensation",
+        "third: after, if the file is right",
+        "first: after, if the file is right",
         "first: measured",
-        "second: after compensation",
+        "second: after, if the file is right",
         "second: measured",
     ]
     *_, last = [track for track in comparison_scene(found).tracks if "measured" in track.name]
     assert np.linalg.norm(last.deviation, axis=1).max() == pytest.approx(5e-5, rel=0.05)
     assert found.measured[0].run.clock == pytest.approx(-0.03, abs=2e-3)
-    assert "third: after compensation" in comparison_report(found).page
+    assert "third: after, if the file is right" in comparison_report(found).page
     assert len(comparison_report(found).content[1].parts[0].columns) == 4
+
+
+def test_what_is_expected_on_the_real_robot_is_drawn_and_the_file_s_robot_by_its_name(runs):
+    """As the figures beside the picture: 0.3 mm are to be expected on the second run's real robot."""
+    found = Comparison.of(runs)
+    second = found.runs[1]
+    stored = second.first
+    away = stored.desired.displaced(np.array([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0]))
+    expected = replace(second, robots={stored_name(second): replace(stored, expected=away)})
+    compared = replace(found, runs=(found.runs[0], expected))
+    tracks = {track.name: track for track in comparison_scene(compared).tracks}
+    assert list(tracks) == [
+        "first: before compensation",
+        "second: on a robot to be expected",
+        "first: after, if the file is right",
+    ]
+    deviation = np.linalg.norm(tracks["second: on a robot to be expected"].deviation, axis=1)
+    np.testing.assert_allclose(deviation, 3e-4, rtol=1e-9)
+    figure = next(
+        figure
+        for section in comparison_report(compared).content
+        if section.name == "deviation"
+        for figure in section.figures
+    )
+    seen = {curve.name: curve.visible for curve in figure.data}
+    assert seen["second: on a robot to be expected"] is True
+    assert seen["second: after, if the file is right"] == "legendonly"
+
+
+def stored_name(run) -> str:
+    (name,) = run.robots
+    return str(name)
 
 
 def test_what_was_measured_decides_which_run_is_best(runs, measured):

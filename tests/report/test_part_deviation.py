@@ -48,6 +48,16 @@ def test_a_single_pass_has_the_tool_s_axis_for_its_normal():
     np.testing.assert_allclose(signed, np.tile([3e-4, 1e-4, 2e-4], (50, 1)), atol=1e-12)
 
 
+def test_a_plunge_keeps_its_axes_whatever_is_lost_in_rounding():
+    """Straight down, the normal may be any, but not another from sample to sample."""
+    rng = np.random.default_rng(1)
+    points = np.column_stack([np.zeros(50), np.zeros(50), np.linspace(0.0, -0.02, 50)])
+    points[:, :2] += 1e-13 * rng.normal(size=(50, 2))
+    desired = path_through(points)
+    signed = signed_deviation(desired, path_through(points + np.array([3e-4, 0.0, 0.0])))
+    assert np.ptp(signed, axis=0) == pytest.approx(0.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("count", [2, 5])
 def test_a_tool_that_stands_still_has_axes(count):
     desired = path_through(np.zeros((count, 3)))

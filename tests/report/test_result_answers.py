@@ -146,7 +146,7 @@ def study_screen(
         ),
         parameters=(
             UncertainResult(
-                name="backlash of joint 4",
+                name="backlash_factor[4]",
                 distribution="uniform",
                 range=(0.0, 1.0),
                 influence=influence,
@@ -272,7 +272,7 @@ CASES = {
     "study: chosen": (
         study_screen(0.99, 2e-4, chosen=True),
         False,
-        "NOT GOOD ENOUGH: of the robots that differ in backlash of joint 4 alone",
+        "NOT GOOD ENOUGH: of the robots that differ in backlash alone",
         "identify",
     ),
     "study: not stated": (study_screen(0.99, None), None, "Expect the tool within", ""),

@@ -262,8 +262,8 @@ def test_each_robot_of_a_cell_is_to_be_measured_by_its_file(finished):
         "--robot icme2008 -o plan_forming.csv",
         "--robot other.toml -o plan_support.csv",
     ]
-    assert "the forming robot, the gears of joint 2 first" in plans[0].words
-    assert "the support robot, the gears of joint 5 first" in plans[1].words
+    assert "the forming robot, the gear of joint 2 first" in plans[0].words
+    assert "the support robot, the gear of joint 5 first" in plans[1].words
 
 
 @pytest.mark.parametrize("kind", ["compensate", "couple"])
@@ -321,7 +321,7 @@ def test_a_cut_is_never_good_without_its_stability(finished, kind):
         growth_1_s=-2.0,
     )
     figures = finished.model_copy(update={"stability": cut, "kind": kind})
-    assert answered(figures, 1.0).reason.startswith(cut.sentence)
+    assert answered(figures, 1.0).reason.endswith(f"{cut.sentence}.")
     chattering = cut.model_copy(
         update={
             "sentence": "The cut chatters at 43.1 Hz from depth 1.66 mm",

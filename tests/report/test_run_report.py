@@ -18,6 +18,7 @@ from reported import compensated
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.report import run_figures
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_report
 from coupling.report.run_tables import deviations
@@ -98,7 +99,7 @@ def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
 
 def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
     after = drawn_in(run_report(long[0]).page)["deviation"]["data"][2]
-    assert after["name"] == "after compensation, moving robot"
+    assert after["name"] == "after, if the file is right, moving robot"
     assert max(after["y"]) == pytest.approx(4.0, rel=1e-4)
     assert len(after["y"]) < 4000
 
@@ -115,8 +116,24 @@ def test_distances_begin_at_zero_and_end_where_the_path_does(long):
     assert seen == {
         "before compensation, moving robot": None,
         "before compensation, quasi-static robot": "legendonly",
-        "after compensation, moving robot": None,
+        "after, if the file is right, moving robot": None,
     }
+
+
+def test_what_is_expected_on_the_real_robot_is_drawn_beside_what_the_file_s_robot_leaves(long):
+    """Half a millimetre; the file's robot leaves less."""
+    away = np.array([0.0, 0.0, 5e-4, 0.0, 0.0, 0.0])
+    run = replace(long[1], expected=long[1].desired.displaced(away))
+    before, expected = "before compensation", "on a robot to be expected"
+    after, moving = "after, if the file is right", ", moving robot"
+    for figure, names in (
+        (deviation(run), {before + moving, expected, after + moving}),
+        (run_figures.components(run), {before, expected, after}),
+    ):
+        shown = {trace.name: trace for trace in reversed(figure.data) if trace.name in names}
+        assert set(shown) == names
+        assert 0.2 < np.abs(shown[expected].y).max() <= 0.5 + 1e-9
+        assert len({trace.line.color for trace in shown.values()}) == len(names)
 
 
 def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike_that_is_seen(

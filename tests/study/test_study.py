@@ -166,10 +166,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert (
-        "Of the robots that differ in stiffness_factor and damping_factor and backlash_factor"
-        in page
-    )
+    assert "Of the robots that differ in stiffness and damping and backlash" in page
     assert f"95 % stay within {in_words(limit)}" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",

@@ -102,6 +102,24 @@ TABLES = {
         ColumnChoice.of("x=7,y=8,z=9", "mm"),
         "utf-8",
     ),
+    "motion capture of a body and its marker, whose unit stands in the first line": (
+        [
+            "Format Version,1.23,Take Notes,,Rotation Type,Quaternion,Length Units,Millimeters",
+            "",
+            f",Type{4 * ',Rigid Body'}{3 * ',Rigid Body Marker'}{3 * ',Rigid Body'}",
+            f",Name{4 * ',Tool'}{3 * ',Tool:Marker1'}{3 * ',Tool'}",
+            ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Position,Position,Position",
+            "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X,Y,Z",
+            *(
+                f"{k},{t:.6f},0,0,0.6,0.8,,,,{','.join(c)}"
+                if k == 7
+                else f"{k},{t:.6f},0,0,0.6,0.8,1,2,3,{','.join(c)}"
+                for k, (t, c) in enumerate(zip(TIME, cells(), strict=True))
+            ),
+        ],
+        None,
+        "utf-8",
+    ),
     "a camera, with titles in a comment": (
         [
             "# of camera 2",
@@ -176,6 +194,26 @@ def test_a_table_of_any_device_is_read_as_it_is(name, tmp_path):
     same(found)
     assert found.understood.rows == ROWS
     assert found.understood.rate == pytest.approx(100.0, rel=1e-3)
+
+
+def test_of_motion_capture_a_rotation_is_no_position_and_one_of_two_bodies_has_to_be_named(
+    tmp_path,
+):
+    """The number of a rotation's column is easily taken for a position's, as both are called X."""
+    name = "motion capture of a body and its marker, whose unit stands in the first line"
+    lines = TABLES[name][0]
+    found = read_measurement(written(tmp_path, lines), ColumnChoice())
+    assert found.rotation is not None
+    turn = np.tile([0.0, 0.0, 0.6, 0.8], (ROWS, 1))
+    np.testing.assert_allclose(found.rotation.as_quat(), turn, atol=1e-12)
+    with pytest.raises(LearnError, match=r"column qx: expected a unit of m, .* got '1'"):
+        read_measurement(written(tmp_path, lines), ColumnChoice.of("x=3,y=4,z=5", "mm"))
+    two = [
+        line.replace("Tool:Marker1", "Hand").replace("Rigid Body Marker", "Rigid Body")
+        for line in lines
+    ]
+    with pytest.raises(LearnError, match="got Hand position X, Tool position X"):
+        read_measurement(written(tmp_path, two), ColumnChoice())
 
 
 def test_times_that_are_too_coarse_are_refused_with_the_way_out(tmp_path):
