@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from command_tables import NAMES, WAY, written
 
-from coupling.errors import ProgramError
 from coupling.export.commands import command_of_table
 from coupling.export.exported_program import ExportOptions
 from coupling.export.exporting import export_commands
-from coupling.files.csv_table import WRENCH_COLUMNS
 from coupling.files.robot_file import find_robot
 from coupling.programs.languages import LANGUAGES
 from elastic_robot.trajectory import Trajectory
@@ -97,28 +95,6 @@ def test_a_table_that_is_no_command_is_refused_in_one_sentence(tmp_path, command
     assert list(tmp_path.iterdir()) == [file]
 
 
-LOADS: dict[str, tuple[list[float], list[float], str]] = {
-    "ends early": (
-        [0.0, 0.5],
-        [0.0, 1.0],
-        "expected a wrench all along the command, from 0 to 1 s",
-    ),
-    "begins late": ([0.1, 1.0], [0.0, 1.0], "got one from 0.1 to 1 s"),
-    "falls": ([0.0, 0.7, 0.5, 1.0], [0.0] * 4, "time: expected rising values"),
-    "is no number": ([0.0, 1.0], [0.0, np.nan], "fz: expected a finite number"),
-}
-
-
-@pytest.mark.parametrize("name", LOADS)
-def test_a_wrench_that_is_not_the_commands_is_refused(tmp_path, name):
-    time, force, message = LOADS[name]
-    table = np.zeros((len(time), 7))
-    table[:, 0], table[:, 3] = time, force
-    load = written(tmp_path / "wrench.csv", table, ("time", *WRENCH_COLUMNS))
-    with pytest.raises(ProgramError, match=r"wrench\.csv: .*" + message):
-        command_of_table(written(tmp_path / "way.csv", WAY), "icme2008", load)
-
-
 def limited(folder: Path, key: str) -> Path:
     """Return the example robot with a limit of joint 2."""
     robot = folder / "robot.toml"
@@ -180,7 +156,7 @@ def test_a_table_of_singular_postures_is_told_by_angles_alone(tmp_path, command)
 def test_rows_of_a_command_of_few_cycles_are_not_solved_for(tmp_path):
     way = written(tmp_path / "way.csv", WAY)
     options = ExportOptions(LANGUAGES["csv"], "joints", cycle=0.3)
-    (found,) = export_commands(command_of_table(way, "icme2008", None), options)
+    (found,) = export_commands(command_of_table(way, "icme2008"), options)
     assert found.figures.loss_m > options.tolerance
     assert "expected a command of 8 cycles at least, got 3.33" in found.remark
 
@@ -201,5 +177,5 @@ Changed = Callable[[bytes], bytes]
 def test_how_others_write_a_table_does_not_matter(tmp_path, change: Changed):
     way = tmp_path / "way.csv"
     way.write_bytes(change(text_of(WAY)))
-    (found,) = command_of_table(way, "icme2008", None)
+    (found,) = command_of_table(way, "icme2008")
     np.testing.assert_array_equal(found.joints.q[0], WAY[:, 1:])
