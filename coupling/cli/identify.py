@@ -215,7 +215,7 @@ def _plan(
     output: Path | None,
 ) -> tuple[ResultReport, Path]:
     """Write a plan of measurements and its page; return what is told of it, and its file."""
-    from coupling.cli.plan import require_replaceable_plan, write_plan
+    from coupling.cli.identify_kinds import require_replaceable_plan, write_plan
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
     from coupling.report.plan_report import plan_report

@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from coupling.path.frame import lengths
 from coupling.path.histories import ToolPath
-from coupling.path.vectors import lengths
 
 
 @dataclass(frozen=True)

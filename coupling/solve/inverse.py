@@ -34,7 +34,7 @@ from coupling.solve.correction import (
 )
 from coupling.solve.coupling import couple, refined_for
 from coupling.solve.fixed_point import Coupling, Evaluated, Loop, unloaded_path
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from elastic_robot.fmi.interface import Mode
 
 # Part of the tolerance that the robot alone is to keep under the wrench on the desired path: a sheet

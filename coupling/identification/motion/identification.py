@@ -16,9 +16,11 @@ from coupling.identification.motion.fit import (
     fit_motion,
     fit_roughly,
     fit_with_restarts,
+    identifiable,
+    narrow,
+    returns,
     select_backlashes,
 )
-from coupling.identification.motion.identifiability import identifiable, narrow, returns
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import MotionProblem, SmoothedRecording, rms
 from coupling.identification.motion.recording import Recording

@@ -16,8 +16,8 @@ from coupling.identification.response.posture import (
 )
 from coupling.identification.response.refusal import posture_unlike_others, refusal_of
 from coupling.identification.robot_file import Identification
+from coupling.results.identified_result import ResponseFitResult
 from coupling.results.parameter_result import ParameterResult
-from coupling.results.response_result import ResponseFitResult
 from coupling.robot.parameters import apply_values, unit_of
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
