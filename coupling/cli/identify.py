@@ -200,9 +200,9 @@ def identify(
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     identification = identified(described, measured, options)
     words = table.name, f"{table.name}, {measured.count} measurements"
-    told = deflection_answer, deflection_sections
+    page_parts = deflection_answer, deflection_sections
     warnings = map(sentence, identification.result.warnings)
-    write_robot(identification, start, words, target, *told, warnings, verbose)
+    write_robot(identification, start, words, target, *page_parts, warnings, verbose)
 
 
 def _plan(

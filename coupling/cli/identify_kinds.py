@@ -95,8 +95,8 @@ def identify_from_motion(
     recordings += [read_recording(file, described, is_held_out=True) for file in hold_out]
     identified = identify_motion(described, recordings, bandwidth, leave_out)
     names, remarks = ", ".join(file.name for file in files), identified.result.remarks
-    measured, told = (names, f"motion of {names}"), (motion_answer, motion_sections)
-    write_robot(identified, start, measured, target, *told, remarks, is_verbose)
+    measured, page_parts = (names, f"motion of {names}"), (motion_answer, motion_sections)
+    write_robot(identified, start, measured, target, *page_parts, remarks, is_verbose)
 
 
 def identify_responses(
@@ -136,8 +136,8 @@ def identify_responses(
     identified = identify_from_responses(described, torque_curve, postures)
     names, warnings = ", ".join(file.name for file in files), response_warnings(identified.result)
     measured = names, f"frequency responses in {len(files)} postures: {names}"
-    told = response_answer, response_sections
-    write_robot(identified, start, measured, target, *told, warnings, is_verbose)
+    page_parts = response_answer, response_sections
+    write_robot(identified, start, measured, target, *page_parts, warnings, is_verbose)
 
 
 def identify_from_cuts(

@@ -133,9 +133,9 @@ def turns_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return vector
 
 
-def _product(left: Iterable[np.ndarray], right: Iterable[np.ndarray]) -> tuple[np.ndarray, ...]:
+def _product(first: Iterable[np.ndarray], second: Iterable[np.ndarray]) -> tuple[np.ndarray, ...]:
     """Return the products of quaternions x, y, z, w, which turn by the right one first."""
-    (p, q, r, s), (x, y, z, w) = left, right
+    (p, q, r, s), (x, y, z, w) = first, second
     return (
         s * x + p * w + q * z - r * y,
         s * y + q * w + r * x - p * z,

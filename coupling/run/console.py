@@ -120,8 +120,10 @@ class RunView:
         )
         if self._log is not None and now - self._told > _SILENT:
             self._told = now
-            told = f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s"
-            self._log.print(f"{told}{ahead and ', '}{ahead}", markup=False)
+            sentence = (
+                f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s"
+            )
+            self._log.print(f"{sentence}{ahead and ', '}{ahead}", markup=False)
 
     def _said(self, line: str) -> None:
         self._progress.update(
@@ -170,18 +172,18 @@ class RemainingTime:
         self._times: list[float] = []
         self._done: list[int] = []
 
-    def report(self, now: float, done: int) -> None:
+    def report(self, now: float, steps_done: int) -> None:
         """Note how far the work is; steps that were undone begin it anew.
 
         Args:
             now: Time [s].
-            done: Steps that are done.
+            steps_done: Steps that are done.
         """
-        if self._done and done < self._done[-1]:
+        if self._done and steps_done < self._done[-1]:
             self._times, self._done = [], []
-        if done and (not self._done or done > self._done[-1]):
+        if steps_done and (not self._done or steps_done > self._done[-1]):
             self._times.append(now)
-            self._done.append(done)
+            self._done.append(steps_done)
             if len(self._times) > _KEPT:
                 self._times, self._done = self._times[::2], self._done[::2]
 
@@ -194,11 +196,13 @@ class RemainingTime:
             >>> work.ahead(1000)
             5.0
         """
-        times, done = self._times, self._done
+        times, steps = self._times, self._done
         if len(times) < _REPORTS or times[-1] - times[0] < _WATCHED:
             return None
         half = min(bisect_left(times, 0.5 * (times[0] + times[-1])), len(times) - 2)
-        whole, recent = ((done[-1] - done[k]) / max(times[-1] - times[k], 1e-9) for k in (0, half))
+        whole, recent = (
+            (steps[-1] - steps[k]) / max(times[-1] - times[k], 1e-9) for k in (0, half)
+        )
         if not whole / _STEADY < recent < whole * _STEADY:
             return None
-        return (total - done[-1]) / recent
+        return (total - steps[-1]) / recent

@@ -92,7 +92,7 @@ def checked(said: str, calls: str) -> None:
 
 @pytest.mark.parametrize("fmi", STANDARDS)
 def test_sanitizers_find_nothing_in_random_calls(pair, light, sanitized, tmp_path, fmi):
-    """Address and undefined behaviour; a refused call changes nothing; buffers are just as long as told."""
+    """Address and undefined behaviour; a refused call changes nothing; buffers are as long as told."""
     fuzz = build_linked("fuzz_steps", tmp_path / "fuzz", sanitized, *SANITIZERS, f"-DFMI={fmi}")
     of = of2 if fmi == "2" else of3
     checked(run(fuzz, *of(light), CALLS, SEED), CALLS)

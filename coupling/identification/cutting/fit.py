@@ -180,7 +180,7 @@ def fitted_slots(cutter: SlotCutter, slots: MeasuredSlots) -> CuttingFit:
             least_squares(residual, start, "3-point", bounds, ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
             for start in starts
         ),
-        key=lambda found: float(found.cost),
+        key=lambda candidate: float(candidate.cost),
     )
     variance = 2.0 * best.cost / (len(best.fun) - count)
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(variance, 1.0)

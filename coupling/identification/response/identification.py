@@ -61,9 +61,9 @@ def identify_from_responses(
     is_identified = fit.deviation[: len(starts)] <= _TOLD * prior[: len(starts)]
     with np.errstate(divide="ignore"):
         logs = np.log(starts / np.append(stiffness, damping))
-    kept = np.full(len(prior), np.nan)
-    kept[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
-    refit = fit if is_identified.all() else fit_responses(problem, kept, fit)
+    fixed = np.full(len(prior), np.nan)
+    fixed[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
+    refit = fit if is_identified.all() else fit_responses(problem, fixed, fit)
     values, written = fit.values, np.where(is_identified, refit.values, starts)
     residuals = [[log_residual(p, each) for each in (starts, values, written)] for p in postures]
     of_fitted, of_others = (
