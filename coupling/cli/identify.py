@@ -70,14 +70,6 @@ def identify(
             rich_help_panel=_MOTION,
         ),
     ] = None,
-    leave_out: Annotated[
-        bool,
-        typer.Option(
-            "--leave-out",
-            help="Leave out each term of the model in turn.",
-            rich_help_panel=_MOTION,
-        ),
-    ] = False,
     bandwidth: Annotated[
         float,
         typer.Option(
@@ -170,7 +162,7 @@ def identify(
             "--posture-deg: expected files of frequency responses beside it, got none"
         )
     if files and not plan and is_recording(files[0]):
-        identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output, verbose)
+        identify_from_motion(robot, files, hold_out or (), bandwidth, output, verbose)
         return
     if files and not plan and is_cutting(files[0]):
         cut = diameter_mm, teeth, helix_deg, rpm, depth_mm

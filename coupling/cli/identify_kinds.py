@@ -75,7 +75,6 @@ def identify_from_motion(
     files: Sequence[Path],
     hold_out: Sequence[Path],
     bandwidth: float,
-    leave_out: bool,
     output: Path | None,
     is_verbose: bool,
 ) -> None:
@@ -83,17 +82,14 @@ def identify_from_motion(
 
     Args:
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        leave_out: Whether each term is left out in turn.
         output: Robot file to write; None for one in the folder results.
     """
-    if leave_out and not hold_out:
-        raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
     start = find_robot(robot)
     described = load_robot(start)
     target = fitted_target(output, f"{files[0].stem}_identified")
     recordings = [read_recording(file, described) for file in files]
     recordings += [read_recording(file, described, is_held_out=True) for file in hold_out]
-    identified = identify_motion(described, recordings, bandwidth, leave_out)
+    identified = identify_motion(described, recordings, bandwidth)
     names, remarks = ", ".join(file.name for file in files), identified.result.remarks
     measured, page_parts = (names, f"motion of {names}"), (motion_answer, motion_sections)
     write_robot(identified, start, measured, target, *page_parts, remarks, is_verbose)

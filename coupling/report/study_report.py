@@ -298,14 +298,3 @@ def _bands_note(figures: StudyResult) -> Note:
         f" {50 * (1 - share):.3g} % on each side. Dotted line: {100 * share:g} % of robots stay below it"
         f" along the whole path. Largest deviation in each of {PARTS} equal intervals of time."
     )
-
-
-def _influence_note(figures: StudyResult) -> Note:
-    maximum, rms = (
-        100.0 * max(1.0 - sum(shares[name].share for _, shares in figures.ordered), 0.0)
-        for name in ("maximum", "rms")
-    )
-    return Note(
-        "First-order Sobol indices: share of the variance due to one parameter alone. The rest,"
-        f" {maximum:.0f} % of max and {rms:.0f} % of rms, is due to interactions of several."
-    )

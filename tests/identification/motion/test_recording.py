@@ -225,7 +225,7 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
     predicted = replace(recordings["AB".index(other)], is_held_out=True)
     measured = [recordings["AB".index(fits)], predicted]
-    found = stored(identify_motion, robot, measured, 20.0, leave_out=False)
+    found = stored(identify_motion, robot, measured, 20.0)
     fitted, predicted = found.result.recordings
     assert predicted.held_out
     assert np.all(np.less(predicted.wind_up_rad[:3], predicted.wind_up_lag_alone_rad[:3]))

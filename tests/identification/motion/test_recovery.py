@@ -51,7 +51,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 
 def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(identify_motion, start, held_out(recordings, 1), BANDWIDTH, leave_out=True)
+    found = stored(identify_motion, start, held_out(recordings, 1), BANDWIDTH)
     fitted, predicted = found.result.recordings
     assert predicted.held_out
     assert np.all(np.array(predicted.wind_up_rad) < 1.3 * np.array(fitted.wind_up_rad))
@@ -64,12 +64,6 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     kept = {verdict.name for verdict in found.result.parameters if not verdict.identified}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
-    worth = {term.term: term for term in found.result.terms}
-    for term in ("friction 1", "viscous friction 2"):
-        with_term, without = worth[term].torque_relative
-        assert without > 1.5 * with_term
-    with_lag, without = worth["lag 1"].wind_up_rad
-    assert without > 20.0 * with_lag
 
 
 def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
@@ -78,7 +72,7 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     link = first.link.copy()
     link[:, 0] += 3e-4 * np.cos(first.link[:, 0] - 0.7)
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(identify_motion, start, [replace(first, link=link)], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, start, [replace(first, link=link)], BANDWIDTH)
     assert found.result.slow_error_rad[0] > 10.0 * found.result.slow_error_rad[1]
     assert found.result.recordings[0].wind_up_rad[0] < 3e-6
     for own, known in zip(found.robot.joints, arm().joints, strict=True):
@@ -95,7 +89,7 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
         replace(other, name="rigid.csv", link=link),
         replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
-    found = stored(identify_motion, arm(), held_out(measured, 1, 2), BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), held_out(measured, 1, 2), BANDWIDTH)
     assert found.result.refusal == ""
     (words,) = (own for own in found.result.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
@@ -123,13 +117,13 @@ def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
     bad = replace(first, name="bad.csv", torque=torque(first.torque))
     for measured in ([bad], held_out([first, bad], 1)):
         with pytest.raises(IdentifyError, match=f"bad.csv: expected torques .*{says}"):
-            identify_motion(arm(), measured, BANDWIDTH, leave_out=False)
+            identify_motion(arm(), measured, BANDWIDTH)
 
 
 def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
-    found = stored(identify_motion, arm(), [other], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [other], BANDWIDTH)
     assert found.result.refusal.startswith("the residual of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.result.remarks) == 2
 
@@ -145,7 +139,7 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
         * np.sqrt(np.mean(first.torque[:, 0] ** 2))
     )
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
-    found = stored(identify_motion, arm(), [shaken], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [shaken], BANDWIDTH)
     assert 0.5 < found.result.recordings[0].torque_relative[0] < 1.0
     assert found.result.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 
@@ -235,9 +229,9 @@ def test_blocks_left_out_know_correlated_residuals():
 def test_recordings_with_other_encoders_are_refused(recordings):
     other = replace(recordings[1], link=np.full_like(recordings[1].link, np.nan))
     with pytest.raises(IdentifyError, match="expected the links' angles"):
-        identify_motion(arm(), held_out([recordings[0], other], 1), BANDWIDTH, leave_out=False)
+        identify_motion(arm(), held_out([recordings[0], other], 1), BANDWIDTH)
     with pytest.raises(IdentifyError, match="none but those held out"):
-        identify_motion(arm(), held_out(recordings, 0, 1), BANDWIDTH, leave_out=False)
+        identify_motion(arm(), held_out(recordings, 0, 1), BANDWIDTH)
 
 
 def test_a_rigid_joint_is_refused(recordings):
@@ -247,7 +241,7 @@ def test_a_rigid_joint_is_refused(recordings):
     with pytest.raises(
         IdentifyError, match="expected a stiffness of every joint, got none of joint 2"
     ):
-        identify_motion(robot, recordings[:1], BANDWIDTH, leave_out=False)
+        identify_motion(robot, recordings[:1], BANDWIDTH)
 
 
 def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
@@ -290,10 +284,7 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
     changed = replace(
         recording, link=recording.link + 1e-12 * rng.standard_normal(recording.link.shape)
     )
-    one, other = (
-        stored(identify_motion, start, [own], BANDWIDTH, leave_out=False)
-        for own in (recording, changed)
-    )
+    one, other = (stored(identify_motion, start, [own], BANDWIDTH) for own in (recording, changed))
     assert one.fit.converged
     assert one.fit.slopes.exact
     assert not any(p.name.endswith("backlash") for p in one.fit.problem.parameters)
