@@ -11,8 +11,7 @@ from pydantic import Field
 from coupling.errors import ProcessError, SimulationError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
-from coupling.path.deviation import measure
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts, measure
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
