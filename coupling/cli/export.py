@@ -46,6 +46,16 @@ def export(
         str | None,
         typer.Option(help="Robot of a command as CSV: robot.toml or a shipped robot's name."),
     ] = None,
+    wrench: Annotated[
+        Path | None,
+        typer.Option(
+            help="Wrench along the command, with --robot: a CSV, time, fx, .. mz. None unless given."
+        ),
+    ] = None,
+    command: Annotated[
+        Path | None,
+        typer.Option(help="Command instead of the run's, such as an edited one; CSV."),
+    ] = None,
     targets: Annotated[
         str | None, typer.Option(help="cartesian or joints; csv only joints.")
     ] = None,
@@ -102,8 +112,9 @@ def export(
         )
         for language in to
     }
-    read = _reader(source, robot)
-    place = source if source.is_dir() else source.parent / source.stem
+    read = _reader(source, robot, wrench, command)
+    file = command or (None if source.is_dir() else source)
+    place = source if file is None else file.parent / file.stem
     folders = {
         language: (output or place) / language if output is None or len(languages) > 1 else output
         for language in languages
@@ -123,7 +134,7 @@ def export(
             for line in _lines(program, options, len(programs) > 1):
                 console.print(line)
         console.print(f"Programs: {folders[language]}")
-    if source.is_dir() and len(commands) == 1:
+    if file is None and len(commands) == 1:
         learning = ("elastic-robot", "next", str(source), "measured.csv", "-o", f"{source}_next")
         console.print(f"Run it, measure the tool's path, and go on: {shlex.join(learning)}")
     if any(
@@ -142,23 +153,32 @@ def _language(name: str) -> Language:
     return LANGUAGES[name]
 
 
-def _reader(source: Path, robot: str | None) -> Callable[[], tuple[RobotCommand, ...]]:
-    """Return what reads the commands of a run, or one by itself."""
-    from coupling.export.commands import command_of_table, commands_of_run
+def _reader(
+    source: Path, robot: str | None, wrench: Path | None, command: Path | None
+) -> Callable[[], tuple[RobotCommand, ...]]:
+    """Return what reads the commands of a run, one in place of a run's, or one by itself."""
+    from coupling.export.commands import command_in_run, command_of_table, commands_of_run
 
     if source.is_dir():
-        if robot is not None:
-            raise ProgramError(
-                f"--robot: expected a command as CSV with this option, got the folder {source}, which"
-                " has its own"
-            )
-        return partial(commands_of_run, source)
+        for option, value in (("--robot", robot), ("--wrench", wrench)):
+            if value is not None:
+                raise ProgramError(
+                    f"{option}: expected a command as CSV with this option, got the folder {source},"
+                    " which has its own"
+                )
+        return (
+            partial(commands_of_run, source)
+            if command is None
+            else partial(command_in_run, source, command)
+        )
+    if command is not None:
+        raise ProgramError(f"--command: expected a run folder with this option, got {source}")
     if robot is None:
         what = "a file" if source.exists() else "nothing of that name"
         raise ProgramError(
             f"{source}: expected a run folder, or the CSV of a command with --robot, got {what}"
         )
-    return partial(command_of_table, source, robot)
+    return partial(command_of_table, source, robot, wrench)
 
 
 def _lines(program: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:

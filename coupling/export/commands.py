@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
 from coupling.case.robots import drive_of
-from coupling.errors import ProgramError
+from coupling.errors import ProgramError, locate_errors
 from coupling.export.frames import controller_from_base
 from coupling.export.preconditions import (
     remark_on,
@@ -20,6 +20,7 @@ from coupling.export.preconditions import (
     require_same_robot,
 )
 from coupling.files.controller_axes import ControllerAxes, controller_axes
+from coupling.files.csv_table import WRENCH_COLUMNS, read_table
 from coupling.files.provenance import load_provenance
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.command_table import read_command
@@ -35,6 +36,8 @@ from coupling.run.stored_run import read_run
 _TORQUE_CURVE = "backlash"
 # Longest command [s]; a mistaken unit would fill the memory with rows.
 _MAX_DURATION = 20_000.0
+# No controller's cycle is longer [s].
+_LONGEST_CYCLE = 0.1
 # Times closer to each other than this are one [s].
 _SAME_TIME = 1e-6
 
@@ -91,10 +94,42 @@ def commands_of_run(folder: Path) -> tuple[RobotCommand, ...]:
     return tuple(commands)
 
 
-def command_of_table(file: Path, robot: str) -> tuple[RobotCommand, ...]:
+def command_in_run(folder: Path, file: Path) -> tuple[RobotCommand, ...]:
+    """Return the command of a table in place of a run's: one that was edited, or another program's.
+
+    Robot, wrench, frames and desired path are the run's.
+
+    Raises:
+        CouplingError: As `commands_of_run`, or if the table is no command of the run's robot and time.
+    """
+    commands = commands_of_run(folder)
+    if len(commands) > 1:
+        raise ProgramError(
+            f"{folder}: expected the run of one robot beside --command, got that of a cell of"
+            f" {len(commands)}"
+        )
+    (command,) = commands
+    table = read_command(file, len(command.placed.description.joints), ProgramError)
+    start, end = float(command.joints.time[0]), float(command.wrench.time[-1])
+    with locate_errors(str(file), ValueError, ProgramError):
+        joints = replace(table.joints, time=_at(table.joints.time, (start, end)))
+    latest = float(command.joints.time[-1]) + _last_cycle(joints)
+    if joints.time[0] != start or not end <= joints.time[-1] <= latest:
+        raise ProgramError(
+            f"{file}: expected a command from {_span(command.joints)} as that of {folder}, whose wrench"
+            f" it meets, got one from {_span(joints)}"
+        )
+    require_poses(file, command.placed, joints, table.poses)
+    return (replace(command, name=file.stem, joints=joints, remark=remark_on_ends(joints)),)
+
+
+def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[RobotCommand, ...]:
     """Return the command of a table for a robot that stands as in its file, clock from zero.
 
-    The base of the program is the controller's own robot frame, and nothing acts on the tool.
+    The base of the program is the controller's own robot frame.
+
+    Args:
+        wrench: Table of the wrench on the tool, in axes of the base; None: there is none.
     """
     described = find_robot(robot)
     description = load_robot(described)
@@ -121,11 +156,14 @@ def command_of_table(file: Path, robot: str) -> tuple[RobotCommand, ...]:
     axes, controller = controller_axes(described, count), Controller()
     rows = controller.rows(0.0, length)
     instants = np.append(rows[rows < length - _SAME_TIME], length)
+    none = WrenchHistory.none(instants)
     command = RobotCommand(
         name=file.stem,
         placed=placed,
         joints=joints,
-        wrench=WrenchHistory.none(instants),
+        wrench=none
+        if wrench is None
+        else _find_wrench(wrench, start, instants, _last_cycle(joints)),
         desired=None,
         part=controller_from_base(axes).inverse(),
         axes=axes,
@@ -136,6 +174,53 @@ def command_of_table(file: Path, robot: str) -> tuple[RobotCommand, ...]:
     return (command,)
 
 
+def _find_wrench(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchHistory:
+    """Return the wrench of a table at instants of a command, and at its own ones between them.
+
+    Args:
+        zero: Time in it that is zero of the command [s].
+        instants: Rising from zero [s], (n,).
+        cycle: Time before the command's end at which it may end, and is held [s].
+    """
+    rows = read_table(file, ("time", *WRENCH_COLUMNS), ProgramError)
+    end = float(instants[-1])
+    with locate_errors(str(file), ValueError, ProgramError):
+        stated_loads = WrenchHistory(_at(rows[:, 0] - zero, (0.0, end)), rows[:, 1:])
+    if stated_loads.time[0] > 0.0 or stated_loads.time[-1] < end - cycle:
+        raise ProgramError(
+            f"{file}: expected a wrench all along the command, from {zero:.9g} to {zero + end:.9g} s,"
+            f" got one from {rows[0, 0]:.9g} to {rows[-1, 0]:.9g} s"
+        )
+    inside = (stated_loads.time >= 0.0) & (stated_loads.time <= end)
+    first, last = (np.setdiff1d([t], stated_loads.time) for t in (0.0, end))
+    during = WrenchHistory(
+        np.concatenate([first, stated_loads.time[inside], last]),
+        np.concatenate(
+            [stated_loads.at(first), stated_loads.wrench[:, inside], stated_loads.at(last)], axis=1
+        ),
+    )
+    load_instants = during.instants
+    after = np.searchsorted(load_instants, instants)
+    apart = load_instants[after] - instants, instants - np.append(-np.inf, load_instants)[after]
+    return during.refined(np.union1d(load_instants, instants[np.minimum(*apart) > _SAME_TIME]))
+
+
 def _axes(case: Case, placed: PlacedRobot) -> ControllerAxes:
     file = find_robot(case.resolved[placed.table]["description"])
     return controller_axes(file, len(placed.description.joints))
+
+
+def _last_cycle(joints: JointPath) -> float:
+    """Return by how much a command's last row may lie behind the end of what it is for [s]."""
+    return min(float(joints.time[-1] - joints.time[-2]), _LONGEST_CYCLE) + _SAME_TIME
+
+
+def _span(joints: JointPath) -> str:
+    return f"{joints.time[0]:.9g} to {joints.time[-1]:.9g} s"
+
+
+def _at(time: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Return times of which those that are ends but for rounding are these."""
+    for end in ends:
+        time = np.where(np.abs(time - end) <= _SAME_TIME, end, time)
+    return time

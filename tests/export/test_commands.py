@@ -1,9 +1,8 @@
-"""Commands of a run or a table of joint angles become programs; tables that are none are refused."""
+"""Commands from a run folder or a table of joint angles become the programs of their robots."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,22 +11,27 @@ from command_tables import MIDDLES, NAMES, WAY, rows, written
 from wall_case import WALL_CASE
 
 from coupling.case.file import load_case
-from coupling.export.commands import command_of_table
+from coupling.errors import ProgramError
+from coupling.export.commands import command_in_run, command_of_table
 from coupling.export.exported_program import ExportOptions
 from coupling.export.exporting import export_commands
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
+from coupling.files.csv_table import WRENCH_COLUMNS
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
+from coupling.path.linear import interpolate_rows
 from coupling.programs.languages import LANGUAGES, read_program
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import DEFAULT_KIND
 from coupling.run.execute import run_compensation
 from coupling.run.fmu_pool import FmuPool
 from coupling.run.folder import write_run
+from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
-from elastic_robot.trajectory import Trajectory
+from elastic_robot.trajectory import read_trajectory
 
 
 def tools(robot: Robot, motions: list[JointPath], instants: np.ndarray) -> list[ToolPath]:
@@ -92,7 +96,7 @@ def test_rates_and_accelerations_of_a_table_count(tmp_path):
     names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
     file = written(tmp_path / "way.csv", table, names)
     (found,) = export_commands(
-        command_of_table(file, "icme2008"), ExportOptions(LANGUAGES["csv"], "joints")
+        command_of_table(file, "icme2008", None), ExportOptions(LANGUAGES["csv"], "joints")
     )
     angles = np.array([move.joints for move in LANGUAGES["csv"].read(found.files).timed])
     at = np.arange(251) * 0.004
@@ -101,15 +105,38 @@ def test_rates_and_accelerations_of_a_table_count(tmp_path):
 
 
 def test_the_clock_of_a_table_may_begin_anywhere(tmp_path):
-    """Seconds since 1970 in dyadic rows: the same files."""
+    """Seconds since 1970 in dyadic rows: the same files, with the wrench on the same clock."""
     krl, texts = LANGUAGES["krl"], []
     for start in (0.0, 1.75e9, -7.0):
-        file = written(tmp_path / "way.csv", rows() + start * (np.arange(7) == 0))
-        commands = command_of_table(file, "icme2008")
+        table = rows() + start * (np.arange(7) == 0)
+        file = written(tmp_path / "way.csv", table)
+        wrench = np.zeros((3, 7))
+        wrench[:, 0], wrench[:, 3] = start + np.array([0.0, 0.25, 1.0]), [0.0, 300.0, 500.0]
+        load = written(tmp_path / "wrench.csv", wrench, ("time", *WRENCH_COLUMNS))
+        commands = command_of_table(file, "icme2008", load)
         (found,) = export_commands(commands, ExportOptions(krl, "cartesian"))
         texts.append([one.text for one in found.files])
     assert texts[1] == texts[0]
     assert texts[2] == texts[0]
+
+
+def test_a_wrench_beside_a_table_keeps_its_jumps_and_its_ends(tmp_path):
+    """A jump at the start, one that is beside the cycle, and an end behind that of the command."""
+    file = written(tmp_path / "way.csv", rows())
+    time = np.array([-1.0, 0.0, 0.0, 0.3333, 0.3333, 3.0])
+    force = np.array([0.0, 0.0, 100.0, 200.0, -50.0, 350.0])
+    table = np.zeros((6, 7))
+    table[:, 0], table[:, 3] = time, force
+    load = written(tmp_path / "wrench.csv", table, ("time", *WRENCH_COLUMNS))
+    (command,) = command_of_table(file, "icme2008", load)
+    found = command.wrench
+    assert found.jumps.tolist() == [0.0, 0.3333]
+    assert (found.time[0], found.time[-1]) == (0.0, 1.0)
+    assert found.before[0, [0, -1], 2] == pytest.approx([0.0, -50.0 + 400.0 * 0.6667 / 2.6667])
+    own = WrenchHistory(time, table[:, 1:])
+    np.testing.assert_allclose(found.before, own.at(found.instants), atol=1e-10)
+    cycle = np.arange(251) * 0.004
+    assert np.all(np.isin(cycle, found.instants))
 
 
 @pytest.fixture(scope="module")
@@ -128,22 +155,138 @@ def run(tmp_path_factory) -> Path:
     return folder / "run"
 
 
-def test_what_does_not_go_together_is_refused(run, command):
+@pytest.fixture(scope="module")
+def edited(run) -> Path:
+    """The command of the run with joint 1 moved by 0.1 mrad to and fro, poses and rates with it."""
+    names = (run / "command.csv").read_text().split("\n", 1)[0].split(",")
+    table = np.loadtxt(run / "command.csv", delimiter=",", skiprows=1)
+    share = table[:, 0] / table[-1, 0]
+    pace = np.pi / table[-1, 0]
+    table[:, 8] += 1e-4 * np.sin(np.pi * share) ** 4
+    table[:, 14] += 4e-4 * pace * np.sin(np.pi * share) ** 3 * np.cos(np.pi * share)
+    bend = 3.0 * np.cos(np.pi * share) ** 2 - np.sin(np.pi * share) ** 2
+    table[:, 20] += 4e-4 * pace**2 * np.sin(np.pi * share) ** 2 * bend
+    placed = load_case(run / "case.toml").robots[0]
+    planner = InverseKinematics(placed.description, placed.home)
+    motion = JointPath(table[:, 0], (table[:, 8:14],))
+    table[:, 1:8] = planner.forward(motion, table[:, 0]).transformed(placed.world_from_base).pose[0]
+    return written(run.parent / "next.csv", table, tuple(names))
+
+
+def test_the_runs_own_command_in_its_place_gives_the_same_programs(run, tmp_path, command):
+    for place, more in (("own", []), ("given", ["--command", run / "command.csv"])):
+        done = command("export", run, *more, "--to", "krl", "--name", "WAY", "-o", tmp_path / place)
+        assert done.returncode == 0, done.stderr
+    for file in (tmp_path / "own").iterdir():
+        assert (tmp_path / "given" / file.name).read_bytes() == file.read_bytes()
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_edited_command_becomes_a_program_in_every_language(run, edited, command, language):
+    """Under the run's wrench, in the part's frame: what is read back moves as the CSV does."""
+    done = command("export", run, "--command", edited, "--to", language)
+    assert done.returncode == 0, done.stdout + done.stderr
+    place = run.parent / "next" / language
+    name = "NEXT" if language == "fanuc" else "next"
+    program = read_program(place / f"{name}{LANGUAGES[language].ending}")
+    case, stored = load_case(run / "case.toml"), read_run(run).first
+    placed = case.robots[0]
+    axes = controller_axes(find_robot("icme2008"), 6)
+    motion = drive_motion(program, placed.description, axes, 0.004, 0.0)
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
+    time = np.append(motion.time[:-1], max(motion.time[-1], loads.time[-1]))
+    table = read_trajectory(edited, 6)
+    own = np.loadtxt(edited, delimiter=",", skiprows=1)
+    assert table.end == own[-1, 0]
+    given = JointPath(own[:, 0], *((own[:, k : k + 6],) for k in (8, 14, 20)))
+    with FmuPool(case.fmu) as models:
+        fmu = models.of(placed.description, "backlash").fmu
+        read, asked, first = (
+            fmu.simulate(one, loads, "dynamic")
+            for one in (JointPath(time, motion.q), given, stored.joints)
+        )
+    (says,) = json.loads((place / "export.json").read_text())["robots"]
+    assert read.distance_to(asked).max() == pytest.approx(says["loss_m"], abs=2e-9)
+    assert says["loss_m"] <= 5e-6
+    assert asked.distance_to(first).max() > 5e-5
+    deviation = read.transformed(placed.world_from_base).distance_to(stored.desired).max()
+    assert deviation == pytest.approx(says["deviation_of_file_m"]["maximum"], abs=2e-9)
+
+
+def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
+    """A robot that hangs as the run's is the run's, where the run's wrench is given in its axes."""
+    stored, placed = read_run(run).first, load_case(run / "case.toml").robots[0]
+    gravity = list(placed.description.gravity)
+    robot = tmp_path / "robot.toml"
+    text = find_robot("icme2008").read_text()
+    head, _, tail = text.partition("gravity")
+    robot.write_text(f"{head}gravity = {gravity}{tail[tail.index(chr(10)) :]}")
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
+    load = np.column_stack([loads.time, loads.wrench[0]])
+    file = written(tmp_path / "wrench.csv", load, ("time", *WRENCH_COLUMNS))
+    table = np.loadtxt(run / "command.csv", delimiter=",", skiprows=1)
+    names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
+    way = written(tmp_path / "way.csv", table[:, [0, *range(8, 26)]], names)
+    (own,) = command_of_table(way, str(robot), file)
+    with FmuPool(own.fmu) as models:
+        fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
+        path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.world_from_base)
+    position = interpolate_rows(stored.achieved.time, path.time, path.position[0])
+    off = np.linalg.norm(position - stored.achieved.position[0], axis=1)
+    assert off.max() < 1e-8
+
+
+def test_what_does_not_go_together_is_refused(run, edited, command):
     way = written(run.parent / "way.csv", WAY)
     nowhere = run.parent / "nowhere"
     for typed, message in (
         ([way], "expected a run folder, or the CSV of a command with --robot, got a file"),
         ([nowhere], "with --robot, got nothing of that name"),
         ([run, "--robot", "icme2008"], "--robot: expected a command as CSV with this option"),
+        ([run, "--wrench", way], "--wrench: expected a command as CSV with this option"),
+        (
+            [run, "--robot", "icme2008", "--command", edited],
+            "--robot: expected a command as CSV with this option",
+        ),
+        ([way, "--command", edited], "--command: expected a run folder with this option, got"),
+        ([way, "--robot", "icme2008", "--command", way], "--command: expected a run folder with"),
         ([way, "--robot", "icme208"], "got 'icme208': did you mean 'icme2008'?"),
         ([nowhere.with_suffix(".csv"), "--robot", "icme2008"], "cannot be read: No such file"),
-        ([run.parent], "name a run folder"),
+        ([run, "--command", nowhere], "cannot be read: No such file"),
+        ([run.parent, "--command", edited], "name a run folder"),
+        ([run, "--command", way], "expected a command from 0 to 2.348 s as that of"),
     ):
         done = command("export", *typed, "--to", "krl", "-o", run.parent / "programs")
         assert done.returncode == 2, typed
         assert message in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1
     assert not (run.parent / "programs").exists()
+
+
+def test_a_command_of_another_base_is_none_of_the_run(run, edited, tmp_path):
+    """The same angles with the poses of a robot that stands upright."""
+    table = np.loadtxt(edited, delimiter=",", skiprows=1)
+    names = edited.read_text().split("\n", 1)[0].split(",")
+    table[:, 1] += 0.01
+    off = written(tmp_path / "off.csv", table, tuple(names))
+    with pytest.raises(ProgramError, match=r"off\.csv: expected the poses .* 10000 um"):
+        command_in_run(run, off)
+    # Angles alone are taken for what they are.
+    bare = written(tmp_path / "bare.csv", table[:, [0, *range(8, 14)]], NAMES)
+    (own,) = command_in_run(run, bare)
+    np.testing.assert_array_equal(own.joints.q[0], table[:, 8:14])
+
+
+def test_a_command_of_rounded_times_is_on_the_clock_of_the_run(run, edited, tmp_path):
+    """It ends with the run's wrench but for the rounding of its text."""
+    table = np.loadtxt(edited, delimiter=",", skiprows=1)[:, [0, *range(8, 14)]]
+    end = read_run(run).first.wrench.time[-1]
+    table[[0, -1], 0] = 4e-7, end - 4e-7
+    (own,) = command_in_run(run, written(tmp_path / "rounded.csv", table))
+    assert own.joints.time[[0, -1]].tolist() == [0.0, end]
+    table[-1, 0] = end - 4e-6
+    with pytest.raises(ProgramError, match="expected a command from 0 to"):
+        command_in_run(run, written(tmp_path / "short.csv", table))
 
 
 def test_every_language_that_is_asked_for_is_written_in_its_folder(run, tmp_path, command):
@@ -162,167 +305,3 @@ def test_every_language_that_is_asked_for_is_written_in_its_folder(run, tmp_path
     done = command("export", run, "--to", "csv", "--to", "krl", "-o", place)
     assert "holds an export already" in done.stderr
     assert not none.exists()
-
-
-def cell(table: np.ndarray, row: int, column: int, value: float) -> np.ndarray:
-    changed = table.copy()
-    changed[row, column] = value
-    return changed
-
-
-def text_of(table: np.ndarray, names: tuple[str, ...] = NAMES) -> bytes:
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in table.tolist())]
-    return ("\n".join(lines) + "\n").encode()
-
-
-POSES = ("x", "y", "z", "qx", "qy", "qz", "qw")
-# What stands in the file, and what must be said.
-HOSTILE: dict[str, tuple[bytes, str]] = {
-    "empty": (b"", "got 0 lines"),
-    "names alone": (text_of(WAY[:0]), "got 1 lines"),
-    "one row": (text_of(WAY[:1]), "at least two rows, got 1"),
-    "a joint is missing": (text_of(WAY[:, :-1], NAMES[:-1]), "columns q6 are missing"),
-    "a joint more": (text_of(WAY[:, [*range(7), 1]], (*NAMES, "q7")), "q1 to q6 of the robot's"),
-    "no time": (text_of(WAY[:, 1:], NAMES[1:]), "columns time are missing"),
-    "two of a name": (text_of(WAY[:, [*range(7), 1]], (*NAMES, "q1")), "one column 'q1', got two"),
-    "nan": (text_of(cell(WAY, 5, 3, np.nan)), "line 7: q3: expected a finite number, got 'nan'"),
-    "infinite": (text_of(cell(WAY, 5, 3, -np.inf)), "line 7: q3: expected a finite number"),
-    "overflow": (
-        text_of(WAY).replace(b"0.0078125", b"1e999", 1),
-        "line 3: time: expected a finite",
-    ),
-    "huge": (text_of(cell(WAY, 5, 3, 1e90)), "line 7: q3: expected an angle in radians"),
-    "degrees": (text_of(np.rad2deg(WAY)), "q5: expected an angle in radians, of 25.1 at most"),
-    "time falls": (
-        text_of(cell(WAY, 5, 0, 0.01)),
-        "line 7: time: expected more than the 0.03125 s",
-    ),
-    "time stands": (
-        text_of(cell(WAY, 5, 0, 0.03125)),
-        "expected more than the 0.03125 s before it",
-    ),
-    "time creeps": (text_of(cell(WAY, 5, 0, 0.03125 + 1e-9)), "at least 1e-06 s apart"),
-    "microseconds": (text_of(WAY * [1e6, *[1] * 6]), "at most 20000 s, got one of 1e+06 s"),
-    "rates alone": (
-        text_of(WAY[:, [*range(7), *range(1, 7)]], (*NAMES, *(f"qd{i}" for i in range(1, 7)))),
-        "accelerations qdd1.., or neither, got qd1.. alone",
-    ),
-    "some rates": (text_of(WAY[:, [*range(7), 1]], (*NAMES, "qd2")), "or none, got qd2"),
-    "no rotation": (
-        text_of(np.hstack([WAY, np.zeros((129, 7))]), (*NAMES, *POSES)),
-        "line 2: qw: expected the last part of a unit quaternion",
-    ),
-    "another robot": (
-        text_of(np.hstack([WAY, np.tile([1.0, 0, 1, 0, 0, 0, 1], (129, 1))]), (*NAMES, *POSES)),
-        "it is the command of another robot",
-    ),
-    "half a row": (text_of(WAY)[:5000], "expected 7 cells"),
-    "half a number": (text_of(WAY)[:-2], "expected a line break at its end"),
-    "semicolons": (text_of(WAY).replace(b",", b";"), "separate them with commas"),
-    "Latin": (
-        "# Größe\n".encode("latin-1") + text_of(WAY),
-        "expected text in UTF-8, got the byte 0xf6 at 4",
-    ),
-    "zeros": (b"\0" * 3000 + b"\n" + text_of(WAY), "expected 1 cells"),
-    "words": (text_of(WAY).replace(b"0.0078125", b"soon", 1), "finite number, got 'soon'"),
-    "a quote": (text_of(WAY) + b'"1,2\n', "is not a table of CSV"),
-}
-
-
-@pytest.mark.parametrize("name", HOSTILE)
-def test_a_table_that_is_no_command_is_refused_in_one_sentence(tmp_path, command, name):
-    content, message = HOSTILE[name]
-    file = tmp_path / "way.csv"
-    file.write_bytes(content)
-    done = command("export", file, "--robot", "icme2008", "--to", "krl")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert "way.csv" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def limited(folder: Path, key: str) -> Path:
-    """Return the example robot with a limit of joint 2."""
-    robot = folder / "robot.toml"
-    second = "[[joint]]                  # 2\n"
-    robot.write_text(find_robot("icme2008").read_text().replace(second, f"{second}{key}\n"))
-    return robot
-
-
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("limits    = [-0.15, 0.15]", "joint 2: expected angles of -8.59 to 8.59 deg, got"),
-        ("max_rate  = 0.001", "joint 2: expected at most 0.001 rad/s, got"),
-        ("max_acceleration = 0.01", "joint 2: expected at most 0.01 rad/s^2, got"),
-    ],
-)
-def test_a_table_beyond_what_the_drives_can_do_is_not_written(tmp_path, command, key, message):
-    way = written(tmp_path / "way.csv", WAY)
-    done = command("export", way, "--robot", limited(tmp_path, key), "--to", "csv")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert not (tmp_path / "way").exists()
-
-
-def test_an_arm_of_three_joints_gets_rows_of_angles(tmp_path, command):
-    parts = find_robot("icme2008").read_text().split("[[joint]]")
-    arm = tmp_path / "arm.toml"
-    arm.write_text("[[joint]]".join(parts[:4]))
-    way = written(tmp_path / "way.csv", WAY[:, :4], NAMES[:4])
-    done = command("export", way, "--robot", arm, "--to", "krl")
-    assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
-    assert command("export", way, "--robot", arm, "--to", "csv").returncode == 0
-    assert np.loadtxt(tmp_path / "way/csv/way.csv", delimiter=",", skiprows=1).shape[1] == 4
-
-
-def test_a_command_that_begins_in_motion_is_named(tmp_path, command):
-    """A piece cut out of a longer one: a program begins at rest."""
-    motion = Trajectory(WAY[:, 0], WAY[:, 1:])
-    piece = np.column_stack([WAY[40:90, 0], *motion.at(WAY[40:90, 0])])
-    names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
-    way = written(tmp_path / "way.csv", piece, names)
-    done = command("export", way, "--robot", "icme2008", "--to", "krl")
-    assert done.returncode == 1
-    assert "Warning: the command begins with joint 1 at 0.1" in done.stdout
-
-
-def test_a_table_of_singular_postures_is_told_by_angles_alone(tmp_path, command):
-    """Joint 5 at zero, as in the first table that anybody writes."""
-    table = WAY.copy()
-    table[:, 5] = 0.0
-    typed = ["export", written(tmp_path / "way.csv", table), "--robot", "icme2008", "--to", "krl"]
-    done = command(*typed)
-    assert done.returncode == 2
-    assert "got one at" in done.stderr
-    assert "(wrist): write joint angles with --targets joints" in done.stderr
-    assert command(*typed, "--targets", "joints").returncode == 0
-
-
-def test_rows_of_a_command_of_few_cycles_are_not_solved_for(tmp_path):
-    way = written(tmp_path / "way.csv", WAY)
-    options = ExportOptions(LANGUAGES["csv"], "joints", cycle=0.3)
-    (found,) = export_commands(command_of_table(way, "icme2008"), options)
-    assert found.figures.loss_m > options.tolerance
-    assert "expected a command of 8 cycles at least, got 3.33" in found.remark
-
-
-Changed = Callable[[bytes], bytes]
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda text: text.replace(b"\n", b"\r\n"),
-        lambda text: b"\xef\xbb\xbf" + text,
-        lambda text: b"# mine\n\n" + text,
-        lambda text: text.replace(b"\n", b",note\n"),
-    ],
-    ids=["CRLF", "mark", "comment", "other column"],
-)
-def test_how_others_write_a_table_does_not_matter(tmp_path, change: Changed):
-    way = tmp_path / "way.csv"
-    way.write_bytes(change(text_of(WAY)))
-    (found,) = command_of_table(way, "icme2008")
-    np.testing.assert_array_equal(found.joints.q[0], WAY[:, 1:])
