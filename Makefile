@@ -45,7 +45,7 @@ test: lint
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
 # damaged trajectory files under address and undefined-behaviour sanitizers.
 fuzz: .venv/installed
-	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py tests/native/test_desk_library.py -k sanitizers
+	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py tests/native/test_core_library.py -k sanitizers
 
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed

@@ -18,7 +18,7 @@ from coupling.process import ElasticWall, Process, ProcessResponse
 from coupling.robot.contract import SimulatedRobot
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.store import EvaluatedProcess, Store
-from coupling.toolpaths.line import Line
+from coupling.toolpaths.contours import Line
 from docs.scripts.runs import CASES, example
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode

@@ -28,8 +28,7 @@ from coupling.files.toml_file import Schema, load_toml, require_kind, validate
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ProcessSchema
-from coupling.process.authors_code import authors_code
-from coupling.process.plugin import find_process
+from coupling.process.authors_code import authors_code, find_process
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff, UntouchableError

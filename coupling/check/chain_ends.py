@@ -131,10 +131,10 @@ def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> Ch
     if carriers < len(moving):
         for joint in moving[:carriers]:
             base = joint.child
-        held = [repr(joint.name) for joint in moving[:carriers]]
+        rail_joints = [repr(joint.name) for joint in moving[:carriers]]
         moving = moving[carriers:]
-        if held:
-            about += f", behind {', '.join(held)}, held at zero"
+        if rail_joints:
+            about += f", behind {', '.join(rail_joints)}, held at zero"
     return ChainEnds(base, tip, tuple(j.name for j in moving if j.is_rotation), about)
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.case.case import Case, PlacedRobot
-from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
@@ -25,17 +24,21 @@ from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.replay import Replay
 from coupling.results.run_result import ChainResult
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drive_motion import drive_motions
-from coupling.run.exact_command import expected_deviation
+from coupling.run.exact_command import exact_command, expected_deviation, finely_sampled
 from coupling.run.fmu_pool import FmuPool
 from coupling.run.gear_loads import exceeded, wanted_of
 from coupling.run.predicted_motor_torques import PredictedMotorTorque, predict_motor_torques
 from coupling.run.robot_results import chain_of
+from coupling.run.robustness import VARIATIONS
 from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
 # of the time.
 _FMU_KIND = "native"
+# Differences of gears that are looked at.
+_GEARS = ("backlash", "hysteresis")
 
 
 @dataclass(frozen=True)
@@ -160,3 +163,41 @@ def _gear_replays(
         return gear_replays(moving, model, motion, watch), ""
     except (BuildError, HostError, RobotFileError, SimulationError) as error:
         return (), str(error)
+
+
+def gear_replays(
+    moving: MovingRobot, model: SimulatedModel, motion: DesiredMotion, watch: Watch
+) -> tuple[Replay, ...]:
+    """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
+
+    No formula of the gears alone tells that.  A gear that does not reverse is off by the error dB of its
+    half width B, and one that changes it by 2 dB, as long as its link follows.  But in the backlash only
+    the damper d holds the link.  An error dB that swings on the flank with omega leaves it with
+    v = omega dB, which the damper takes off within I / d, over a way of
+
+        v I / d = dB / (2 zeta),
+
+    zeta being the damping ratio on the flank: many times dB, up to the other flank, 2 B away, and some
+    more where it comes back from there.  So the moving robot is simulated, under `exact_command`: a
+    second for half a minute of path.
+
+    Args:
+        motion: Path, joint angles of the undeflected robot along it and wrench on the tool.
+
+    Returns:
+        One for each variation of backlash and hysteresis, but for those that no gear has.
+    """
+    robots = [
+        model.differing(variation.difference, variation.name)
+        for variation in VARIATIONS
+        if not variation.difference.amounts.keys().isdisjoint(_GEARS)
+    ]
+    robots = [robot for robot in robots if robot.robot is not model.robot]
+    if not robots:
+        return ()
+    command = exact_command(moving, motion, watch)
+    desired, loads = finely_sampled(motion)
+    return tuple(
+        Replay.of(robot.what, robot.simulate(command, loads, "dynamic"), desired)
+        for robot in robots
+    )

@@ -94,9 +94,8 @@ def export(
     ] = False,
 ) -> None:
     """Write a command as robot programs, read them back and simulate them."""
-    from coupling.export.exported_program import ExportOptions
+    from coupling.export.exported_program import EXPORT_FOLDER, ExportOptions, write_export
     from coupling.export.exporting import export_commands
-    from coupling.export.folder import EXPORT_FOLDER, write_export
     from coupling.files.atomic_folder import require_free
     from coupling.run.console import RunView
 

@@ -70,14 +70,6 @@ def identify(
             rich_help_panel=_MOTION,
         ),
     ] = None,
-    leave_out: Annotated[
-        bool,
-        typer.Option(
-            "--leave-out",
-            help="Leave out each term of the model in turn.",
-            rich_help_panel=_MOTION,
-        ),
-    ] = False,
     bandwidth: Annotated[
         float,
         typer.Option(
@@ -170,7 +162,7 @@ def identify(
             "--posture-deg: expected files of frequency responses beside it, got none"
         )
     if files and not plan and is_recording(files[0]):
-        identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output, verbose)
+        identify_from_motion(robot, files, hold_out or (), bandwidth, output, verbose)
         return
     if files and not plan and is_cutting(files[0]):
         cut = diameter_mm, teeth, helix_deg, rpm, depth_mm
@@ -200,9 +192,9 @@ def identify(
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     identification = identified(described, measured, options)
     words = table.name, f"{table.name}, {measured.count} measurements"
-    told = deflection_answer, deflection_sections
+    page_parts = deflection_answer, deflection_sections
     warnings = map(sentence, identification.result.warnings)
-    write_robot(identification, start, words, target, *told, warnings, verbose)
+    write_robot(identification, start, words, target, *page_parts, warnings, verbose)
 
 
 def _plan(
@@ -215,7 +207,7 @@ def _plan(
     output: Path | None,
 ) -> tuple[ResultReport, Path]:
     """Write a plan of measurements and its page; return what is told of it, and its file."""
-    from coupling.cli.plan import require_replaceable_plan, write_plan
+    from coupling.cli.identify_kinds import require_replaceable_plan, write_plan
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
     from coupling.report.plan_report import plan_report

@@ -1,7 +1,9 @@
-"""The command line: elastic-robot identify, from motion, frequency responses and milled slots."""
+"""elastic-robot identify, from motion, frequency responses and milled slots, and the table of --plan."""
 
 from __future__ import annotations
 
+import csv
+import io
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -12,15 +14,18 @@ import numpy as np
 from coupling.cli.arguments import posture_of
 from coupling.cli.fitted import fitted_target, write_fitted
 from coupling.errors import IdentifyError
+from coupling.files.atomic_file import write_atomically, writing
+from coupling.files.output_file import require_output
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.cutting.case_text import case_text
-from coupling.identification.cutting.results import identify_cutting, keys_text
+from coupling.identification.cutting.results import case_text, identify_cutting, keys_text
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import read_recording
 from coupling.identification.response.identification import identify_from_responses
 from coupling.identification.response.posture import read_posture
 from coupling.identification.robot_file import Figures, Fit, Identification
+from coupling.identification.static.measurements import FORCE, SHIFT
+from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.cutting_report import cutting_sections
 from coupling.report.identify_answers import cutting_answer, motion_answer, response_answer
 from coupling.report.motion_report import motion_sections
@@ -70,7 +75,6 @@ def identify_from_motion(
     files: Sequence[Path],
     hold_out: Sequence[Path],
     bandwidth: float,
-    leave_out: bool,
     output: Path | None,
     is_verbose: bool,
 ) -> None:
@@ -78,20 +82,17 @@ def identify_from_motion(
 
     Args:
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        leave_out: Whether each term is left out in turn.
         output: Robot file to write; None for one in the folder results.
     """
-    if leave_out and not hold_out:
-        raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
     start = find_robot(robot)
     described = load_robot(start)
     target = fitted_target(output, f"{files[0].stem}_identified")
     recordings = [read_recording(file, described) for file in files]
     recordings += [read_recording(file, described, is_held_out=True) for file in hold_out]
-    identified = identify_motion(described, recordings, bandwidth, leave_out)
+    identified = identify_motion(described, recordings, bandwidth)
     names, remarks = ", ".join(file.name for file in files), identified.result.remarks
-    measured, told = (names, f"motion of {names}"), (motion_answer, motion_sections)
-    write_robot(identified, start, measured, target, *told, remarks, is_verbose)
+    measured, page_parts = (names, f"motion of {names}"), (motion_answer, motion_sections)
+    write_robot(identified, start, measured, target, *page_parts, remarks, is_verbose)
 
 
 def identify_responses(
@@ -131,8 +132,8 @@ def identify_responses(
     identified = identify_from_responses(described, torque_curve, postures)
     names, warnings = ", ".join(file.name for file in files), response_warnings(identified.result)
     measured = names, f"frequency responses in {len(files)} postures: {names}"
-    told = response_answer, response_sections
-    write_robot(identified, start, measured, target, *told, warnings, is_verbose)
+    page_parts = response_answer, response_sections
+    write_robot(identified, start, measured, target, *page_parts, warnings, is_verbose)
 
 
 def identify_from_cuts(
@@ -181,3 +182,34 @@ def _beside(case: Path | None, output: Path | None) -> Path | None:
             f" files, got {target}"
         )
     return target
+
+
+def require_replaceable_plan(file: Path) -> None:
+    """Refuse a file that is no plan, a plan into which something was filled in, and another's page."""
+    require_output(file, ".csv", IdentifyError)
+    require_output(file.with_suffix(".html"), ".html", IdentifyError)
+    if not file.is_file():
+        return
+    with writing(file, IdentifyError):
+        rows = file.read_text(encoding="utf-8", errors="replace").splitlines()[2:]
+    if not all(row.endswith("," * len(SHIFT)) for row in rows):
+        raise IdentifyError(
+            f"{file}: holds a plan with measurements: give another name for the new one (--output)"
+        )
+
+
+def write_plan(plan: MeasurementPlan, file: Path) -> None:
+    """Write the poses and loads of a plan, with empty cells for what will be measured."""
+    planned = plan.measurements
+    angles = tuple(f"q{i + 1}" for i in range(planned.q.shape[1]))
+    stream = io.StringIO()
+    rows = csv.writer(stream, lineterminator="\n")
+    stream.write(
+        "# Poses and loads to measure, by elastic-robot identify: fill in dx, dy, dz [m], base axes,"
+        " loaded less unloaded.\n"
+    )
+    rows.writerow(("name", *angles, *FORCE, *SHIFT))
+    for k in range(planned.count):
+        numbers = [*planned.q[k], *planned.wrench[k, :3]]
+        rows.writerow([f"pose {k + 1}", *(f"{value:.9g}" for value in numbers), "", "", ""])
+    write_atomically(file, stream.getvalue(), IdentifyError)

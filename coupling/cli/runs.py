@@ -146,7 +146,7 @@ def _earlier_exports(folder: Path) -> list[str]:
     """Return the languages whose programs stand in the folder of a run that has just ended."""
     if not any(entry.is_dir() for entry in folder.iterdir()):
         return []  # before the languages are imported, a third of a second
-    from coupling.export.folder import is_export
+    from coupling.export.exported_program import is_export
     from coupling.programs.languages import LANGUAGES
 
     return [language for language in LANGUAGES if is_export(folder / language)]

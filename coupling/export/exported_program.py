@@ -1,20 +1,27 @@
-"""What is to be exported of a command, and what was."""
+"""What is to be exported of a command, what was, and the folder that holds it whole or not at all."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import ProgramError, one_of
+from coupling.files.atomic_folder import FolderKind, whole_folder
+from coupling.files.written_files import claim, is_of_kind
 from coupling.programs.languages import Language, Targets
 from coupling.programs.program import ProgramFile, RobotProgram
-from coupling.results.export_result import ExportedProgramResult
+from coupling.results.export_result import ExportedProgramResult, ExportResult
 
 # Largest loss by the export at the tool of the moving robot [m].
 TOLERANCE = 5e-6
 # Times this close are one [s].
 _ONE_TIME = 1e-6
+SUMMARY = "export.json"
+# Kind of the folder.
+_FOLDER_KIND = "export"
 
 
 @dataclass(frozen=True)
@@ -83,3 +90,37 @@ class ExportedProgram:
 def times_between(program: RobotProgram) -> np.ndarray:
     """Return the times between the targets of a program [s], (n,)."""
     return np.array([move.duration for move in program.timed[1:]], dtype=float)
+
+
+def is_export(folder: Path) -> bool:
+    """Return whether a folder holds exported programs."""
+    return is_of_kind(folder, _FOLDER_KIND) or (folder / SUMMARY).is_file()
+
+
+EXPORT_FOLDER = FolderKind(_FOLDER_KIND, "an export", ProgramError, is_export)
+
+
+def write_export(
+    folder: Path, exports: Sequence[ExportedProgram], options: ExportOptions, overwrite: bool
+) -> None:
+    """Write programs and their summary, in the place of those that are there."""
+    contents = dict(_contents(exports, options))
+    with whole_folder(folder, EXPORT_FOLDER, overwrite) as draft:
+        claim(draft, contents)
+        for name, text in contents.items():
+            (draft / name).write_bytes(text.encode())
+
+
+def _contents(
+    exports: Sequence[ExportedProgram], options: ExportOptions
+) -> Iterator[tuple[str, str]]:
+    for program in exports:
+        for file in program.files:
+            yield file.name, file.text
+    result = ExportResult(
+        language=options.language.name,
+        targets=options.targets,
+        tolerance_m=options.tolerance,
+        robots=tuple(program.figures for program in exports),
+    )
+    yield SUMMARY, result.text()

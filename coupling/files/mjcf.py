@@ -83,9 +83,9 @@ def _unread_dynamics(model: Any) -> tuple[str, ...]:
         ),
         ("gravcomp", model.body_gravcomp, "of the weight", "the bodies weigh here what they weigh"),
     ):
-        given = values[values != 0.0]
-        if given.size:
-            low, high = f"{given.min():.4g}", f"{given.max():.4g}"
+        nonzero = values[values != 0.0]
+        if nonzero.size:
+            low, high = f"{nonzero.min():.4g}", f"{nonzero.max():.4g}"
             span = low if low == high else f"{low} to {high}"
             sentences.append(f"Left out of the MJCF: {word}, {span} {unit}: {remedy}.")
     return tuple(sentences)

@@ -1,4 +1,4 @@
-"""Archives whose bytes depend on nothing but what is in them."""
+"""Archives whose bytes depend on nothing but what is in them; the licences and the icon among that."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import zipfile
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from importlib import metadata
 from io import BytesIO
 from pathlib import Path
 
@@ -21,6 +22,7 @@ _LIBRARY_MODE = 0o100755
 _UNKNOWN = "{00000000-0000-0000-0000-000000000000}"
 # zlib's fastest: a library takes a fifth of the time of zlib's default, and 7 % more room.
 _COMPRESSION = 1
+ICON = Path(__file__).parent / "model.png"
 
 
 def write_fmu(
@@ -109,3 +111,16 @@ def build_date(*sources: Path) -> datetime:
         raise BuildError(
             f"SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got {epoch!r}"
         ) from cause
+
+
+def licenses(**distributions: str) -> dict[str, bytes]:
+    """Return the licences of installed distributions as an FMU's content, by the names of the files.
+
+    This project's own is always among them.
+    """
+    entries = {}
+    for name, distribution in {"license": "elastic-robot-fmu", **distributions}.items():
+        text = metadata.distribution(distribution).read_text("licenses/LICENSE")
+        assert text is not None, distribution
+        entries[f"documentation/licenses/{name}.txt"] = text.encode()
+    return entries

@@ -8,7 +8,6 @@ from datetime import datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import elastic_robot
-from coupling.fmu_export.units import BASE_UNITS
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import STEP_SIZE
 from elastic_robot.fmi.tolerance import RELATIVE
@@ -16,6 +15,26 @@ from elastic_robot.fmi.variables import TIME, Block, Variable
 
 # Statuses of which there are messages; a Python that is not found is fatal beside them.
 STATUSES = ("Warning", "Discard", "Error")
+# Exponents of the base units (FMI 2.0.4, 2.2.2); all variables are in coherent SI units, factor 1.
+BASE_UNITS: dict[str, dict[str, int]] = {
+    "1": {},
+    "s": {"s": 1},
+    "m": {"m": 1},
+    "s/m": {"m": -1, "s": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "m/N": {"kg": -1, "s": 2},
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s2": {"rad": 1, "s": -2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N/s": {"kg": 1, "m": 1, "s": -3},
+    "N/m": {"kg": 1, "s": -2},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "N.m/s": {"kg": 1, "m": 2, "s": -3},
+    "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
+    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
+}
 
 
 @dataclass(frozen=True)

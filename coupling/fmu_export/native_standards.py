@@ -1,21 +1,33 @@
-"""The versions of FMI that a native FMU can be of, and what differs between them."""
+"""The versions of FMI that a native FMU can be of, what differs, and terminals of FMI 3.0."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement
 
+from coupling.fmu_export.archive import ICON
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
-from coupling.fmu_export.licenses import ICON
-from coupling.fmu_export.model_description import ModelInfo
-from coupling.fmu_export.terminals import terminal_entries
+from coupling.fmu_export.model_description import ModelInfo, xml_text
 from coupling.native.compiler import SOURCES, Platform, core_sources
 from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]
+FOLDER = "terminalsAndIcons"
+# Blocks of variables by terminal, and what it is.  Another FMU's terminal fits by the members' names.
+TERMINALS: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "pose": (("tcp",), "Pose of the TCP, base frame"),
+    "wrench": (("wrench",), "Force and moment on the tool at the TCP, base axes"),
+    "wrench_rate": (("wrench_rate",), "Their rates over a communication step"),
+    "contact_spring": (
+        ("anchor", "anchor_velocity", "anchor_stiffness"),
+        "Anchor of a spring to the TCP, its velocity, and the spring's stiffness, base axes",
+    ),
+}
+_SIZE = 100.0  # of the icon, in the units of its coordinates
 
 
 @dataclass(frozen=True)
@@ -126,3 +138,28 @@ FMI3_ARRAYS = replace(STANDARDS["3"], grouped=arrays)
 def headers_licenses() -> str:
     """Return the notices of all versions' headers, each once: a core's library has all functions."""
     return "\n".join(dict.fromkeys(standard.headers_license() for standard in STANDARDS.values()))
+
+
+def terminal_entries(groups: Groups) -> dict[str, bytes]:
+    """Return the folder's files by their paths inside the archive.
+
+    Args:
+        groups: The FMU's variables, as masters see them.
+    """
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
+    picture = SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": repr(-_SIZE), "y1": repr(-_SIZE), "x2": repr(_SIZE), "y2": repr(_SIZE)}
+    SubElement(picture, "CoordinateSystem", {**corners, "suggestedScalingFactorTo_mm": "0.1"})
+    SubElement(picture, "Icon", corners)
+    terminals = SubElement(root, "Terminals")
+    for name, (blocks, text) in TERMINALS.items():
+        about = {"name": name, "matchingRule": "plug", "description": text}
+        terminal = SubElement(terminals, "Terminal", about)
+        for block in blocks:
+            for variable in groups[block]:
+                member = {"variableName": variable.name, "memberName": variable.name}
+                SubElement(terminal, "TerminalMemberVariable", {**member, "variableKind": "signal"})
+    return {
+        f"{FOLDER}/terminalsAndIcons.xml": xml_text(root),
+        f"{FOLDER}/icon.png": ICON.read_bytes(),
+    }

@@ -9,11 +9,10 @@ from importlib import metadata
 from pathlib import Path
 
 import elastic_robot
-from coupling.fmu_export.archive import build_date
+from coupling.fmu_export.archive import ICON, build_date
 from coupling.fmu_export.build_options import BuildOptions
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.index_html import index_html, variable_rows
-from coupling.fmu_export.licenses import ICON
 from coupling.fmu_export.model_description import at_points, robot_line
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave

@@ -14,9 +14,8 @@ from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
-from coupling.fmu_export.archive import write_fmu
+from coupling.fmu_export.archive import licenses, write_fmu
 from coupling.fmu_export.fmi2 import fmi2_description
-from coupling.fmu_export.licenses import licenses
 from coupling.fmu_export.model_description import STATUSES, ModelInfo
 from coupling.fmu_export.python_host import with_host
 from coupling.native.compiler import FMU_SOURCES

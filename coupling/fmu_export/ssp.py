@@ -16,8 +16,13 @@ from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
-from coupling.fmu_export.step_error import StepError, step_errors
-from coupling.fmu_export.step_limit import SHORTEST, StepLimit, postures_in_contact
+from coupling.fmu_export.step_limit import (
+    SHORTEST,
+    StepError,
+    StepLimit,
+    postures_in_contact,
+    step_errors,
+)
 from coupling.fmu_export.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
 import elastic_robot
-from coupling.fmu_export.units import BASE_UNITS
+from coupling.fmu_export.model_description import BASE_UNITS
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"

@@ -55,8 +55,8 @@ def support(
     probability = float(fdtrc(more, freedom, statistic))
     errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
     change, trimmed, words = _change(*errors), None, ""
-    supported = probability < SIGNIFICANT / tests and bool(errors[1].sum() < errors[0].sum())
-    if supported and len(weight) >= 4 * _TRIMMED:
+    is_supported = probability < SIGNIFICANT / tests and bool(errors[1].sum() < errors[0].sum())
+    if is_supported and len(weight) >= 4 * _TRIMMED:
         problems = [without, with_it]
         for row in np.sort(np.argsort(-errors[0], kind="stable")[:_TRIMMED])[::-1]:
             problems = [p.without(int(row)) for p in problems]
@@ -68,9 +68,9 @@ def support(
         probability=probability,
         left_out_change=change,
         left_out_change_without_worst=trimmed,
-        supported=supported,
+        supported=is_supported,
         in_words=f"F {statistic:.3g}, p {probability:.2g}, leave-one-out {100.0 * change:+.1f} %"
-        f"{words}: {'supported' if supported else 'not supported'}",
+        f"{words}: {'supported' if is_supported else 'not supported'}",
     )
 
 

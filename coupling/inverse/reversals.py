@@ -97,7 +97,7 @@ def backlash_error(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
     """Return the error of the tool at rest behind a backlash reversal by a backlash 20 % off [m].
 
     0.2 of the whole backlash 2 B, times how far the tool moves with the gear: to compare gears and
-    settings by.  In motion it is off by several times as much (`coupling.check.backlash`).
+    settings by.  In motion it is off by several times as much (`coupling.check.robot_findings`).
 
     Args:
         backlash: Half width B of the backlash [rad], any shape.

@@ -14,10 +14,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.frame import Frame
+from coupling.path.frame import Frame, turned, turns_between
 from coupling.path.linear import interpolate_rows
 from coupling.path.time_axis import common_time, of_tools
-from coupling.path.vectors import turned, turns_between
 
 _POSE, _WRENCH = 7, 6  # columns
 

@@ -1,9 +1,9 @@
-"""Motion of the robots' drives over time: what a command becomes in a simulation."""
+"""Motion of the robots' drives over time: what a command becomes in a simulation; and of motors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,3 +79,37 @@ class JointPath:
             if values
             for i in range(values[0].shape[1])
         }
+
+
+@dataclass(frozen=True)
+class MotorHistory:
+    """Torques and motion of the motors of a robot, seen at their gears' output.
+
+    Attributes:
+        joints: Joints that have the m motors, from 0.
+        time: Rising [s], (n,).
+        torque: Their torques [N m], (n, m).
+        angle, rate: Its angle [rad] and rate [rad/s], (n, m).
+    """
+
+    joints: tuple[int, ...]
+    time: np.ndarray
+    torque: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+
+    def of(self, motor: int) -> MotorHistory:
+        """Return that of one motor, from 0 among the m."""
+        torque, angle, rate = (v[:, [motor]] for v in (self.torque, self.angle, self.rate))
+        return MotorHistory((self.joints[motor],), self.time, torque, angle, rate)
+
+    def every(self, step: int) -> MotorHistory:
+        """Return every so many rows."""
+        rows = slice(None, None, step)
+        return replace(
+            self,
+            time=self.time[rows],
+            torque=self.torque[rows],
+            angle=self.angle[rows],
+            rate=self.rate[rows],
+        )

@@ -17,9 +17,9 @@ from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import setting_keys
 from coupling.place.settings import NAMES
+from coupling.results.base import Shown
 from coupling.results.expected_deviation import ExpectedDeviation
 from coupling.results.placement_result import MapAxes, PlacementResult, SettingResult
-from coupling.results.shown import Shown
 
 FIGURES, MAP = "place.json", "map.csv"
 _MAP_COLUMNS = ("map", "across_m", "up_m", "admitted", "moved_m", "exposure_m", "changing")

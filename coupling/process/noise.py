@@ -9,8 +9,7 @@ import numpy as np
 
 from coupling.process.base import ProcessRequest, ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
-from coupling.results.force_noise import ForceNoise
-from coupling.results.repeatability import Repeatability
+from coupling.results.repeatability import ForceNoise, Repeatability
 
 # Second answer of a process to the path of a first one; None where it takes too long or fails.
 SecondAnswer = Callable[[ProcessRequest], ProcessResponse | None]

@@ -19,7 +19,7 @@ from coupling.identification.runs.recorded_columns import ColumnChoice
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath
 from coupling.report.background import case_content
-from coupling.results.shown import Shown
+from coupling.results.base import Shown
 from coupling.run.fmu_pool import FmuPool
 from coupling.run.stored_run import CASE, StoredRobot, StoredRun, read_run
 

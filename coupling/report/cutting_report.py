@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from coupling.report.parameter_table import parameter_table
-from coupling.results.cutting_result import CuttingIdentified
+from coupling.results.identified_result import CuttingIdentified
 from coupling.results.section import Note, Section, Table
 
 _WORDS = {

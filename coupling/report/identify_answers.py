@@ -10,12 +10,14 @@ import numpy as np
 from coupling.report.bars import bars
 from coupling.report.curves import SvgCurve, curves
 from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
-from coupling.results.cutting_result import CuttingIdentified
-from coupling.results.identified_result import IdentifiedResult
+from coupling.results.identified_result import (
+    CuttingIdentified,
+    IdentifiedResult,
+    ResponseFitResult,
+)
 from coupling.results.modes_result import ResponseResult
 from coupling.results.motion_result import MotionResult, RecordingResult
 from coupling.results.parameter_result import ParameterResult
-from coupling.results.response_result import ResponseFitResult
 from coupling.results.section import UM, Answer, KeyFigure, NextStep
 
 _KEEP = NextStep("Keep the start file, unless it was fitted to these measurements itself.")

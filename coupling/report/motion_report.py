@@ -59,8 +59,6 @@ def motion_sections(result: MotionResult) -> list[Section]:
     if slow:
         words = f"Estimated size of one period per turn: {', '.join(slow)} urad."
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))
-    if result.terms:
-        sections.append(Section("Without each term", [_terms(result), _TERMS]))
     return [*sections, *_recordings(result)]
 
 
@@ -83,21 +81,6 @@ def _sizes(result: MotionResult) -> Table:
 
 def _size(value: float | None, factor: float) -> str:
     return "" if value is None else f"{factor * value:.3g}"
-
-
-def _terms(result: MotionResult) -> Table:
-    rows = [
-        (
-            term.term,
-            *(_size(value, UM) for value in term.wind_up_rad),
-            *(_size(value, 100.0) for value in term.torque_relative),
-            _size(term.likelier, 1.0),
-        )
-        for term in result.terms
-    ]
-    columns = ("left out", "with [urad]", "without", "with [%]", "without", "likelier by e^")
-    groups = (("", 1), ("motor less link", 2), ("motor torque", 2), ("fitted", 1))
-    return Table(columns, rows, groups=groups)
 
 
 def wind_up_figure(result: MotionResult, recording: RecordingResult, k: int) -> go.Figure:
@@ -146,10 +129,4 @@ _LINES = Note("An incremental encoder starts at any angle: each recording has it
 _SLOW = Note(
     "Up to eight periods per turn, k periods with a k-th of the size; hardly determined at angles that"
     " the link did not reach."
-)
-_TERMS = Note(
-    "Residual of the last held-out recording at the term's joint, with the term and without it; the"
-    " other parameters respond to first order. Without a stiffness, rotor or payload: its start"
-    " value; without another term: zero. Last column: logarithm of the likelihood ratio of the"
-    " fitted recordings, with to without the term; below 2 they do not support it."
 )

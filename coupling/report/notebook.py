@@ -11,10 +11,10 @@ from coupling.report.document import document
 from coupling.report.lengths import in_words
 from coupling.report.run_scene import track, tracks_of
 from coupling.report.stored_result import KINDS, StoredResult, read_result, report_of
+from coupling.results.base import html_of
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, KeyFigure
-from coupling.results.shown import html_of
 from coupling.run.execute import Run
 from coupling.run.stored_run import StoredRobot
 

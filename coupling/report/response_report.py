@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from coupling.report.modes_report import response_figure
 from coupling.report.parameter_table import parameter_table
-from coupling.results.response_result import (
+from coupling.results.identified_result import (
     LogErrorResult,
     PostureResponseResult,
     ResponseFitResult,

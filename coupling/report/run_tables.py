@@ -8,7 +8,7 @@ from typing import Any
 from coupling.path.deviation import Deviation
 from coupling.path.length_text import format_um
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
-from coupling.results.deviation_table import less_constant_um
+from coupling.results.replay import less_constant_um
 from coupling.results.run_result import RunResult
 from coupling.results.section import Note, Section, Table
 from coupling.solve.correction import HOW

@@ -1,9 +1,10 @@
-"""What all models of JSON files share: how they are written, read, and found damaged."""
+"""What all models of JSON files share: writing, reading, damage, and how a notebook shows them."""
 
 from __future__ import annotations
 
 import json
 import math
+from functools import singledispatch
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -77,3 +78,19 @@ class ResultFile(ResultPart):
             raise error(
                 f"{file}: expected {cls.what}, got damaged ones: {problem(first, cls)}"
             ) from cause
+
+
+@singledispatch
+def html_of(shown: object) -> str | None:
+    """Return an object as HTML; None where nothing tells how it looks.
+
+    The module `report.notebook` tells it of results.
+    """
+    return None
+
+
+class Shown:
+    """Base of what a notebook shows as HTML."""
+
+    def _repr_html_(self) -> str | None:
+        return html_of(self)

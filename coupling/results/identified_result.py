@@ -1,13 +1,14 @@
-"""identified.json, what measured deflections tell of a robot."""
+"""identified.json: what deflections, frequency responses and milled slots tell."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from coupling.results.base import ResultPart
+from coupling.results.modes_result import ResponseResult
 from coupling.results.parameter_result import EvidenceResult, FitResult
 from coupling.results.run_result import Three
 
@@ -123,3 +124,64 @@ class IdentifiedResult(FitResult):
     def displacements(self, key: str) -> np.ndarray:
         """Return measured or predicted displacements or left-out errors of rows [m, rad], (k, r)."""
         return np.array([getattr(row, key) for row in self.measurements])
+
+
+class SlotPrediction(ResultPart):
+    """A measured force at a feed, predicted by a fit of all slots and by one of the others."""
+
+    feed_m_s: float
+    quantity: Literal["mean", "once", "passing"]
+    axis: Literal["across", "along", "axial"]
+    measured_N: float
+    fitted_N: float
+    held_out_N: float | None
+
+
+class CuttingIdentified(FitResult):
+    """Figures of an identification from slots."""
+
+    what = "the figures of an identification from slots"
+
+    axes: tuple[str, str, str]
+    shown: tuple[float, ...]
+    edge_difference: float = 0.0
+    roundness_m: float | None = None
+    predictions: tuple[SlotPrediction, ...]
+
+
+class LogErrorResult(ResultPart):
+    """Median of |log(model / measurement)| [1]: 0.1 is a tenth in magnitude or 6 degrees in phase."""
+
+    start: float
+    fit: float
+    written: float
+
+
+class PostureResponseResult(ResultPart):
+    """Responses in a posture."""
+
+    name: str
+    posture_deg: tuple[float, ...]
+    held_out: bool
+    unloaded_joints: tuple[int, ...]
+    lowest_Hz: float
+    highest_Hz: float
+    error: LogErrorResult
+    modes_Hz: tuple[float, ...]
+    damping_ratios: tuple[float, ...]
+    measured: tuple[ResponseResult, ...]
+    start: tuple[ResponseResult, ...]
+    written: tuple[ResponseResult, ...]
+
+
+class ResponseFitResult(FitResult):
+    """Figures of an identification from frequency responses; docs/modes.md says what they are."""
+
+    what = "the figures of an identification from frequency responses"
+
+    converged: bool
+    error: LogErrorResult
+    residual: float
+    noise: float
+    held_out: LogErrorResult | None
+    postures: tuple[PostureResponseResult, ...]

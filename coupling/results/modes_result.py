@@ -6,9 +6,8 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from coupling.results.base import ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart, Shown
 from coupling.results.run_result import ChainResult, Three
-from coupling.results.shown import Shown
 
 # File with the figures, in the folder of the result.
 FIGURES = "modes.json"

@@ -35,23 +35,6 @@ class RecordingResult(ResultPart):
     left_torque: tuple[tuple[float, ...], ...]
 
 
-class TermResult(ResultPart):
-    """What is left of a joint of a recording that was held out, with and without a term.
-
-    Attributes:
-        wind_up_rad: Rms of wind-up with and without it; None without encoder.
-        torque_relative: Rms of torque with and without it, over the torques' rms [1].
-        likelier: Logarithm of how much likelier the fitted recordings are with it, priors counted, to
-            first order; None if not known.  Below 2 they do not support it.
-    """
-
-    term: str
-    joint: int
-    wind_up_rad: tuple[float | None, float | None]
-    torque_relative: tuple[float, float]
-    likelier: float | None = None
-
-
 class LinesResult(ResultPart):
     """Lines of an encoder."""
 
@@ -73,4 +56,3 @@ class MotionResult(FitResult):
     recordings: tuple[RecordingResult, ...]
     lines: tuple[LinesResult, ...]
     slow_error_rad: Figures
-    terms: tuple[TermResult, ...]

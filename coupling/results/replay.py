@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isnan
 from typing import Annotated
 
 from pydantic import Field, PrivateAttr
 
 from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.results.base import ResultPart
+from coupling.results.section import Table
 
 # First word of the replays whose backlash differs.
 BACKLASH = "backlash"
@@ -168,3 +171,41 @@ class Worsening(ResultPart):
     def excess(self) -> float:
         """Deviation by which the command is worse beyond doubt [m]; negative where it is not."""
         return self.deviation - _AS_GOOD * self.uncorrected
+
+
+def deviation_table(rows: Iterable[tuple[str, Deviation]]) -> Table:
+    """Return a table of deviations by their names."""
+    return Table(
+        (
+            "deviation [um]",
+            "max",
+            "rms",
+            "max across travel",
+            "at t = [s]",
+            "max less a constant",
+            "rms less a constant",
+        ),
+        [
+            (
+                name,
+                *(
+                    format_um(length)
+                    for length in (deviation.maximum, deviation.rms, deviation.normal_maximum)
+                ),
+                f"{deviation.time_of_maximum:.3f}",
+                *(less_constant_um(deviation) or ("-", "-"))[:2],
+            )
+            for name, deviation in rows
+        ],
+    )
+
+
+def less_constant_um(deviation: Deviation | None) -> tuple[str, ...] | None:
+    """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
+    if deviation is None or isnan(deviation.maximum_less_constant):
+        return None
+    return (
+        format_um(deviation.maximum_less_constant),
+        format_um(deviation.rms_less_constant),
+        "",
+    )

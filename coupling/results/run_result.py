@@ -14,13 +14,12 @@ from coupling.results.base import ResultFile, ResultPart
 from coupling.results.cut_result import CutResult, CutStability, MeanForceAcross
 from coupling.results.drive_result import CommandResult
 from coupling.results.expected_deviation import ExpectedDeviation
-from coupling.results.force_noise import ForceNoise
 from coupling.results.forecast import RunForecast
 from coupling.results.gear_result import BacklashReversal, GearDiagnosis
 from coupling.results.iteration_result import CorrectionIteration
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import WorstReplay
-from coupling.results.repeatability import Repeatability
+from coupling.results.repeatability import ForceNoise, Repeatability
 from coupling.results.replay import Replay
 
 Kind = Literal["couple", "compensate"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.results.shown import Shown
+from coupling.results.base import Shown
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from coupling.results.base import Shown
 from coupling.results.scene import Scene
-from coupling.results.shown import Shown
 
 if TYPE_CHECKING:  # heavy, and only pages draw
     import plotly.graph_objects as go

@@ -7,9 +7,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.results.base import ResultFile, ResultPart, Unbounded, finite
+from coupling.results.base import ResultFile, ResultPart, Shown, Unbounded, finite
 from coupling.results.modes_result import Grid, SwingingRobotResult
-from coupling.results.shown import Shown
 
 # File with the figures, in the folder of the result.
 FIGURES = "stability.json"

@@ -18,8 +18,7 @@ from coupling.files.scratch import ScratchFolder
 from coupling.fmu.job import FmuError, MarchJob, SimulationJob, StepWindow
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, WorkerProcesses, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.joint_path import JointPath
-from coupling.path.motor_history import MotorHistory
+from coupling.path.joint_path import JointPath, MotorHistory
 from coupling.robot.contract import Advance
 from coupling.robot.fmu_signals import (
     POSE_OUTPUTS,

@@ -14,8 +14,8 @@ from coupling.errors import SimulationError
 from coupling.events import Watch
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.force_noise import ForceNoise
 from coupling.results.limit_warning import LimitWarning
+from coupling.results.repeatability import ForceNoise
 from coupling.results.run_result import Kind, RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell
@@ -60,7 +60,7 @@ class CheckedCommand:
                 return check.absent
             with timed(check.name, self.durations):
                 self.findings[check.name] = check.compute(self)
-        return cast(Finding, self.findings[check.name])
+        return cast("Finding", self.findings[check.name])
 
     @cached_property
     def loads(self) -> WrenchHistory:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_left
 from types import TracebackType
 
 from rich.console import Console
@@ -20,7 +21,6 @@ from coupling.path.histories import ToolPath
 from coupling.path.length_text import format_um
 from coupling.results.iteration_result import CorrectionIteration, Evaluation
 from coupling.run.execute import RunBegins
-from coupling.run.remaining_time import RemainingTime
 from coupling.solve.correction import RefinedTimes
 from coupling.solve.fixed_point import Evaluated
 from coupling.store import WaitingForOther
@@ -31,6 +31,11 @@ _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
     f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
 )
+# So long a speed is watched before it is believed [s], in so many reports, and by this factor that of
+# the second half of that time may differ from the whole's: a process that starts is slow at first.
+_WATCHED, _REPORTS, _STEADY = 2.0, 3, 1.5
+# Reports that are kept; of more every other one is dropped.
+_KEPT = 128
 
 
 class RunView:
@@ -115,8 +120,10 @@ class RunView:
         )
         if self._log is not None and now - self._told > _SILENT:
             self._told = now
-            told = f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s"
-            self._log.print(f"{told}{ahead and ', '}{ahead}", markup=False)
+            sentence = (
+                f"{work.what}: {work.done} of {work.total} steps, for {now - self._began:.0f} s"
+            )
+            self._log.print(f"{sentence}{ahead and ', '}{ahead}", markup=False)
 
     def _said(self, line: str) -> None:
         self._progress.update(
@@ -153,3 +160,49 @@ class RunView:
 
     def _print(self, text: str, style: str | None = None) -> None:
         self._console.print(text, style=style)
+
+
+class RemainingTime:
+    """Estimates the remaining time of work from its reports.
+
+    The time before the first report, in which processes start and libraries are loaded, is no work.
+    """
+
+    def __init__(self) -> None:
+        self._times: list[float] = []
+        self._done: list[int] = []
+
+    def report(self, now: float, steps_done: int) -> None:
+        """Note how far the work is; steps that were undone begin it anew.
+
+        Args:
+            now: Time [s].
+            steps_done: Steps that are done.
+        """
+        if self._done and steps_done < self._done[-1]:
+            self._times, self._done = [], []
+        if steps_done and (not self._done or steps_done > self._done[-1]):
+            self._times.append(now)
+            self._done.append(steps_done)
+            if len(self._times) > _KEPT:
+                self._times, self._done = self._times[::2], self._done[::2]
+
+    def ahead(self, total: int) -> float | None:
+        """Return the time that the work will still take [s]; None while its speed is not known.
+
+        Example:
+            >>> work = RemainingTime()
+            >>> for second in range(5): work.report(10.0 + second, 100 * (second + 1))
+            >>> work.ahead(1000)
+            5.0
+        """
+        times, steps = self._times, self._done
+        if len(times) < _REPORTS or times[-1] - times[0] < _WATCHED:
+            return None
+        half = min(bisect_left(times, 0.5 * (times[0] + times[-1])), len(times) - 2)
+        whole, recent = (
+            (steps[-1] - steps[k]) / max(times[-1] - times[k], 1e-9) for k in (0, half)
+        )
+        if not whole / _STEADY < recent < whole * _STEADY:
+            return None
+        return (total - steps[-1]) / recent

@@ -1,4 +1,8 @@
-"""One run from a case to figures: build the FMUs, couple or correct, validate."""
+"""One run from a case to figures: build the FMUs, couple or correct, validate.
+
+A method knows its own iterations. That the process answers one path differently, or that a motor which
+is not simulated lacks torque, is found behind it.
+"""
 
 from __future__ import annotations
 
@@ -11,29 +15,34 @@ from coupling.case.case import Case
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import format_um
 from coupling.path.path_ends import ends_in_motion
-from coupling.results.force_noise import ForceNoise
+from coupling.results.base import Shown
 from coupling.results.forecast import RunForecast
 from coupling.results.limit_warning import LimitWarning
-from coupling.results.repeatability import Repeatability
+from coupling.results.repeatability import ForceNoise, Repeatability
 from coupling.results.replay import Replay
 from coupling.results.run_result import Kind
-from coupling.results.shown import Shown
 from coupling.robot.cell import Cell
 from coupling.run.check import Check, CheckedCommand, Finding, timed
 from coupling.run.checks import CHECKS
 from coupling.run.cut_check import CUT_STABILITY
-from coupling.run.final_correction import final_correction
 from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.path_checks import OTHER_MODE
 from coupling.run.plausibility import remarks
 from coupling.run.predicted_motor_torques import explained_by_motors, require_motors_that_hold
-from coupling.run.repeated_evaluation import noise_removal, repeat_answers
+from coupling.run.repeated_evaluation import (
+    WITHOUT_END,
+    RepeatedAnswers,
+    noise_removal,
+    repeat_answers,
+)
 from coupling.run.robustness import ROBUSTNESS
 from coupling.run.sampling import SAMPLING
+from coupling.run.simulated_motor_torques import MOTOR_TORQUES, motor_warnings
 from coupling.solve.correction import Correction, Method, Uncorrected
-from coupling.solve.outcome import Outcome
-from elastic_robot.fmi.interface import Mode
+from coupling.solve.scheme import Outcome
+from elastic_robot.fmi.interface import IDEAL, Mode
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,7 @@ class Run(Shown):
 
     def finding_of(self, check: Check[Finding]) -> Finding:
         """Return what a check has found."""
-        return cast(Finding, self.findings.get(check.name, check.absent))
+        return cast("Finding", self.findings.get(check.name, check.absent))
 
     @property
     def robustness(self) -> tuple[Replay, ...]:
@@ -225,3 +234,67 @@ def _of_program(cell: Cell, correction: Correction) -> Correction:
     program = cell.programmed(correction.desired)
     commanded = cell.forward(correction.joints, correction.desired.time)
     return replace(correction, correction=commanded.deviation_from(program))
+
+
+def final_correction(command: CheckedCommand, answers: RepeatedAnswers) -> Correction:
+    """Return the correction of a command with the outcome, reason and evaluations of the whole run."""
+    correction = command.correction
+    if chattering := _chattering(command):
+        return replace(correction, outcome=Outcome.CHATTERS, reason=chattering)
+    return replace(
+        correction,
+        evaluations=correction.evaluations + answers.evaluations,
+        outcome=Outcome.ROBOT_FAILED
+        if (lacking := _lacking_torque(command))
+        else correction.outcome,
+        reason=lacking or _reason(command, answers),
+    )
+
+
+def _chattering(command: CheckedCommand) -> str:
+    """Return that the cut chatters, and what would not, empty where it does not.
+
+    Then it is the cut that is at fault, whatever the iteration has come to.
+    """
+    stability = command.finding_of(CUT_STABILITY).stability
+    if stability is None or stability.stable:
+        return ""
+    return (
+        f"{stability.sentence[:1].lower()}{stability.sentence[1:]}; stable would be"
+        f" {stability.alternative}; the iteration: {command.correction.reason}"
+    )
+
+
+def _lacking_torque(command: CheckedCommand) -> str:
+    """Return which motor of a converged command lacks torque, empty where none does.
+
+    What a limit costs that is in the simulation its deviation tells.
+    """
+    case = command.case
+    if command.kind == "couple" or not command.correction.converged:
+        return ""
+    unlimited = [
+        motors if case.mode == "quasistatic" or placed.drive == IDEAL else None
+        for placed, motors in zip(case.robots, command.finding_of(MOTOR_TORQUES), strict=True)
+    ]
+    warnings = motor_warnings(case.robots, unlimited)
+    return (
+        f"the command exceeds a motor's torque: {warnings[0]}: slow down the path"
+        if warnings
+        else ""
+    )
+
+
+def _reason(command: CheckedCommand, answers: RepeatedAnswers) -> str:
+    """Return why the method ended, with what the process answers differently where that counts."""
+    correction, repeated = command.correction, answers.repeatability
+    if repeated is None or repeated.identical or correction.outcome not in WITHOUT_END:
+        return correction.reason
+    if not repeated.disturbs:
+        return f"{correction.reason}; and {repeated.sentence()}"
+    if command.kind == "couple":
+        remainder, what = correction.consistency, "the path still changes by up to"
+    else:
+        remainder = measure(correction.achieved, correction.desired).maximum
+        what = "the deviation is up to"
+    return f"{repeated.sentence()}; {what} {format_um(remainder)} um"

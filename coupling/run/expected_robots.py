@@ -181,7 +181,7 @@ def drawn_replays(
     finished: list[Replay] = []
 
     def simulated(robots: Sequence[PlacedRobot]) -> list[SimulatedModel]:
-        return [fmus.of(own.description, own.torque_curve, own.drive) for own in robots]
+        return [fmus.of(placed.description, placed.torque_curve, placed.drive) for placed in robots]
 
     def with_values() -> tuple[list[Replay], list[Replay]]:
         """Replay on robots with each of the values that files leave out, and on those with all."""

@@ -7,8 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from coupling.path.deviation import Deviation
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import Deviation, DeviationParts
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.results.drive_result import CommandResult
 from coupling.results.gear_result import BacklashReversal

@@ -13,7 +13,7 @@ from coupling.events import Watch
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MarchedProcess, Process, ProcessMemory, ProcessResponse, marched
-from coupling.results.deviation_table import deviation_table
+from coupling.results.replay import deviation_table
 from coupling.results.run_result import PlantCouplingResult, PlantReplay, RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell

@@ -17,10 +17,9 @@ from coupling.process import (
 from coupling.process.base import ProcessRequest
 from coupling.process.noise import NoiseRemoval
 from coupling.process.noise_filter import LowPass
-from coupling.results.force_noise import ForceNoise
-from coupling.results.repeatability import Repeatability
+from coupling.results.repeatability import ForceNoise, Repeatability
 from coupling.solve.correction import Correction
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from coupling.store import EvaluatedProcess
 
 # Folder in the workspace of the evaluation that is compared.

@@ -8,9 +8,8 @@ import numpy as np
 
 from coupling.path.linear import interpolate_rows
 from coupling.path.low_pass import low_pass
-from coupling.results.deviation_table import deviation_table
-from coupling.results.force_noise import ForceNoise
-from coupling.results.replay import BACKLASH, Replay
+from coupling.results.repeatability import ForceNoise
+from coupling.results.replay import BACKLASH, Replay, deviation_table
 from coupling.results.run_result import RunResult
 from coupling.results.section import Section
 from coupling.robot.cell import Cell

@@ -21,7 +21,7 @@ from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from coupling.store import WaitingForOther
 
 # Kind of the folder of a run.

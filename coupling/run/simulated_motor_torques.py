@@ -11,8 +11,7 @@ from coupling.case.case import PlacedRobot
 from coupling.errors import SimulationError
 from coupling.inverse.servo import presliding
 from coupling.path.histories import WrenchHistory
-from coupling.path.joint_path import JointPath
-from coupling.path.motor_history import MotorHistory
+from coupling.path.joint_path import JointPath, MotorHistory
 from coupling.results.drive_result import DriveMotion, MotorTorque
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.run_result import RunResult

@@ -23,10 +23,10 @@ from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
+from coupling.results.base import Shown
 from coupling.results.replay import worst_backlash
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
-from coupling.results.shown import Shown
 from coupling.results.stability_result import FIGURES as STABILITY
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric

@@ -1,4 +1,4 @@
-"""Small arrays of compiled code."""
+"""Small arrays of compiled code, and symmetric matrices of 3 x 3 as plain numbers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from collections.abc import Callable
 from itertools import accumulate
 from math import prod
 from operator import mul
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba.core.cgutils
 import numba.extending
 import numba.np.arrayobj
 import numpy as np
 from numba.core import types
+
+from coupling.sheet_fem.compiled import internal
 
 # What numba's own arrays are made with; it has no type hints.
 _cgutils: Any = numba.core.cgutils
@@ -62,3 +64,59 @@ def on_stack(typing_context: Any, shape: Any) -> Any:
         return result._getvalue()
 
     return array(shape), generate
+
+
+class Triple(NamedTuple):
+    """A vector of (p, d, t)."""
+
+    p: float
+    d: float
+    t: float
+
+
+class Symmetric(NamedTuple):
+    """A symmetric matrix over (p, d, t)."""
+
+    pp: float
+    pd: float
+    pt: float
+    dd: float
+    dt: float
+    tt: float
+
+
+@internal
+def inverse(m: Symmetric) -> Symmetric:
+    """Return the inverse, of the cofactors."""
+    pp, pd, pt = m.dd * m.tt - m.dt * m.dt, m.pt * m.dt - m.pd * m.tt, m.pd * m.dt - m.pt * m.dd
+    over = 1.0 / (m.pp * pp + m.pd * pd + m.pt * pt)
+    return Symmetric(
+        over * pp,
+        over * pd,
+        over * pt,
+        over * (m.pp * m.tt - m.pt * m.pt),
+        over * (m.pd * m.pt - m.pp * m.dt),
+        over * (m.pp * m.dd - m.pd * m.pd),
+    )
+
+
+@internal
+def product(m: Symmetric, v: Triple) -> Triple:
+    """Return the matrix times a vector."""
+    return Triple(
+        m.pp * v.p + m.pd * v.d + m.pt * v.t,
+        m.pd * v.p + m.dd * v.d + m.dt * v.t,
+        m.pt * v.p + m.dt * v.d + m.tt * v.t,
+    )
+
+
+@internal
+def dot(a: Triple, b: Triple) -> float:
+    """Return the scalar product."""
+    return a.p * b.p + a.d * b.d + a.t * b.t
+
+
+@internal
+def add_scaled(a: Triple, factor: float, b: Triple) -> Triple:
+    """Return a + factor b."""
+    return Triple(a.p + factor * b.p, a.d + factor * b.d, a.t + factor * b.t)

@@ -17,7 +17,7 @@ import numpy as np
 
 from coupling.sheet_fem.compiled import internal
 from coupling.sheet_fem.material import Material
-from coupling.sheet_fem.symmetric import Symmetric, Triple
+from coupling.sheet_fem.on_stack import Symmetric, Triple
 from coupling.sheet_fem.yield_function import effective_terms
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from coupling.sheet_fem.compiled import compile_function, internal
 from coupling.sheet_fem.material import yield_stress
+from coupling.sheet_fem.on_stack import Symmetric, Triple, add_scaled, dot, inverse, product
 from coupling.sheet_fem.orthotropic import (
     Yld91,
     add_strain,
@@ -27,7 +28,6 @@ from coupling.sheet_fem.orthotropic import (
     fill_stress,
     into_axes,
 )
-from coupling.sheet_fem.symmetric import Symmetric, Triple, add_scaled, dot, inverse, product
 from coupling.sheet_fem.yield_function import Effective, effective
 
 # Residual at which the return mapping ends, over the yield stress, and what rounding may leave of the

@@ -19,7 +19,7 @@ from coupling.results.iteration_result import CorrectionIteration
 from coupling.robot.contract import InvertibleRobot
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Loop, unloaded_path
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from coupling.path.length_text import format_um
 from coupling.process.base import Process, ProcessResponse
 from coupling.results.iteration_result import Evaluation
 from coupling.robot.contract import SimulatedRobot
-from coupling.solve.outcome import Outcome
-from coupling.solve.scheme import Iterate, Scheme
+from coupling.solve.scheme import Iterate, Outcome, Scheme
 from coupling.solve.schemes import SCHEMES
 from elastic_robot.fmi.interface import Mode
 

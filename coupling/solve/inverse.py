@@ -11,8 +11,7 @@ from pydantic import Field
 from coupling.errors import ProcessError, SimulationError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
-from coupling.path.deviation import measure
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts, measure
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
@@ -34,7 +33,7 @@ from coupling.solve.correction import (
 )
 from coupling.solve.coupling import couple, refined_for
 from coupling.solve.fixed_point import Coupling, Evaluated, Loop, unloaded_path
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from elastic_robot.fmi.interface import Mode
 
 # Part of the tolerance that the robot alone is to keep under the wrench on the desired path: a sheet

@@ -22,8 +22,7 @@ from coupling.robot.contract import InvertibleRobot
 from coupling.solve.correction import Correction, Uncorrected
 from coupling.solve.coupling import couple, sampled_for
 from coupling.solve.fixed_point import Coupling, Loop
-from coupling.solve.outcome import Outcome
-from coupling.solve.scheme import Iterate
+from coupling.solve.scheme import Iterate, Outcome
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
 _DIVERGED = 2.0

@@ -1,9 +1,10 @@
-"""Contract of a scheme of the coupling."""
+"""Contract of a scheme of the coupling, and outcomes of an iteration."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
@@ -81,3 +82,16 @@ class SchemeBuilder(Protocol):
 
     def __call__(self, first: float = 1.0) -> Scheme:
         """Return the scheme whose first factor is `first`."""
+
+
+class Outcome(StrEnum):
+    """Verdict on a coupling or a correction; the reason in plain words stands beside it."""
+
+    CONVERGED = "converged"
+    DIVERGED = "diverged"
+    LIMIT_CYCLE = "limit cycle"
+    STAGNATED = "stagnated"
+    EXHAUSTED = "exhausted"
+    PROCESS_FAILED = "process failed"
+    ROBOT_FAILED = "robot failed"
+    CHATTERS = "chatters"

@@ -20,7 +20,7 @@ from coupling.process.base import MarchedProcess, ProcessResponse
 from coupling.results.iteration_result import Evaluation
 from coupling.robot.contract import Advance, MarchingRobot, SimulatedRobot
 from coupling.solve.fixed_point import Coupling, Evaluated, Loop, Tolerance, iterate
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from elastic_robot.fmi.interface import Mode
 
 # Part of the tolerances that a window is iterated to: what is left of it goes on to those that follow.

@@ -14,7 +14,7 @@ from coupling.errors import StabilityError
 from coupling.modes.case_places import MOST_ROWS
 from coupling.modes.locked_robot import LockedRobot
 from coupling.modes.measured_response import read_responses
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts
 from coupling.path.histories import ToolPath
 from coupling.process.cutting_force import Engagement, mean_wrench
 from coupling.process.engaged_arcs import Arcs, StatedArcs

@@ -28,6 +28,7 @@ from coupling.run.stored_run import CASE, StoredRun, read_run
 from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 from coupling.study.folder import (
     ROWS,
+    SampleTable,
     begin,
     different,
     in_short,
@@ -35,7 +36,6 @@ from coupling.study.folder import (
     require_same,
 )
 from coupling.study.robot_pool import StudyJob, Workers, simulate_here
-from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
 
 

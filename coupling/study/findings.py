@@ -11,8 +11,8 @@ import numpy as np
 from coupling.errors import StudyError, reason_of
 from coupling.files.atomic_file import AtomicFile
 from coupling.files.csv_table import read_table
+from coupling.results.base import Shown
 from coupling.results.outlook import EXPECTED_SHARE
-from coupling.results.shown import Shown
 from coupling.results.study_result import (
     InfluenceResult,
     StudyCommandResult,

@@ -1,10 +1,17 @@
-"""The folder of a study: what is studied, its points, samples as they come, and what they say."""
+"""The folder of a study: what is studied, its points, samples as they come, and what they say.
+
+A line of samples is the CRC-32 of its text, a blank, and the sample as JSON.  It is on the disk before
+the next one begins, so that only the last line can be torn: that is cut off, and its sample simulated
+anew, as is that of a line which was damaged later.
+"""
 
 from __future__ import annotations
 
+import errno
+import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -12,7 +19,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from coupling.errors import StudyError, one_of
+from coupling.errors import StudyError, one_of, reason_of
 from coupling.files.atomic_file import AtomicFile, write_atomically, writing
 from coupling.files.atomic_folder import (
     FolderKind,
@@ -30,6 +37,7 @@ from coupling.files.written_files import (
     is_of_kind,
     remove_written,
 )
+from coupling.results.study_result import StudySample
 from coupling.run.uncertain_parameters import GROWS, UncertainParameters, draw_samples
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
@@ -39,8 +47,6 @@ RUN = "run"
 _FOLDER_KIND = "study"
 _FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock")
 _FOLDERS = (RUN, unfinished_name(Path(RUN)).name, replaced_name(Path(RUN)).name)
-
-
 STUDY_FOLDER = FolderKind(
     _FOLDER_KIND, "a study", StudyError, lambda folder: is_of_kind(folder, _FOLDER_KIND)
 )
@@ -160,3 +166,56 @@ def points_of(
         )
     write_points(folder, points, parameters)
     return points
+
+
+class SampleTable:
+    """The table of finished samples, open for more; a context manager that closes it.
+
+    Args:
+        file: Its file; made where there is none.  What is torn at its end is cut off.
+
+    Raises:
+        StudyError: If the file cannot be read or written.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        try:
+            text = file.read_bytes() if file.exists() else b""
+            lines = text.splitlines(keepends=True)
+            whole = len(text) - (0 if text.endswith(b"\n") or not lines else len(lines.pop()))
+            # Unbuffered: what could not be written is not tried again when the file is closed.
+            self._stream = file.open("ab", buffering=0)
+            self._stream.truncate(whole)
+        except OSError as cause:
+            raise StudyError(f"{file}: cannot be opened: {reason_of(cause)}") from cause
+        self.samples: dict[int, StudySample] = {}
+        for line in lines:
+            with suppress(ValueError):  # of a damaged line: its sample is missing
+                sample = StudySample.of_line(line)
+                self.samples[sample.number] = sample
+
+    def __enter__(self) -> SampleTable:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stream.close()
+
+    def has(self, number: int) -> bool:
+        """Return whether a sample is there; one that failed is worth another try."""
+        return number in self.samples and not self.samples[number].failure
+
+    def add(self, sample: StudySample) -> None:
+        """Write a sample to the disk."""
+        line = sample.line()
+        try:
+            written = self._stream.write(line)
+            if written != len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(self._stream.fileno())
+        except OSError as cause:
+            raise StudyError(
+                f"{self._file}: cannot be written: {reason_of(cause)}: make room, and the same"
+                f" command continues with the {len(self.samples)} samples that are kept"
+            ) from cause
+        self.samples[sample.number] = sample

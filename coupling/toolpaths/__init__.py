@@ -1,11 +1,9 @@
 """Tool paths: every kind is a table of the case file that answers `task(part)`."""
 
 from coupling.toolpaths.apt import AptPath
-from coupling.toolpaths.contours import Cone, Pyramid
+from coupling.toolpaths.contours import Cone, Iso9283, Line, Pyramid
 from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.gcode import GcodePath
-from coupling.toolpaths.iso9283 import Iso9283
-from coupling.toolpaths.line import Line
 from coupling.toolpaths.robot_program import ProgramPath
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task

@@ -1,4 +1,4 @@
-"""Cone and pyramid: contours at rising depth, as in single point incremental forming."""
+"""Paths without a file: contours of cone and pyramid, lines, and the test path of ISO 9283."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.toml_file import Positive
+from coupling.files.toml_file import Positive, Vector3
 from coupling.path.frame import Frame
 from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.motion import SegmentedPath
 from coupling.toolpaths.segments import Segment, circle, link, polyline
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
+
+# Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
+# and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
+_LARGE_CIRCLE = 0.8
+_SMALL_SQUARE = 0.1
 
 
 class _Contours(SegmentedPath):
@@ -107,3 +112,56 @@ class Pyramid(_Contours):
         r, z = float(start[0]), float(start[2])
         corners = [(r, 0.0), (r, r), (-r, r), (-r, -r), (r, -r), (r, 0.0)]
         return polyline(np.array([*corner, z]) for corner in corners)
+
+
+class Line(SegmentedPath):
+    """Lines from point to point, at rest in each.
+
+    Keys: points_m, at least two in the part frame; feed_m_s, blend_s, sample_s as for the cone.
+    """
+
+    kind: Literal["line"]
+    points_m: Annotated[list[Vector3], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _points_differ(self) -> Line:
+        for k, (a, b) in enumerate(zip(self.points_m, self.points_m[1:], strict=False), start=1):
+            if a == b:
+                raise ValueError(
+                    f"points_m: expected a way between points {k} and {k + 1}, got {a} for both"
+                )
+        return self
+
+    def _segments(self) -> list[Segment]:
+        return polyline(np.array(self.points_m))
+
+
+class Iso9283(SegmentedPath):
+    """Squares, their diagonal and two circles, centred on the part frame, in its x-y plane.
+
+    Keys: size_m, side of the large square; feed_m_s, blend_s of starts and stops, sample_s.  The
+    plane is that of the part: incline it with the part's rpy_deg.
+    """
+
+    kind: Literal["iso9283"]
+    size_m: Positive
+
+    def _segments(self) -> Iterator[Segment]:
+        half, small = 0.5 * self.size_m, 0.5 * _SMALL_SQUARE * self.size_m
+        large = 0.5 * _LARGE_CIRCLE * self.size_m
+        yield from _polygon(half)
+        yield from _lines((half, half), (-half, -half), (large, 0.0))
+        yield circle(np.zeros(3), large)
+        yield from _lines((large, 0.0), (small, 0.0))
+        yield circle(np.zeros(3), small)
+        yield from _lines((small, 0.0), (small, small))
+        yield from _polygon(small)
+
+
+def _polygon(half: float) -> list[Segment]:
+    """Square from its corner +x +y, back to there."""
+    return _lines((half, half), (-half, half), (-half, -half), (half, -half), (half, half))
+
+
+def _lines(*corners: tuple[float, float]) -> list[Segment]:
+    return polyline(np.array([*corner, 0.0]) for corner in corners)

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.process.base import ProcessResponse
 from coupling.process.isf_force_law import scallop_height, steady_force
-from coupling.sheet_fem.formed_sheet import THICKNESS
+from coupling.process.sheet_fem import THICKNESS
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
 from docs.scripts.runs import around_axis, example, measured_rows

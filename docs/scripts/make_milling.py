@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.case.case import Case
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts
 from coupling.run.cut_check import CUT_STABILITY
 from coupling.run.execute import Run
 from coupling.stability.case_cut import CaseCuts

@@ -44,7 +44,7 @@ def found(fit: str, predict: str) -> MotionResult:
     """Return what recordings, a letter each, say of the KR 300, and how they predict others."""
     robot = load_robot(find_robot("kuka_kr300"))
     recordings = [replace(recording(name), is_held_out=name in predict) for name in fit + predict]
-    return identify_motion(robot, recordings, BANDWIDTH, leave_out=False).result
+    return identify_motion(robot, recordings, BANDWIDTH).result
 
 
 @PAGE.part

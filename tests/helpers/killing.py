@@ -195,7 +195,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
 
 def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     """Export a program of one file, and be killed at a stage of writing its folder."""
-    from coupling.export.folder import write_export
+    from coupling.export.exported_program import write_export
     from coupling.files import atomic_file, atomic_folder
 
     def die(*_: object) -> None:

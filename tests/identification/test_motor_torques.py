@@ -126,4 +126,4 @@ def test_a_recording_with_a_turned_sign_is_not_fitted():
         with pytest.raises(
             IdentifyError, match=r"bad.csv: joint 2: .* got -[01.]+[0-9]* times .* sign"
         ):
-            identify_motion(robot, measured, BANDWIDTH, leave_out=False)
+            identify_motion(robot, measured, BANDWIDTH)

@@ -22,7 +22,7 @@ from coupling.inverse.links import solve_links
 from coupling.inverse.polish_step import Step
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics

@@ -1,4 +1,4 @@
-"""Kinematic errors of gears and balancers of joints in the readable model."""
+"""Kinematic errors of gears, balancers of joints and motors in the readable model."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ from derivative_errors import (
 )
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from random_robots import make_robot, robots, with_gear_parts
+from pendulum import held, pendulum
+from random_robots import driven, limited, make_robot, robots, with_gear_parts
 from scipy.integrate import quad
 
 from elastic_robot.balancers import BalancerCurve
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot
 from elastic_robot.drive import Drive
+from elastic_robot.errors import ParameterError
 from elastic_robot.gear_parts import KinematicError
 from elastic_robot.residual import residual as model_residual
 from elastic_robot.robot import ElasticRobot
@@ -38,9 +40,10 @@ LINK = Body(mass=20.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 2.0, 2.0))
 DRIVE = Drive(
     5.0, position_gain=20.0, rate_gain=500.0, friction=20.0, viscous=3.0, load_friction=0.1
 )
+STIFFNESS, DAMPING, INERTIA = 1e5, 200.0, 50.0  # [N m/rad, N m s/rad, kg m^2] of the pendulum
 
 
-def held(q: float, rate: float = 0.0, acceleration: float = 0.0) -> HeldCommand:
+def joint_at(q: float, rate: float = 0.0, acceleration: float = 0.0) -> HeldCommand:
     return HeldCommand(0.0, np.array([q]), np.array([rate]), np.array([acceleration]))
 
 
@@ -79,7 +82,7 @@ def test_a_balancer_that_carries_the_link_leaves_nothing_to_the_gear():
         table = tuple(zip(angle.tolist(), (weight + more).tolist(), strict=True))
         robot = ElasticRobot(arm(balancer=table), "linear")
         for q in (-0.8, 0.3):
-            robot.reset(0.0, held(q), Load())
+            robot.reset(0.0, joint_at(q), Load())
             assert robot.deflection()[0] == pytest.approx(more / 1e5, abs=2e-9)
             assert robot.gear_torque()[0] == pytest.approx(-more, abs=2e-4)
 
@@ -102,7 +105,7 @@ def test_the_link_follows_the_gears_output():
     weightless = replace(arm(kinematic_error=errors), gravity=(0.0, 0.0, 0.0))
     robot = ElasticRobot(weightless, "linear")
     for q in (0.0, 0.4, -1.2):
-        robot.reset(0.0, held(q), Load())
+        robot.reset(0.0, joint_at(q), Load())
         u = q + 1e-3 * np.sin(100.0 * q + 0.3) + 2e-3 * np.sin(q)
         np.testing.assert_allclose(robot.tcp()[:3], [np.cos(u), 0, -np.sin(u)], atol=1e-15)
         np.testing.assert_allclose(robot.rigid()[:3], [np.cos(q), 0, -np.sin(q)], atol=1e-15)
@@ -115,10 +118,10 @@ def test_a_kinematic_error_shakes_the_link_as_a_force_on_its_base_would():
     a, n, rate, inertia = 1e-5, 40.0, 0.5, 2.0 + 20.0 * 0.5**2
     shaken = replace(arm(kinematic_error=(KinematicError(a, n),)), gravity=(0.0, 0.0, 0.0))
     robot = ElasticRobot(shaken, "linear", tolerance=1e-10)
-    robot.reset(0.0, held(0.0, rate), Load())
+    robot.reset(0.0, joint_at(0.0, rate), Load())
     w, found, step = n * rate, [], 1e-3
     for k in range(1, 751):
-        robot.step(k * step, held(0.0, rate), Load())
+        robot.step(k * step, joint_at(0.0, rate), Load())
         if k > 500:
             found.append(robot.deflection()[0])
     expected = a * w**2 / np.abs(1e5 / inertia - w**2 + 300.0j / inertia * w)
@@ -132,7 +135,7 @@ def test_a_motor_feels_its_gear_by_the_slope_and_rubs_with_its_load():
     rise = 1.0 + 0.05 * np.cos(50.0 * q + 0.1)
     for quasistatic in (False, True):
         robot = ElasticRobot(described, "linear", quasistatic)
-        robot.reset(0.0, held(q, rate, acceleration), Load())
+        robot.reset(0.0, joint_at(q, rate, acceleration), Load())
         carried = float(robot.gear_torque()[0])
         rubs = 20.0 + 0.1 * abs(carried) + 3.0 * rate
         expected = carried * rise + (0.0 if quasistatic else 5.0 * acceleration + rubs)
@@ -182,3 +185,70 @@ def test_a_balancer_that_drives_its_link_away_is_refused():
     with pytest.raises(ValueError, match=r"less than the gear's 100000 N m/rad, .* got 200000"):
         arm(balancer=table)
     arm(balancer=tuple((a, -t) for a, t in table))
+
+
+def tiny_steps(drive: Drive, jump: float, end: float, count: int) -> np.ndarray:
+    """Link's angle, motor's, both rates and z by RK4, the integral's waiting decided step by step."""
+    limit = drive.torque_limit
+
+    def rates(y: np.ndarray, waits: bool) -> np.ndarray:
+        link, q, link_rate, rate, z = y
+        wanted = drive.position_gain * (jump - q) - rate
+        torque = min(max(drive.rate_gain * wanted + z, -limit), limit)
+        gear = STIFFNESS * (link - q) + DAMPING * (link_rate - rate)
+        growth = 0.0 if waits else drive.integral_gain * wanted
+        return np.array([link_rate, rate, -gear / INERTIA, (torque + gear) / drive.inertia, growth])
+
+    y, h = np.zeros(5), end / count
+    for _ in range(count):
+        wanted = drive.position_gain * (jump - y[1]) - y[3]
+        asked = drive.rate_gain * wanted + y[4]
+        waits = abs(asked) > limit and asked * wanted > 0.0
+        a = rates(y, waits)
+        b = rates(y + 0.5 * h * a, waits)
+        c = rates(y + 0.5 * h * b, waits)
+        y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + rates(y + h * c, waits))
+    return y
+
+
+def test_a_servo_slides_along_its_limit_as_tiny_steps_do():
+    """At its limit, along it while z grows as much as keeps it there, below: to 5e-5 of the motion."""
+    drive = Drive(20.0, 20.0, 4e3, 1e6, torque_limit=200.0)
+    arm = pendulum(gravity=(0.0, 0.0, 0.0), stiffness=STIFFNESS, damping=DAMPING, drive=drive)
+    model, jump, modes = ElasticRobot(arm, "linear", tolerance=1e-10, drive="servo"), 0.01, []
+    model.reset(0.0, held([0.0]), Load())
+    for k in range(60):
+        model.step((k + 1) * 1e-3, held([jump]), Load())
+        modes.append(int(model._motors.modes(model._instant())[0]))
+    assert set(modes) == {0, 1, 2}
+    motor = np.concatenate([model.motor_angle(), model.motor_rate(), model.servo_integral()])
+    _, q, _, rate, z = tiny_steps(drive, jump, 0.06, 40009)
+    apart = np.abs(np.array([q, rate, z]) - motor)
+    assert np.all(apart < [5e-7, 5e-5, 0.5]), apart
+
+
+@pytest.mark.parametrize(("step", "pieces"), [(3, 40), (19, 40)])
+def test_what_falls_through_zero_beside_another_edge_is_seen(step, pieces):
+    """A servo keeps its torque at the limit while gears pass their backlash: once, and in pieces."""
+    robot = limited(driven(make_robot(11, 4), np.random.default_rng(11)), 60.0)
+    robot, ends = replace(robot, gravity=(0.0, 0.0, 0.0)), []
+    for last in (1, pieces):
+        model, time = ElasticRobot(robot, "backlash", tolerance=1e-10, drive="servo"), 0.0
+        model.reset(0.0, held(np.zeros(4)), Load())
+        for k in range(step):
+            load = Load(np.array([np.sin(0.7 * k), 0.0, np.cos(0.3 * k), 0.0, 0.0, 0.0]) * 200.0)
+            for _ in range(last if k == step - 1 else 1):
+                time += 4e-3 / (last if k == step - 1 else 1)
+                model.step(time, held(np.full(4, 2e-3)), load)
+        ends.append(np.concatenate([model.deflection(), model.motor_angle()]))
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-11)
+
+
+def test_what_knows_ideal_drives_alone_says_so():
+    robot = driven(make_robot(5, 3), np.random.default_rng(5))
+    model = ElasticRobot(robot, "linear", drive="servo")
+    model.reset(0.0, held(np.zeros(3)), Load())
+    with pytest.raises(ParameterError, match="linearise: expected ideal drives"):
+        model.linearise()
+    with pytest.raises(ParameterError, match="expected one of ideal, servo, torque, got 'fast'"):
+        ElasticRobot(robot, drive="fast")

@@ -2,26 +2,7 @@
 #ifndef EXCHANGE_FMI2_H
 #define EXCHANGE_FMI2_H
 
-#include "fmi2Functions.h"
-#include "request.h"
-
-typedef fmi2Component instance;
-typedef fmi2FMUstate saved;
-typedef fmi2Status status_of_call;
-#define GOOD fmi2OK
-#define REFUSED fmi2Error
-#define DISCARDED fmi2Discard
-
-static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                        fmi2String category, fmi2String message, ...)
-{
-    (void)environment;
-    CHECK(name != NULL && category != NULL && strlen(message) > 10);
-    CHECK(strcmp(category, "logEvents") == 0 ? status == fmi2OK
-                                             : status >= fmi2Warning && status <= fmi2Error);
-}
-
-static const fmi2CallbackFunctions callbacks = {log_message, NULL, NULL, NULL, NULL};
+#include "calls_fmi2.h"
 
 static instance create(const char *token, const char *resources)
 {
@@ -71,19 +52,6 @@ static fmi2Status set_derivative(instance c)
     return status;
 }
 
-#define CALL(name) fmi2##name
 #define DERIVATIVES fmi2GetDerivatives
-#define DRAW_REQUEST draw_request
-#define GET(c, r) fmi2GetReal(c, (r).references, (r).count, (r).values)
-#define SET(c, r) fmi2SetReal(c, (r).references, (r).count, (r).values)
-#define DERIVE(c, of, by)                                                                           \
-    fmi2GetDirectionalDerivative(c, (of).references, (of).count, (by).references, (by).count,       \
-                                 (by).values, (of).values)
-#define SET_STRING(c, reference, text) fmi2SetString(c, reference, 1, text)
-#define SAVE fmi2GetFMUstate
-#define RESTORE fmi2SetFMUstate
-#define FREE_STATE fmi2FreeFMUstate
-#define SIZE_OF_STATE fmi2SerializedFMUstateSize
-#define SERIALIZE(c, state, bytes, size) fmi2SerializeFMUstate(c, state, bytes, size)
 
 #endif

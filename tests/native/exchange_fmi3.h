@@ -2,24 +2,7 @@
 #ifndef EXCHANGE_FMI3_H
 #define EXCHANGE_FMI3_H
 
-#include "fmi3Functions.h"
-#include "request.h"
-
-typedef fmi3Instance instance;
-typedef fmi3FMUState saved;
-typedef fmi3Status status_of_call;
-#define GOOD fmi3OK
-#define REFUSED fmi3Error
-#define DISCARDED fmi3Discard
-
-static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                        fmi3String message)
-{
-    (void)environment;
-    CHECK(category != NULL && strlen(message) > 10);
-    CHECK(strcmp(category, "logEvents") == 0 ? status == fmi3OK
-                                             : status == fmi3Error || status == fmi3Discard);
-}
+#include "calls_fmi3.h"
 
 static instance create(const char *token, const char *resources)
 {
@@ -72,19 +55,6 @@ static fmi3Status set_derivative(instance c)
     return fmi3OK;
 }
 
-#define CALL(name) fmi3##name
 #define DERIVATIVES fmi3GetContinuousStateDerivatives
-#define DRAW_REQUEST draw_sized_request
-#define GET(c, r) fmi3GetFloat64(c, (r).references, (r).count, (r).values, (r).size)
-#define SET(c, r) fmi3SetFloat64(c, (r).references, (r).count, (r).values, (r).size)
-#define DERIVE(c, of, by)                                                                           \
-    fmi3GetDirectionalDerivative(c, (of).references, (of).count, (by).references, (by).count,       \
-                                 (by).values, (by).size, (of).values, (of).size)
-#define SET_STRING(c, reference, text) fmi3SetString(c, reference, 1, text, 1)
-#define SAVE fmi3GetFMUState
-#define RESTORE fmi3SetFMUState
-#define FREE_STATE fmi3FreeFMUState
-#define SIZE_OF_STATE fmi3SerializedFMUStateSize
-#define SERIALIZE(c, state, bytes, size) fmi3SerializeFMUState(c, state, (fmi3Byte *)(bytes), size)
 
 #endif

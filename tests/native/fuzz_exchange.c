@@ -46,7 +46,7 @@ static size_t snapshot(instance c, char **bytes)
 static status_of_call get(instance c)
 {
     request r = DRAW_REQUEST(NULL);
-    status_of_call status = GET(c, r);
+    status_of_call status = GET_BY(c, r, r.references);
     for (size_t i = 0; status == GOOD && r.count > 0 && i < r.size; i++)
         CHECK(isfinite(r.values[i]));
     drop(r);
@@ -56,14 +56,14 @@ static status_of_call get(instance c)
 static status_of_call set(instance c, const char *causality)
 {
     request r = DRAW_REQUEST(causality);
-    status_of_call status = SET(c, r);
+    status_of_call status = SET_TO(c, r, r.values);
     drop(r);
     return status;
 }
 
 static status_of_call give(instance c, request r)
 {
-    status_of_call status = SET(c, r);
+    status_of_call status = SET_TO(c, r, r.values);
     drop(r);
     return status;
 }
@@ -72,14 +72,14 @@ static status_of_call set_text(instance c)
 {
     const variable *v = draw_variable(NULL, true);
     const char *text = draw_text_for(v->name);
-    return SET_STRING(c, &v->reference, &text);
+    return SET_TEXTS(c, &v->reference, 1, &text, 1);
 }
 
 static status_of_call differentiate(instance c)
 {
     request unknowns = DRAW_REQUEST(draw(2) ? "output" : "local");
     request knowns = DRAW_REQUEST(draw(3) ? "input" : draw(4) ? "output" : "independent");
-    status_of_call status = DERIVE(c, unknowns, knowns);
+    status_of_call status = DERIVE_ALONG(c, unknowns, knowns, knowns.values);
     drop(unknowns);
     drop(knowns);
     return status;

@@ -14,13 +14,10 @@
     DO(fmi2EnterInitializationMode)                                                                 \
     DO(fmi2ExitInitializationMode)                                                                  \
     DO(fmi2Terminate)                                                                               \
-    DO(fmi2Reset)                                                                                   \
     DO(fmi2GetReal)                                                                                 \
     DO(fmi2SetReal)                                                                                 \
     DO(fmi2GetString)                                                                               \
     DO(fmi2SetString)                                                                               \
-    DO(fmi2GetInteger)                                                                              \
-    DO(fmi2SetBoolean)                                                                              \
     DO(fmi2GetFMUstate)                                                                             \
     DO(fmi2SetFMUstate)                                                                             \
     DO(fmi2FreeFMUstate)                                                                            \
@@ -28,11 +25,6 @@
     DO(fmi2SerializeFMUstate)                                                                       \
     DO(fmi2DeSerializeFMUstate)                                                                     \
     DO(fmi2GetDirectionalDerivative)                                                                \
-    DO(fmi2SetRealInputDerivatives)                                                                 \
-    DO(fmi2GetRealOutputDerivatives)                                                                \
-    DO(fmi2SetDebugLogging)                                                                         \
-    DO(fmi2GetRealStatus)                                                                           \
-    DO(fmi2CancelStep)                                                                              \
     DO(fmi2DoStep)
 
 #define DECLARE(name) static name##TYPE *f##name;

@@ -145,8 +145,8 @@ def test_the_windows_library_runs_in_wine(native, example, tmp_path):
 @needs_wine
 def test_a_windows_path_of_the_resources_is_taken_in_wine(pair, tmp_path):
     """With backslashes and one at the end, as FMI 3.0 wants it there; the same random calls."""
-    sources = [TESTS / "native" / "fuzz3.c", *STANDARDS["3"].sources()]
-    _compile(PLATFORMS["win64"].target, tmp_path / "fuzz3.exe", *sources)
+    sources = [TESTS / "native" / "fuzz_steps.c", *STANDARDS["3"].sources()]
+    _compile(PLATFORMS["win64"].target, tmp_path / "fuzz.exe", "-DFMI=3", *sources)
     resources = f"Z:{pair.folder3 / 'resources'}/".replace("/", "\\")
-    said = _in_wine(tmp_path, "fuzz3.exe", pair.description.guid, resources, "200")
+    said = _in_wine(tmp_path, "fuzz.exe", pair.description.guid, resources, "200")
     assert said.startswith("200 calls")

@@ -1,22 +1,77 @@
-"""The native FMU of FMI 3.0 with arrays is the one of FMI 2.0."""
+"""The native FMU of FMI 3.0, arrays or scalars, is the one of FMI 2.0; what it alone has to refuse."""
 
 from __future__ import annotations
 
 import re
+from operator import attrgetter
+from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.model_description import ModelVariable
 from native_derivatives import random_stiffness
 from native_pair import make_pair
 from places import DOCS
 from random_robots import make_robot
 
+from build_fmu import main
+from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.exchange_blocks import all_blocks
 from coupling.fmu_export.grouping import arrays
 
 STEP = 0.004  # [s]
+NAN = float("nan")
+REFUSED = {
+    "too few values": (
+        lambda p, s: s.setFloat64([p.references["force"]], [1.0, 2.0]),
+        "values: expected one for each of 3 elements, got 2",
+    ),
+    "too many values": (
+        lambda p, s: s.setFloat64([p.references["force"], p.references["q_cmd"]], [0.0] * 10),
+        "expected one for each of 9 elements, got 10",
+    ),
+    "no room": (
+        lambda p, s: s.getFloat64([p.references["tcp.position"]]),
+        "expected one for each of 3 elements, got 1",
+    ),
+    "element of an array": (
+        lambda p, s: s.getFloat64([p.references["force"] + 1]),
+        "the value reference 1 is asked for as a Float64 variable; this FMU has none there",
+    ),
+    "behind all variables": (
+        lambda p, s: s.getFloat64([p.references["time"] + 1]),
+        "asked for as a Float64 variable; this FMU has none there",
+    ),
+    "often the same": (
+        lambda p, s: s.setFloat64([p.references["q_cmd"]] * 200, [0.0] * 1200),
+        "in one call, got 1200",
+    ),
+    "spring": (
+        lambda p, s: p.set(s, "anchor.stiffness", [1e5, NAN, 0.0, 1e5, 0.0, 0.0]),
+        "anchor.kxy: expected a finite number, got nan N/m",
+    ),
+    "time": (lambda p, s: p.set(s, "time", [1.0]), "value reference of a real variable: expected"),
+    "event mode": (
+        lambda p, s: s.enterEventMode(),
+        "model exchange is asked for; this instance was made for co-simulation",
+    ),
+    "derivative's seed": (
+        lambda p, s: s.getDirectionalDerivative(*p.pick("tcp.position", "force"), [1.0], 3),
+        "expected one for each of 3 elements, got 1",
+    ),
+    "derivative of an input": (
+        lambda p, s: s.getDirectionalDerivative(*p.pick("force", "force"), [1.0] * 3, 3),
+        "expected an output",
+    ),
+    "adjoint derivative": (
+        lambda p, s: s.getAdjointDerivative(*p.pick("tcp.position", "force"), [1.0] * 3),
+        "this FMU has directional ones",
+    ),
+}
 
 
 def test_variables_are_those_of_fmi2_with_arrays(pair):
@@ -153,3 +208,123 @@ def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypat
         found = [*result["tcp.position"][k + 1], *result["tcp.orientation"][k + 1]]
         expected = pair.get(slave, "tcp.position", "tcp.orientation")
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+@pytest.fixture(scope="module")
+def described(example, tmp_path_factory) -> dict[str, Path]:
+    """Folders of the robot in both versions of FMI."""
+    pair = make_pair(example, tmp_path_factory.mktemp("scalars"), arrays=False)
+    return {"2": pair.folder2, "3": pair.folder3}
+
+
+def variables(folder: Path) -> list[ModelVariable]:
+    return fmpy.read_model_description(str(folder)).modelVariables
+
+
+def test_variables_are_those_of_fmi2_to_the_reference_unit_and_start(described):
+    """Time, the independent variable, is the last one."""
+
+    def told(fmi: str) -> dict[str, tuple]:
+        common = attrgetter(
+            *("valueReference", "causality", "variability", "initial", "unit", "min", "max"),
+            *("nominal", "description"),
+        )
+        kinds = {"Real": "Float64"}  # by their names in FMI 3
+        return {
+            v.name: (*common(v), kinds.get(v.type, v.type), str(v.start), v.shape or None)
+            for v in variables(described[fmi])
+        }
+
+    two, three = told("2"), told("3")
+    assert three["time"][:2] == (len(two) - 1, "independent")
+    assert three == two
+    text = (described["3"] / "modelDescription.xml").read_text()
+    assert "<Dimension" not in text
+
+
+def test_what_outputs_and_derivatives_follow_is_as_in_fmi2(described):
+    """FMI 2 counts variables from one, FMI 3 names value references, which count from zero.
+
+    Parameters are knowns of outputs and derivatives in FMI 3 alone (FMI 3.0.2, 2.4.8).
+    """
+    reals = [v for v in variables(described["2"]) if v.type == "Real"]
+    parameters = {v.valueReference for v in reals if v.causality == "parameter"}
+
+    def structure(fmi: str, elements: tuple[str, ...], key: str, first: int) -> list[list[int]]:
+        root = ElementTree.parse(described[fmi] / "modelDescription.xml").getroot()
+        found = [e for name in elements for e in root.findall(f"ModelStructure/{name}")]
+        return [
+            [int(k) - first for k in (e.get(key), *e.get("dependencies").split())] for e in found
+        ]
+
+    lists = [f"{name}/Unknown" for name in ("Outputs", "Derivatives", "InitialUnknowns")]
+    two = structure("2", tuple(lists), "index", 1)
+    names = ("Output", "ContinuousStateDerivative", "InitialUnknown")
+    three = structure("3", names, "valueReference", 0)
+    tuned = len(two) - len(structure("2", (lists[-1],), "index", 1))
+    three[:tuned] = [[k for k in row if k not in parameters] for row in three[:tuned]]
+    assert three == two
+    states = [v for v in reals if v.derivative is not None]
+    assert len(two) == 2 * (sum(v.causality == "output" for v in reals) + len(states))
+
+
+def test_arrays_are_for_fmi3(tmp_path, capsys):
+    assert main(["-o", str(tmp_path / "R.fmu"), "--arrays"]) == 2
+    assert "arrays: expected FMI 3, got FMI 2: add --fmi 3" in capsys.readouterr().err
+    with pytest.raises(BuildError, match="arrays"):
+        BuildOptions("python", arrays=True)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_refused_call_says_why_and_changes_nothing(pair, capfd, name):
+    call, sentence = REFUSED[name]
+    slave = pair.started()
+    before = pair.everything(slave)
+    with pytest.raises(FMICallException):
+        call(pair, slave)
+    assert sentence in capfd.readouterr().err
+    assert pair.everything(slave) == before
+    slave.doStep(0.0, STEP)
+
+
+def test_a_spring_that_pushes_away_is_refused_at_the_step(pair, capfd):
+    """And only there, since the six entries may be set one after another."""
+    slave, twin = pair.started(), pair.started()
+    pair.set(slave, "anchor.stiffness", [0.0, 0.0, 2e5, 0.0, 0.0, 0.0])
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    said = capfd.readouterr().err
+    assert "(anchor.kxx to anchor.kzz): expected no eigenvalue below 0, got -200000" in said
+    assert pair.get(slave, "tcp.position") == pair.get(twin, "tcp.position")
+    # Rounding is no matter: a spring along one axis.
+    axis = [0.1, 0.7, -0.3]
+    entries = [1e5 * axis[i] * axis[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
+    for one in (slave, twin):
+        pair.set(one, "anchor.stiffness", entries)
+        one.doStep(0.0, STEP)
+    assert pair.everything(slave) == pair.everything(twin)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"token": "{0}"}, "GUID: expected that of this FMU's modelDescription.xml, {"),
+        ({"eventModeUsed": True}, "event mode is asked for; this FMU has none"),
+        ({"requiredIntermediateVariables": [0]}, "intermediate variables are asked for"),
+    ],
+)
+def test_an_instance_that_cannot_be_is_refused_with_a_sentence(pair, capfd, options, sentence):
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        pair.fmi3(**options)
+    assert sentence in capfd.readouterr().err
+
+
+def test_sentences_go_to_the_masters_log_where_it_is_on(pair, capfd):
+    said = []
+    slave = pair.fmi3(loggingOn=True, logMessage=lambda *message: said.append(message))
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    assert len(said) == 1
+    assert said[0][2] == b"logStatusError"
+    assert b"expected initialisation's end before a step" in said[0][3]
+    assert "initialisation" not in capfd.readouterr().err

@@ -11,18 +11,22 @@ import copy
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
-from native_fmu import SANITIZERS, build_linked, build_master, run_master
+from native_fmu import POSTURE, SANITIZERS, build_linked, build_master, run_master
 from native_pair import Pair
 from random_robots import driven, limited, make_robot
 from trajectory_files import COLUMNS, DATA, INTEGERS, READ, npz
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.native_standards import STANDARDS
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
+from elastic_robot.trajectory import HeldCommand
 
 CALLS = os.environ.get("ELASTIC_ROBOT_FUZZ", "5000")
 FILES = str(max(4000, int(CALLS) // 10))
@@ -86,11 +90,18 @@ def checked(said: str, calls: str) -> None:
     assert useful > made / 20
 
 
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, sanitized, tmp_path):
-    """Address and undefined behaviour; a refused call changes nothing."""
-    fuzz = build_master("fuzz2", tmp_path / "fuzz2", *SANITIZERS)
-    checked(run(fuzz, sanitized, *of2(light), CALLS, SEED), CALLS)
-    checked(run(fuzz, sanitized, *of2(pair), "1000", SEED), "1000")
+@pytest.mark.parametrize("fmi", STANDARDS)
+def test_sanitizers_find_nothing_in_random_calls(pair, light, sanitized, tmp_path, fmi):
+    """Address and undefined behaviour; a refused call changes nothing; buffers are as long as told."""
+    fuzz = build_linked("fuzz_steps", tmp_path / "fuzz", sanitized, *SANITIZERS, f"-DFMI={fmi}")
+    of = of2 if fmi == "2" else of3
+    checked(run(fuzz, *of(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, *of(pair), "1000", SEED), "1000")
+    if fmi == "3":
+        assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
+
+
+def test_sanitizers_find_nothing_in_a_master_that_loads_the_library(native, sanitized, tmp_path):
     host = build_master("host", tmp_path / "host", *SANITIZERS)
     heavy = copy.copy(native)
     heavy.library = sanitized
@@ -104,14 +115,6 @@ def test_sanitizers_find_nothing_in_forged_states(first, light, sanitized, tmp_p
     said = run(forge, sanitized, *of2(light), first, FORGED)
     accepted, refused = (int(part.split()[0]) for part in said.split(", "))
     assert accepted > refused > 0
-
-
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, sanitized, tmp_path):
-    """The same; buffers have exactly the size that the FMU is told."""
-    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", sanitized, *SANITIZERS)
-    checked(run(fuzz, *of3(light), CALLS, SEED), CALLS)
-    checked(run(fuzz, *of3(pair), "1000", SEED), "1000")
-    assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
 
 
 @pytest.mark.parametrize("fmi", STANDARDS)
@@ -143,18 +146,46 @@ def test_sanitizers_find_nothing_in_damaged_trajectory_files(sanitized, tmp_path
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
 def test_valgrind_finds_no_error_and_no_leak_at_the_end(native, pair, tmp_path):
     """Of whatever kind of leak, after steps, states, refused calls and random ones."""
-    for name, calls in (("instances", "2"), ("fuzz2", "30")):
-        master = build_master(name, tmp_path / name)
-        run_master(native, [*VALGRIND, str(master)], calls)
-    for name, calls in (("instances", "2"), ("fuzz3", "30")):
-        master = build_linked(name, tmp_path / f"{name}3", pair.library3, "-DFMI3")
-        run(*VALGRIND, master, *of3(pair), calls)
+    master = build_master("instances", tmp_path / "instances")
+    run_master(native, [*VALGRIND, str(master)], "2")
+    master = build_linked("instances", tmp_path / "instances3", pair.library3, "-DFMI3")
+    run(*VALGRIND, master, *of3(pair), "2")
     for fmi, of, library in (("2", of2, native.library), ("3", of3, pair.library3)):
-        master = build_linked("fuzz_exchange", tmp_path / f"exchange{fmi}", library, f"-DFMI={fmi}")
-        run(*VALGRIND, master, *of(pair), "30")
+        for name in ("fuzz_steps", "fuzz_exchange"):
+            master = build_linked(name, tmp_path / f"{name}{fmi}", library, f"-DFMI={fmi}")
+            run(*VALGRIND, master, *of(pair), "30")
 
 
 def test_instances_and_refused_calls_of_fmi_3_leave_no_memory_behind(pair, tmp_path):
     """200 instances one after another; tests/fmu/test_life_cycle.py does so with FMI 2.0."""
     master = build_linked("instances", tmp_path / "instances", pair.library3, "-DFMI3")
     assert all(abs(float(number)) < 10 for number in run(master, *of3(pair), "200").split())
+
+
+def test_a_c_host_in_an_empty_environment_gets_the_poses_of_the_python_model(native, host, example):
+    """100 steps of 4 ms under a pulsed force, with backlash, to twice the tolerance."""
+    poses = np.loadtxt(run_master(native, [str(host)], "run").splitlines(), delimiter=",")
+    robot = ElasticRobot(example)
+    q = np.array(POSTURE)
+    robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load())
+    for k in range(100):
+        force = np.array([0.0, 0.0, -500.0 * (k % 7 < 3), 0.0, 0.0, 0.0])
+        robot.step(0.004 * (k + 1), HeldCommand(robot.time, q, 0 * q, 0 * q), Load(force))
+        np.testing.assert_allclose(poses[k, :3], robot.tcp()[:3], rtol=0, atol=2e-6)
+
+
+def test_three_instances_in_threads_are_independent(native, host):
+    run_master(native, [str(host)], "threads")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="its master counts calls of glibc")
+def test_memory_is_asked_for_before_the_first_step_only(native, tmp_path):
+    """Steps, refused ones among them, inputs, all outputs, derivatives, states kept and restored."""
+    master = build_master("cycles", tmp_path / "cycles")
+    lines = run_master(native, [str(master)], "allocations").splitlines()
+    assert len(lines) == 6  # three curves, moving and at rest
+    for line in lines:
+        counts = dict(part.split() for part in line.split(": ")[1].split(", "))
+        assert int(counts.pop("start")) > 0
+        assert set(counts) == {"set", "step", "get", "derivative", "state"}
+        assert set(counts.values()) == {"0"}, line

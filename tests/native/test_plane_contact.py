@@ -1,20 +1,29 @@
-"""The contact that lifts off in the native FMU: derivatives, saved states, model exchange, refusals."""
+"""A contact spring, and a contact that lifts off, in the native FMU and its core."""
 
 from __future__ import annotations
+
+import contextlib
 
 import numpy as np
 import pytest
 from exchange import exchange_of
 from fmpy.fmi1 import FMICallException
-from native_fmu import POSTURE, NativeFmu
+from native_core import CURVES, LANES, Core, CoreError, with_settings
+from native_derivatives import random_stiffness
+from native_fmu import NativeFmu
 from pendulum import pendulum
-from random_robots import make_robot
+from random_robots import hardly_loaded, make_robot
 from scipy.integrate import solve_ivp
 from touching import Independent, onto
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.exchange_blocks import all_blocks
+from elastic_robot.chain import build_chain
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.plane_contact import PlaneContact
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import ContactSpring, Load, symmetric
 
 KNOWNS = ("wrench", "q_cmd", "qd_cmd", "anchor", "anchor_velocity", "contact", "contact_normal")
 KNOWNS = (*KNOWNS, "wrench_rate", "gravity", "stiffness")
@@ -28,6 +37,9 @@ OUTPUTS = (
 )
 # Changes that move a tool in contact by some micrometres in 2 ms.
 SIZES = {"wrench": 10.0, "q_cmd": 1e-6, "qd_cmd": 1e-3, "anchor": 1e-6, "anchor_velocity": 1e-3}
+POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+NONE = np.zeros(6)
+UPPER = np.triu_indices(3)
 SIZES |= {"contact_normal": 1e-3, "wrench_rate": 100.0, "gravity": 0.1}
 CONTACT_SIZES = np.array([1e4, 1e-2, 1e-6, 1e-2, 1e-4])
 LENGTH = 0.002
@@ -166,7 +178,7 @@ def test_model_exchange_bounces_as_the_independent_integrator(tmp_path):
     ],
 )
 def test_numbers_out_of_their_range_are_discarded_where_they_are_set(native, capfd, name, value):
-    slave = native.started(POSTURE)
+    slave = native.started()
     with pytest.raises(FMICallException) as raised:
         native.set(slave, _contact(**{name: value}))
     assert raised.value.status == 2
@@ -174,7 +186,7 @@ def test_numbers_out_of_their_range_are_discarded_where_they_are_set(native, cap
 
 
 def test_absurd_contacts_are_refused_with_a_sentence_and_change_nothing(native, capfd):
-    slave = native.started(POSTURE)
+    slave = native.started()
     before = slave.getReal(native.outputs)
     for values, said in (
         (_contact(stiffness=1e6, nz=0.0), "normal of the contact"),
@@ -196,7 +208,7 @@ def test_a_master_that_sets_every_input_to_zero_has_no_contact(native):
     zeros = dict.fromkeys(_contact(), 0.0)
     ends = []
     for values in ({}, zeros):
-        slave = native.started(POSTURE)
+        slave = native.started()
         native.set(slave, values)
         slave.doStep(0.0, 0.01)
         ends.append(slave.getReal(native.outputs))
@@ -204,7 +216,7 @@ def test_a_master_that_sets_every_input_to_zero_has_no_contact(native):
 
 
 def test_without_friction_the_slip_speed_does_nothing(native):
-    slave, other = native.started(POSTURE), native.started(POSTURE)
+    slave, other = native.started(), native.started()
     (height,) = native.get(slave, "tcp.z")
     for one, speed in ((slave, 0.0), (other, 0.1)):
         native.set(one, _contact(stiffness=1e6, slip_speed=speed) | {"anchor.z": height + 1e-5})
@@ -212,3 +224,101 @@ def test_without_friction_the_slip_speed_does_nothing(native):
             one.doStep(0.01 * k, 0.01)
     assert native.get(slave, "contact.fz")[0] > 1.0
     assert slave.getReal(native.outputs) == other.getReal(native.outputs)
+
+
+def as_core(load: Load) -> np.ndarray:
+    spring = load.spring
+    return np.concatenate([load.wrench, spring.position, spring.velocity, spring.stiffness[UPPER]])
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_places_and_pulls_are_those_of_pinocchio(plain):
+    """The TCP of four states and what a wrench on it adds to their loads, 1 to 8 joints: to 1e-12."""
+    rng = np.random.default_rng(0)
+    for seed in range(100):
+        robot = make_robot(seed + 100 * plain, 1 + seed % 8)
+        core, chain = Core(robot, plain), build_chain(robot)
+        dynamics = Dynamics(chain, np.array(robot.gravity))
+        theta, wrench = rng.normal(size=(LANES, chain.model.nv)), 1e3 * rng.normal(size=(LANES, 6))
+        tcp, load = core.pull(theta, wrench, chain.elastic_count)
+        for k in range(LANES):
+            place = base_from_tool(chain, dynamics.data, theta[k]).translation
+            lever = tcp_jacobian(chain, dynamics.data, theta[k])[:, chain.elastic]
+            np.testing.assert_allclose(tcp[k], place, rtol=0, atol=1e-13)
+            np.testing.assert_allclose(load[k], -wrench[k] @ lever, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["backlash", "spline"])
+def test_lined_up_robots_rest_on_springs_of_all_sizes(example, kind):
+    """From 1e-2 to 3e9 N/m: left is an edge's 1e-6 N m, or rounding of the spring's torque."""
+    rng, core = np.random.default_rng(1), Core(example)  # some start at a rounded flank's foot
+    python = ElasticRobot(example, kind, quasistatic=True)
+    dynamics, curve = python._dynamics, python._curve
+    for _ in range(1000):
+        q, wrench = hardly_loaded(rng, 6)
+        with contextlib.suppress(CoreError):  # without a spring not every one has a rest
+            core.reset(kind, 0.0, q, wrench, quasistatic=True)
+        anchor = core.outputs(11)["tcp"][:3] + 10.0 ** rng.uniform(-6.0, -2.5) * rng.normal(size=3)
+        k = random_stiffness(rng) * 10.0 ** rng.uniform(-2.0, 1.5)
+        load = Load(wrench, ContactSpring(anchor, np.zeros(3), symmetric(k)))
+        core.reset(kind, 0.0, q, as_core(load), quasistatic=True)
+        x = core.outputs(11)["x"]
+        left = dynamics.static_torque(python.chain.theta(q, x), load.at(0.0)) - curve.torque(x)
+        assert np.abs(left).max() < 2e-6 + 1e-13 * np.abs(k).max()
+
+
+def _spring(core: Core, stiffness: float) -> np.ndarray:
+    """A load: a spring in all directions, its anchor above the tool by 10 um."""
+    x, y, z = core.outputs(11)["tcp"][:3]
+    spring = [
+        x,
+        y,
+        z + 1e-5,
+        0.0,
+        0.0,
+        0.0,
+        *(stiffness * np.array([1.0, 0.0, 0.0, 1.0, 0.0, 1.0])),
+    ]
+    return np.append(NONE, spring)
+
+
+def test_newtons_matrices_are_those_of_the_present_spring(example):
+    """In steps of one length, whose matrices would serve on."""
+    core = Core(example)
+    core.reset("linear", 0.0, POSTURE, NONE)
+    springs = [_spring(core, k) for k in (0.0, 1e5, 1e5, 1.001e5, 1e8, 0.0)]
+    for number in range(60):
+        spring = springs[number // 10]
+        core.step(0.004 * (number + 1), POSTURE, spring)
+        np.testing.assert_array_equal(core.spring_of_matrices(), spring[-6:])
+
+
+@pytest.mark.parametrize("held_before", [True, False])
+def test_a_stiff_spring_takes_steps_as_long_as_a_soft_one(example, held_before):
+    """60 ms on 1e8 N/m, at 1e-4 m, in 9 tries; with matrices that leave it out it takes 23."""
+    core = with_settings(example, most_tries=9.0, most_tries_per_longest=1e-9)
+    core.reset("linear", 0.0, POSTURE, NONE, tolerance=1e-4)
+    stiff = _spring(core, 1e8)
+    for number, holds in enumerate((held_before, True, True, held_before, True)):
+        core.step(0.06 * (number + 1), POSTURE, stiff if holds else NONE)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize("quasistatic", [True, False])
+@pytest.mark.parametrize("kind", CURVES)
+def test_without_stiffness_an_anchor_changes_no_bit(example, kind, quasistatic, plain):
+    rng = np.random.default_rng(2)
+    cores, loads = (Core(example, plain), Core(example, plain)), []
+    for core in cores:
+        core.reset(kind, 0.0, POSTURE, NONE, quasistatic=quasistatic)
+    for number in range(40):
+        wrench = 300.0 * rng.normal(size=6) * (number % 5 < 3)
+        anchor = np.concatenate([rng.normal(size=6), np.copysign(NONE, rng.normal(size=6))])
+        q, end = POSTURE + 1e-3 * rng.normal(size=6), 0.004 * (number + 1)
+        found = []
+        for core, load in zip(cores, (wrench, np.append(wrench, anchor)), strict=True):
+            core.step(end, q, load)
+            found.append(b"".join(values.tobytes() for values in core.outputs(11).values()))
+        assert found[0] == found[1]
+        loads.append(found[0])
+    assert len(set(loads)) == 40

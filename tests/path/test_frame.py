@@ -8,11 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from coupling.path.frame import AT_THE_ORIGIN, Frame
+from coupling.path.frame import AT_THE_ORIGIN, Frame, lengths, turned, turns_between
 from coupling.path.histories import ToolPath
 from coupling.path.path_ends import ends_in_motion, is_near_moving_end
 
 SEEDS = st.integers(0, 10**6)
+# Quaternions have their last bit; a turn's vector is twice it, and pi long at most.
+ROUNDING = 1e-14
 
 
 def random_frame(rng: np.random.Generator) -> Frame:
@@ -93,3 +95,24 @@ def test_every_end_in_motion_is_told(x, verbs):
 def test_only_what_is_near_such_an_end_is_explained_by_it():
     starts = _path(_SMOOTH[::-1])
     assert [is_near_moving_end(starts, time) for time in (0.01, 5.0, 9.99)] == [True, False, False]
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-6, 0.3, 3.0], ids="{:g} rad".format)
+def test_turns_are_those_of_rotations(angle):
+    draw = np.random.default_rng(7)
+    axes = draw.standard_normal((2, 50, 3))
+    turn = angle * axes / np.linalg.norm(axes, axis=-1, keepdims=True)
+    orientation = Rotation.random(50, rng=8)
+    further = turned(orientation.as_quat(), turn)
+    for k in range(2):
+        expected = (Rotation.from_rotvec(turn[k]) * orientation).as_quat()
+        expected *= np.where(expected[:, 3:] < 0.0, -1.0, 1.0)
+        np.testing.assert_allclose(further[k], expected, atol=ROUNDING)
+        # The opposite quaternion is the same orientation.
+        back = turns_between(-orientation.as_quat(), further[k])
+        np.testing.assert_allclose(back, turn[k], atol=ROUNDING)
+
+
+def test_lengths_are_norms():
+    vectors = np.random.default_rng(9).standard_normal((3, 20, 4))
+    np.testing.assert_allclose(lengths(vectors), np.linalg.norm(vectors, axis=-1), rtol=ROUNDING)

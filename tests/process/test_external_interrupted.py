@@ -25,8 +25,8 @@ from coupling.solve.correction import Correction
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop
 from coupling.solve.mirror import Mirror
-from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Anderson
+from coupling.solve.scheme import Outcome
 from coupling.toolpaths import Task
 
 

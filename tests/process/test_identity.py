@@ -13,7 +13,7 @@ from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.process import ElasticWallTable, ExternalTable, MeasuredWrenchTable
-from coupling.process.plugin import find_process
+from coupling.process.authors_code import find_process
 from coupling.toolpaths import Line, Task
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))

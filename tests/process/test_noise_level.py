@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.path.deviation_parts import DeviationParts
+from coupling.path.deviation import DeviationParts
 from coupling.process.noise import noise_level
 
 

@@ -25,9 +25,8 @@ from coupling.path.histories import ToolPath
 from coupling.path.linear import interpolate_rows
 from coupling.path.workpiece import Workpiece
 from coupling.process import PROCESSES, ProcessResponse
-from coupling.process.sheet_fem import SheetFem
+from coupling.process.sheet_fem import PLASTIC_STRAIN, SPRINGBACK, THICKNESS, SheetFem
 from coupling.run.stored_run import read_run
-from coupling.sheet_fem.formed_sheet import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
 from coupling.sheet_fem.schedule import schedule
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path

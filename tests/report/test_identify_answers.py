@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 from coupling.report.identify_answers import deflection_answer, response_answer
-from coupling.results.identified_result import IdentifiedResult, RmsResult
-from coupling.results.modes_result import ResponseResult
-from coupling.results.response_result import (
+from coupling.results.identified_result import (
+    IdentifiedResult,
     LogErrorResult,
     PostureResponseResult,
     ResponseFitResult,
+    RmsResult,
 )
+from coupling.results.modes_result import ResponseResult
 
 
 def _result(start: float | None, left_out: float | None, refusal: str = "") -> IdentifiedResult:

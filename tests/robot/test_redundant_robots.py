@@ -1,4 +1,4 @@
-"""Robots of more than six axes: one posture for each pose, the nearest to home, at any sampling."""
+"""Inverse kinematics in C; robots of more than six axes: one posture for each pose, at any sampling."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
+from coupling.inverse.link_model import LinkModel
+from coupling.native.desk_robot import ReachRules
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.following import following
 from coupling.robot.batch.part_placement import part_placements
@@ -20,10 +22,13 @@ from coupling.robot.batch.rigid_robot import RigidRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot
+from elastic_robot.kinematics import base_from_tool
+from tests.helpers.random_robots import make_robot
 
 LINK = Body(2.0, (0.0, 0.0, 0.1), (0.02, 0.02, 0.01))
 AXES = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0), "x": (1.0, 0.0, 0.0)}
 HOME = np.deg2rad([10.0, 40.0, -10.0, 90.0, 5.0, 50.0, 5.0])
+_RULES = ReachRules(1e-10, 60, 1e-3, 1e-12, 0.3)
 
 
 def arm(axes: str, limits: tuple[float, float] = (-2.8, 2.8)) -> Robot:
@@ -209,3 +214,32 @@ def test_a_robot_of_fewer_axes_follows_what_it_can_and_says_why_it_cannot():
     turned = line(five, home, np.zeros(3), np.array([0.3, 0.4, 0.0]), 5)
     with pytest.raises(PlanningError, match="5 joints hold a tool at few of the orientations"):
         InverseKinematics(five, home).plan(turned)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_pose_is_reached_as_pinocchio_sees_it(seed: int):
+    """To rounding, by 5 to 7 joints from 0.1 rad beside, the tilts bent."""
+    robot = make_robot(seed, joints=5 + seed % 3)
+    model, rng = LinkModel(robot), np.random.default_rng(seed)
+    chain, data = model.chain, model.chain.model.createData()
+    theta = chain.theta(rng.normal(size=(9, chain.joint_count)))
+    theta[:, model.tilts] = 1e-2 * rng.normal(size=(9, len(model.tilts)))
+    poses = np.array([pin.SE3ToXYZQUAT(base_from_tool(chain, data, row)) for row in theta])
+    start = theta.copy()
+    start[:, chain.drive] += rng.uniform(-0.1, 0.1, size=(9, chain.joint_count))
+    found = model.desk.reach(_RULES, poses[:, :3], poses[:, 3:], start)
+    came = found.error < _RULES.tolerance
+    assert came.mean() > 0.8  # a random posture may be singular
+    np.testing.assert_array_equal(found.theta[:, model.tilts], theta[:, model.tilts])
+    for row, pose in zip(found.theta[came], poses[came], strict=True):
+        apart = base_from_tool(chain, data, row).actInv(pin.XYZQUATToSE3(pose))
+        assert np.linalg.norm(pin.log6(apart).vector) < 1e-12
+
+
+def test_a_pose_out_of_reach_tells_how_far_the_tool_stays_away():
+    model = LinkModel(make_robot(1, joints=6))
+    away = 3.0 * model.reach
+    start, turned = np.zeros((1, model.size)), np.array([[0.0, 0.0, 0.0, 1.0]])
+    found = model.desk.reach(_RULES, np.array([[away, 0.0, 0.0]]), turned, start)
+    assert found.error[0] > 1.9 * model.reach
+    assert 1.9 * model.reach < found.away[0] < 4.1 * model.reach

@@ -1,8 +1,9 @@
-"""Commands under another user, a full disk and a clock that jumps, and eight of them at once."""
+"""Commands under another user, a full disk and a clock that jumps, killed, and eight of them at once."""
 
 from __future__ import annotations
 
 import os
+import random
 import shutil
 import signal
 import subprocess
@@ -15,7 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from killed_commands import deflections, placing
+from killed_commands import KilledCommand, commands, deflections, placing
 from killing import files_of, start, wait_until
 from places import LINE_CASE
 
@@ -166,3 +167,17 @@ def test_eight_at_once_to_a_file_and_to_others_say_the_same(tmp_path):
     assert len(texts) == 5
     assert len(set(texts)) == 1
     assert not list(tmp_path.rglob("*.partial"))
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("killed")
+    return folder, commands(folder)
+
+
+@pytest.mark.parametrize("name", ["identify", "place", "next", "learn"])
+def test_a_command_survives_a_round_of_kills(known, name):
+    """A hundred rounds: `python tests/helpers/killed_commands.py 25`."""
+    folder, words = known
+    command = KilledCommand.of(words[name], folder / f"{name}_undisturbed")
+    command.round(folder / name, random.Random(3))

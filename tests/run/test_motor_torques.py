@@ -24,8 +24,7 @@ from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.path.joint_path import JointPath
-from coupling.path.motor_history import MotorHistory
+from coupling.path.joint_path import JointPath, MotorHistory
 from coupling.process import ProcessResponse
 from coupling.report.drives import drives
 from coupling.report.run_report import run_report

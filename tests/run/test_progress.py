@@ -11,8 +11,7 @@ from rich.console import Console
 from coupling.cli import main
 from coupling.events import Progress
 from coupling.run import console as module
-from coupling.run.console import RunView
-from coupling.run.remaining_time import RemainingTime
+from coupling.run.console import RemainingTime, RunView
 
 
 def test_a_run_without_a_terminal_says_now_and_then_how_far_it_is(monkeypatch, capsys):

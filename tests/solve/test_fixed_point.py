@@ -26,8 +26,8 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.mirror import Mirror
-from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Aitken, ConstantRelaxation
+from coupling.solve.scheme import Outcome
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone, Task
 from elastic_robot.body import Body

@@ -22,9 +22,8 @@ from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
-from coupling.solve.outcome import Outcome
 from coupling.solve.robin import ProcessStiffness, Robin
-from coupling.solve.scheme import Scheme
+from coupling.solve.scheme import Outcome, Scheme
 
 TIGHT = Tolerance(path=1e-10, rms=1e-10, force=1e-8)
 GAINS = (0.1, 1.0, 5.0, 10.0, 100.0)

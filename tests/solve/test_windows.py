@@ -18,7 +18,7 @@ from coupling.process.cutting_force import Cutter, CuttingCoefficients
 from coupling.robot.contract import Advance
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
-from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Outcome
 from coupling.solve.schemes import SCHEMES
 from coupling.stability.floquet import vibration_of
 from coupling.stability.steady_cut import SteadyCut

@@ -14,12 +14,13 @@ import numpy as np
 from coupling.errors import SimulationError
 from coupling.identification.least_squares import reduced_rows
 from coupling.identification.motion.driven_fmu import GearMotion
-from coupling.identification.motion.driven_motors import motor_losses, motor_torques
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.problem import (
     MotionProblem,
     Predicted,
     SmoothedRecording,
+    motor_losses,
+    motor_torques,
     rms,
 )
 from coupling.identification.motion.sensors import column, torque_column

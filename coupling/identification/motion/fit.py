@@ -1,4 +1,4 @@
-"""The fit to recordings: what makes them likeliest, restarts, and which backlashes they support."""
+"""The fit to recordings: restarts, backlashes that they support, identifiable parameters."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ SUPPORTED = 2.0
 # Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
 # the likeliest.
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
+# An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
+# which shows that there is none.
+_OF_ITSELF, _NARROW = 1.0, 0.3
+# A fit from an end of an interval comes back as near as this part of its half.
+_BACK = 0.3
 
 
 def fit_motion(
@@ -127,3 +132,66 @@ def estimate_slow_errors(fit: MotionExperiment) -> MotionProblem:
             prior[of_joint] = np.clip(size, _LEAST_SLOW, _MOST_SLOW)
     parameters = zip(problem.parameters, prior.tolist(), strict=True)
     return replace(problem, parameters=tuple(replace(p, prior=size) for p, size in parameters))
+
+
+def identifiable(fit: MotionExperiment) -> np.ndarray:
+    """Return the mask of parameters of a fit that the recordings identify, (P,).
+
+    What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
+    as in the start, the widest first; the others answer, to first order.  What is known before is not
+    left out: it is between start and recordings.
+    """
+    has_prior = fit.problem.prior > 0.0
+    chosen = np.ones(len(fit.x), dtype=bool)
+    away = fit.problem.start - fit.x
+    while chosen.any():
+        blocks = fit.blocks.only(chosen, away)
+        x = fit.x[chosen] + blocks.step
+        width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
+        width[has_prior[chosen]] = 0.0
+        worst = int(np.argmax(width))
+        if width[worst] <= 1.0:
+            break
+        chosen[np.flatnonzero(chosen)[worst]] = False
+    return chosen
+
+
+def narrow(fit: MotionExperiment) -> np.ndarray:
+    """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
+    width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
+    of_slow_error = [p.of_slow_error for p in fit.problem.parameters]
+    return np.asarray(width <= 1.0) & ~np.array(of_slow_error, dtype=bool)
+
+
+def returns(fit: MotionExperiment, chosen: np.ndarray) -> np.ndarray:
+    """Return which parameters, (P,), stay if the fit is repeated from the ends of intervals.
+
+    Where the squares are flat or rugged, or have other minima nearly as likely, it ends elsewhere: the
+    value is one of several, and its interval is too narrow.
+
+    Args:
+        chosen: Mask of parameters whose intervals are tried, (P,).
+    """
+    half = fit.blocks.half * fit.blocks.deviation
+    stays, least = np.ones(len(fit.x), dtype=bool), fit.minus_log_likelihood
+    for k in np.flatnonzero(chosen):
+        others = np.arange(len(fit.x)) != k
+        for end in (-1.0, 1.0):
+            x = np.where(others, fit.x, fit.x + end * half)
+            x = np.clip(x, *fit.problem.bounds)
+            x[others] += fit.blocks.only(others, x - fit.x).step
+            back = fit_roughly(fit.problem, x)
+            if back.minus_log_likelihood < least + SUPPORTED:
+                stays &= np.abs(back.x - fit.x) <= _BACK * half
+    return stays
+
+
+def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
+    """Return half of the widest interval of an identifiable parameter, (P,)."""
+    allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
+    for k, p in enumerate(problem.parameters):
+        if p.vanishes:
+            allowed[k] = _NARROW
+        if p.sensor:
+            allowed[k] = max(_OF_ITSELF * abs(x[k]), _NARROW)
+    return allowed

@@ -1,4 +1,4 @@
-"""Identification from motion as a whole: fit, predict what was held out, leave terms out."""
+"""Identification from motion as a whole: fit, and predict what was held out."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from coupling.identification.motion.fit import (
     fit_motion,
     fit_roughly,
     fit_with_restarts,
+    identifiable,
+    narrow,
+    returns,
     select_backlashes,
 )
-from coupling.identification.motion.identifiability import identifiable, narrow, returns
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import MotionProblem, SmoothedRecording, rms
 from coupling.identification.motion.recording import Recording
@@ -27,7 +29,6 @@ from coupling.identification.motion.residuals import (
     numbers,
     recording_result,
     remarks_on,
-    terms_left_out,
 )
 from coupling.identification.motion.sensors import (
     encoder_lines,
@@ -50,7 +51,6 @@ def identify_motion(
     robot: Robot,
     recordings: Sequence[Recording],
     bandwidth: float,
-    leave_out: bool,
 ) -> Identification[MotionExperiment, MotionResult]:
     """Identify a robot from recordings of its motion.
 
@@ -58,7 +58,6 @@ def identify_motion(
         robot: The start.
         recordings: Recordings, one at least that is not held out.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
     Returns:
         The fit of what is identifiable and of what is known before, figures, and the robot as written.
@@ -101,8 +100,6 @@ def identify_motion(
             )
         verdicts = _judge(parameters, fit)
         results = [recording_result(fit.problem, each, fit.x, bandwidth) for each in smoothed]
-        is_judged = leave_out and is_held_out[-1]
-        terms = terms_left_out(fit, smoothed[-1], results[-1]) if is_judged else ()
     inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in robot.joints]
     identified = {verdict.name for verdict in verdicts if verdict.identified}
     result = MotionResult(
@@ -119,7 +116,6 @@ def identify_motion(
             LinesResult(joint=i + 1, periods=periods) for i, periods in enumerate(lines) if periods
         ),
         slow_error_rad=_slow_errors(fit),
-        terms=terms,
     )
     written = np.array([p.name in identified for p in fit.problem.parameters])
     problem = replace(fit.problem, robot=robot)

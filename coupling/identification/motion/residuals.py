@@ -1,4 +1,4 @@
-"""How much of recordings a fitted robot leaves, and what each term of the model is worth to them."""
+"""How much of recordings a fitted robot leaves, and what is said of it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from coupling.identification.motion.experiment import MotionExperiment
 from coupling.identification.motion.problem import (
     MotionProblem,
     SmoothedRecording,
@@ -14,7 +13,7 @@ from coupling.identification.motion.problem import (
 )
 from coupling.identification.motion.recording import smooth
 from coupling.results.base import finite
-from coupling.results.motion_result import RecordingResult, TermResult, WindUpShareResult
+from coupling.results.motion_result import RecordingResult, WindUpShareResult
 
 # Part of a motor's torque from which on what is left is remarked upon [1].
 _HALF = 0.5
@@ -105,43 +104,6 @@ def remarks_on(result: RecordingResult) -> list[str]:
         for i, (size, alone) in enumerate(pairs, start=1)
         if size is not None and alone is not None and size > alone
     ]
-
-
-def terms_left_out(
-    fit: MotionExperiment, smoothed: SmoothedRecording, result: RecordingResult
-) -> tuple[TermResult, ...]:
-    """Return what each term of a fit is worth to a recording, by the others' answer to first order."""
-    problem, terms = fit.problem, []
-    for term in dict.fromkeys(p.term for p in problem.parameters):
-        of_term = np.array([p.term == term for p in problem.parameters])
-        none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
-        x = np.where(of_term, none, fit.x)
-        x[~of_term] += fit.blocks.only(~of_term, x - fit.x).step
-        x = np.clip(x, *problem.bounds)
-        wind_up, torque = map(rms, problem.residuals(smoothed, problem.predicted(smoothed, x)))
-        likelihood = MotionExperiment.of(problem, x).minus_log_likelihood
-        joint = next(p.joint for p in problem.parameters if p.term == term)
-        part = torque[joint] / max(rms(smoothed.recording.torque)[joint], 1e-300)
-        terms.append(
-            TermResult(
-                term=term,
-                joint=joint + 1,
-                wind_up_rad=(result.wind_up_rad[joint], finite(wind_up[joint])),
-                torque_relative=(result.torque_relative[joint] or 0.0, float(part)),
-                likelier=finite(likelihood - fit.minus_log_likelihood),
-            )
-        )
-    terms += [
-        TermResult(
-            term=f"lines of the encoder {i + 1}",
-            joint=i + 1,
-            wind_up_rad=(result.wind_up_rad[i], result.wind_up_without_lines_rad[i]),
-            torque_relative=(result.torque_relative[i] or 0.0,) * 2,
-        )
-        for i, lines in enumerate(smoothed.lines)
-        if lines
-    ]
-    return tuple(terms)
 
 
 def numbers(values: Iterable[float]) -> tuple[float | None, ...]:

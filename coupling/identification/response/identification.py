@@ -16,8 +16,8 @@ from coupling.identification.response.posture import (
 )
 from coupling.identification.response.refusal import posture_unlike_others, refusal_of
 from coupling.identification.robot_file import Identification
+from coupling.results.identified_result import ResponseFitResult
 from coupling.results.parameter_result import ParameterResult
-from coupling.results.response_result import ResponseFitResult
 from coupling.robot.parameters import apply_values, unit_of
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -61,9 +61,9 @@ def identify_from_responses(
     is_identified = fit.deviation[: len(starts)] <= _TOLD * prior[: len(starts)]
     with np.errstate(divide="ignore"):
         logs = np.log(starts / np.append(stiffness, damping))
-    kept = np.full(len(prior), np.nan)
-    kept[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
-    refit = fit if is_identified.all() else fit_responses(problem, kept, fit)
+    fixed = np.full(len(prior), np.nan)
+    fixed[: len(starts)] = np.where(is_identified, np.nan, np.maximum(logs, _NONE))
+    refit = fit if is_identified.all() else fit_responses(problem, fixed, fit)
     values, written = fit.values, np.where(is_identified, refit.values, starts)
     residuals = [[log_residual(p, each) for each in (starts, values, written)] for p in postures]
     of_fitted, of_others = (

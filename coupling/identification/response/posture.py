@@ -12,8 +12,8 @@ from coupling.errors import IdentifyError
 from coupling.identification.response.experiment import DELAY, PostureResponse
 from coupling.modes.hammer_test import is_hammer_test, read_measured
 from coupling.modes.measured_response import MeasuredResponse, is_of_responses, within
+from coupling.results.identified_result import LogErrorResult, PostureResponseResult
 from coupling.results.modes_result import ResponseResult
-from coupling.results.response_result import LogErrorResult, PostureResponseResult
 
 # What is known of instruments before: deviations of the log of a factor, their calibration's [1], and of
 # a delay, that of filters [s].

@@ -22,7 +22,7 @@ from coupling.identification.response.experiment import PostureResponse, Respons
 from coupling.identification.response.fit import ResponseFit, fit_robot
 from coupling.identification.response.posture import MeasuredPosture, log_residual
 from coupling.modes.measured_response import MeasuredResponse, other_readings
-from coupling.results.response_result import ResponseFitResult
+from coupling.results.identified_result import ResponseFitResult
 from elastic_robot.description import Robot
 
 # Median of |log(model / measurement)| that no robot leaves, of all responses and of those in a posture.

@@ -15,7 +15,7 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
 from coupling.identification.motor_torques import torque_per_current
-from coupling.path.motor_history import MotorHistory
+from coupling.path.joint_path import MotorHistory
 from elastic_robot.description import Robot
 
 # Columns, as in a robot's recording in motion.

@@ -134,7 +134,7 @@ def _conclude(
     }
     verdicts = _refused(verdicts, "slip_angle", unknown, "its gear's hysteresis is not identified")
     vanishing = np.isin(elasticity.names, added) & elasticity.chosen("hysteresis")
-    kept = np.where(vanishing, elasticity.least, elasticity.start)
+    default = np.where(vanishing, elasticity.least, elasticity.start)
     residual = measured.deflection - fit.experiment.prediction.deflection
     assert measured.loop is not None
     loops = tuple(
@@ -146,8 +146,8 @@ def _conclude(
         )
         for rows in measured.sequences
     )
-    kept = np.where(elasticity.chosen("slip_angle"), _assumed(fit), kept)
-    return conclude(fit, verdicts, kept, left_out, rms_start, dropped, loops=loops)
+    default = np.where(elasticity.chosen("slip_angle"), _assumed(fit), default)
+    return conclude(fit, verdicts, default, left_out, rms_start, dropped, loops=loops)
 
 
 def _assumed(fit: StaticFit) -> np.ndarray:

@@ -172,16 +172,16 @@ class _LoadedRobot:
                 columns[:, j] = factor * parameters[name]
         return columns
 
-    def point(self, rest: _Rest, arm: np.ndarray) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
+    def point(self, state: _Rest, arm: np.ndarray) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
         """Return the placement of a point off the TCP, tool axes [m], (3,); its slopes by p and load."""
-        tool = base_from_tool(self._chain, self._dynamics.data, rest.theta)
+        tool = base_from_tool(self._chain, self._dynamics.data, state.theta)
         offset = tool.rotation @ arm
-        jacobian = tcp_jacobian(self._chain, self._dynamics.data, rest.theta)[
+        jacobian = tcp_jacobian(self._chain, self._dynamics.data, state.theta)[
             :, self._chain.elastic
         ]
         at_point = jacobian_at(jacobian, offset)
         place = pin.SE3(tool.rotation, tool.translation + offset)
-        return place, at_point @ rest.x_by_p, at_point @ rest.x_by_wrench
+        return place, at_point @ state.x_by_p, at_point @ state.x_by_wrench
 
 
 def _between(

@@ -98,7 +98,7 @@ def further_result(candidate: Candidate, value: float, evidence: EvidenceResult)
 def conclude(
     fit: StaticFit,
     verdicts: Sequence[ParameterResult],
-    kept: np.ndarray,
+    default: np.ndarray,
     left_out: np.ndarray,
     rms_start: float,
     further: Sequence[FurtherResult] = (),
@@ -111,7 +111,7 @@ def conclude(
     Args:
         fit: The fit of all parameters.
         verdicts: Verdict on each parameter, before others are kept.
-        kept: Values of those that are not identified, in p's units, (P,).
+        default: Values of those that are not identified, in p's units, (P,).
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
         rms_start: Rms error of the start [m]; nan where it finds no rest.
         further: Parameters that were tested beside.
@@ -121,7 +121,7 @@ def conclude(
     """
     at, measured, separable = fit.experiment, fit.experiment.problem.measured, fit.separability
     is_identified = np.array([verdict.identified for verdict in verdicts])
-    values = _written(fit, is_identified, kept)
+    values = _written(fit, is_identified, default)
     parameters = tuple(
         verdict.model_copy(update={"written": finite(value) if is_own else verdict.start})
         for verdict, value, is_own in zip(
@@ -184,18 +184,18 @@ def conclude(
     return Identification(fit, fit.elasticity.described(values), result, words, remarks)
 
 
-def _written(fit: StaticFit, is_identified: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def _written(fit: StaticFit, is_identified: np.ndarray, default: np.ndarray) -> np.ndarray:
     """Return the values of p in the robot as written, in its units, (P,).
 
     These are kept ones, and beside them those that fit best in their intervals: the fit's where
     nothing that is kept acts together with what is identified.
     """
     at, sure = fit.experiment, fit.intervals
-    written = np.where(is_identified, at.x, kept)
+    written = np.where(is_identified, at.x, default)
     if is_identified.all() or not is_identified.any():
         return written
     problem = at.linear.weighted(at.weight)
-    residual = problem.residual(np.where(is_identified, 0.0, kept))
+    residual = problem.residual(np.where(is_identified, 0.0, default))
     of_identified = replace(problem.only(is_identified), target=residual)
     written[is_identified] = of_identified.solve(sure.low[is_identified], sure.high[is_identified])
     return written

@@ -113,7 +113,7 @@ typedef struct {
     er_string string[ER_STRINGS];
 } er_interface;
 
-/* Reads the lines that `coupling.fmu_export.interface_text` writes, and checks them for the robot. */
+/* Reads the lines that `coupling.fmu_export.native_fmu` writes, and checks them for the robot. */
 bool er_interface_parse(er_interface *interface, const er_robot *robot, er_lines *lines);
 
 static inline const er_block *er_block_of(const er_interface *interface, unsigned reference)

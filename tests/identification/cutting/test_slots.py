@@ -15,8 +15,7 @@ from coupling.case.file import load_case
 from coupling.errors import IdentifyError
 from coupling.files.toml_file import document
 from coupling.identification.cutting import results
-from coupling.identification.cutting.course import slot_forces
-from coupling.identification.cutting.fit import CuttingFit, fitted_slots
+from coupling.identification.cutting.fit import CuttingFit, fitted_slots, slot_forces
 from coupling.identification.cutting.results import identify_cutting
 from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
 from coupling.process.cutting_force import CuttingCoefficients

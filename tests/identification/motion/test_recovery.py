@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fixture_store import stored
+from scipy.signal import lfilter
 
 from coupling.errors import IdentifyError
+from coupling.identification.motion import fit
 from coupling.identification.motion.driven_fmu import DrivenFmu
 from coupling.identification.motion.experiment import MotionExperiment, jacobian
 from coupling.identification.motion.fit import fit_motion
@@ -19,7 +22,7 @@ from coupling.identification.motion.problem import MotionProblem, SmoothedRecord
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.sensors import delayed, sensor_parameters, torque_parameters
 from coupling.inverse.servo import presliding
-from docs.scripts.motion_recovery import BANDWIDTH, Known, arm, every_error, recorded
+from docs.scripts.motion_recovery import BANDWIDTH, STEP, Known, arm, every_error, recorded
 from elastic_robot.gear_parts import KinematicError
 
 
@@ -48,7 +51,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 
 def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(identify_motion, start, held_out(recordings, 1), BANDWIDTH, leave_out=True)
+    found = stored(identify_motion, start, held_out(recordings, 1), BANDWIDTH)
     fitted, predicted = found.result.recordings
     assert predicted.held_out
     assert np.all(np.array(predicted.wind_up_rad) < 1.3 * np.array(fitted.wind_up_rad))
@@ -61,12 +64,6 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     kept = {verdict.name for verdict in found.result.parameters if not verdict.identified}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
-    worth = {term.term: term for term in found.result.terms}
-    for term in ("friction 1", "viscous friction 2"):
-        with_term, without = worth[term].torque_relative
-        assert without > 1.5 * with_term
-    with_lag, without = worth["lag 1"].wind_up_rad
-    assert without > 20.0 * with_lag
 
 
 def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
@@ -75,7 +72,7 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     link = first.link.copy()
     link[:, 0] += 3e-4 * np.cos(first.link[:, 0] - 0.7)
     start = Known.drawn(np.random.default_rng(6)).start
-    found = stored(identify_motion, start, [replace(first, link=link)], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, start, [replace(first, link=link)], BANDWIDTH)
     assert found.result.slow_error_rad[0] > 10.0 * found.result.slow_error_rad[1]
     assert found.result.recordings[0].wind_up_rad[0] < 3e-6
     for own, known in zip(found.robot.joints, arm().joints, strict=True):
@@ -92,7 +89,7 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
         replace(other, name="rigid.csv", link=link),
         replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
-    found = stored(identify_motion, arm(), held_out(measured, 1, 2), BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), held_out(measured, 1, 2), BANDWIDTH)
     assert found.result.refusal == ""
     (words,) = (own for own in found.result.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
@@ -120,13 +117,13 @@ def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
     bad = replace(first, name="bad.csv", torque=torque(first.torque))
     for measured in ([bad], held_out([first, bad], 1)):
         with pytest.raises(IdentifyError, match=f"bad.csv: expected torques .*{says}"):
-            identify_motion(arm(), measured, BANDWIDTH, leave_out=False)
+            identify_motion(arm(), measured, BANDWIDTH)
 
 
 def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
-    found = stored(identify_motion, arm(), [other], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [other], BANDWIDTH)
     assert found.result.refusal.startswith("the residual of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.result.remarks) == 2
 
@@ -142,7 +139,7 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
         * np.sqrt(np.mean(first.torque[:, 0] ** 2))
     )
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
-    found = stored(identify_motion, arm(), [shaken], BANDWIDTH, leave_out=False)
+    found = stored(identify_motion, arm(), [shaken], BANDWIDTH)
     assert 0.5 < found.result.recordings[0].torque_relative[0] < 1.0
     assert found.result.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 
@@ -232,9 +229,9 @@ def test_blocks_left_out_know_correlated_residuals():
 def test_recordings_with_other_encoders_are_refused(recordings):
     other = replace(recordings[1], link=np.full_like(recordings[1].link, np.nan))
     with pytest.raises(IdentifyError, match="expected the links' angles"):
-        identify_motion(arm(), held_out([recordings[0], other], 1), BANDWIDTH, leave_out=False)
+        identify_motion(arm(), held_out([recordings[0], other], 1), BANDWIDTH)
     with pytest.raises(IdentifyError, match="none but those held out"):
-        identify_motion(arm(), held_out(recordings, 0, 1), BANDWIDTH, leave_out=False)
+        identify_motion(arm(), held_out(recordings, 0, 1), BANDWIDTH)
 
 
 def test_a_rigid_joint_is_refused(recordings):
@@ -244,7 +241,7 @@ def test_a_rigid_joint_is_refused(recordings):
     with pytest.raises(
         IdentifyError, match="expected a stiffness of every joint, got none of joint 2"
     ):
-        identify_motion(robot, recordings[:1], BANDWIDTH, leave_out=False)
+        identify_motion(robot, recordings[:1], BANDWIDTH)
 
 
 def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
@@ -262,3 +259,57 @@ def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
         problem = MotionProblem(fmu, robot, (), (moved,))
         gear = problem.predicted(moved, problem.start).shares["gear"]
     np.testing.assert_allclose(gear, -1e-4 * np.sin(7.0 * moved.motion.q), atol=1e-6)
+
+
+def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
+    """Links without weight swing in a backlash that the start has and the robot has not.
+
+    Beside 20 urad that no model explains, correlated over 0.2 s, the squares along that backlash are
+    rugged, and along it all others'.
+    """
+    rng = np.random.default_rng(2)
+    robot = replace(arm(), gravity=(0.0, 0.0, 0.0))
+    with DrivenFmu(robot) as fmu:
+        recording = recorded(fmu, robot, rng)
+    keep = np.exp(-STEP / 0.2)
+    white = rng.standard_normal((len(recording.time) + 200, 2))
+    unexplained = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white, axis=0)[200:]
+    rough = 1e-6 * rng.standard_normal(recording.motor.shape)
+    recording = replace(
+        recording, motor=recording.motor + rough, link=recording.link + 2e-5 * unexplained
+    )
+    drawn = Known.drawn(np.random.default_rng(6)).start
+    joints = tuple(replace(joint, backlash=3e-5) for joint in drawn.joints)
+    start = replace(drawn, joints=joints, gravity=(0.0, 0.0, 0.0))
+    changed = replace(
+        recording, link=recording.link + 1e-12 * rng.standard_normal(recording.link.shape)
+    )
+    one, other = (stored(identify_motion, start, [own], BANDWIDTH) for own in (recording, changed))
+    assert one.fit.converged
+    assert one.fit.slopes.exact
+    assert not any(p.name.endswith("backlash") for p in one.fit.problem.parameters)
+    assert {"joint[1].stiffness", "joint[2].stiffness"} <= one.result.identified
+    assert one.result.identified == other.result.identified
+    half = one.fit.blocks.half * one.fit.blocks.deviation
+    own = np.array([p.name in one.result.identified for p in one.fit.problem.parameters])
+    assert np.all(np.abs(other.fit.x - one.fit.x)[own] < 1e-2 * half[own])
+
+
+@pytest.mark.parametrize(
+    ("other", "less_likely", "stays"),
+    [(1.0, 0.0, True), (2.0, 0.5, False), (2.0, 5.0, True), (1.25, 0.5, True), (1.4, 0.5, False)],
+)
+def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
+    monkeypatch, other, less_likely, stays
+):
+    """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
+
+    def at(x):
+        return SimpleNamespace(x=x, minus_log_likelihood=less_likely * float(x[0] != 1.0))
+
+    monkeypatch.setattr(fit, "fit_roughly", lambda problem, x: at(np.where(x > 1.2, other, 1.0)))
+    blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
+    blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))
+    one = at(np.ones(1))
+    one.blocks, one.problem = blocks, SimpleNamespace(bounds=(np.zeros(1), np.full(1, 9.0)))
+    assert fit.returns(one, np.array([True])) == [stays]
