@@ -18,6 +18,13 @@ from coupling.toolpaths.cam_path import CamPath
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
 
 _MAX_SPEED = 10.0  # no robot goes faster [m/s]
+# Rotations from the axes of the program's tool to those of the TCP, whose x axis points along the tool.
+_PROGRAM_TOOL_FROM_TCP = {
+    "x": Rotation.identity(),
+    "z": Rotation.from_euler("y", -90.0, degrees=True),
+}
+# Programs of makers whose tools usually have z along them.
+_Z_USUAL = (".mod", ".modx", ".prg", ".ls")
 
 
 class ProgramPath(CamPath):
@@ -25,13 +32,14 @@ class ProgramPath(CamPath):
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
     rapid_m_s, speed of straight ways to the poses of joint motions between lines, which are refused
-    without; max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for
-    G-code.
+    without; approach, axis of the program's tool that points along it, as the x axis of the TCP does;
+    max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
     """
 
     kind: Literal["program"]
     feed_m_s: Positive | None = None
     rapid_m_s: Positive | None = None
+    approach: Literal["x", "z"] | None = None
 
     @cached_property
     def _program(self) -> RobotProgram:
@@ -41,10 +49,18 @@ class ProgramPath(CamPath):
             program = read_program(self.file)
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
+        if self.approach is None and self.file.suffix.lower() in _Z_USUAL:
+            said = (
+                "the x axis of its tool points along it; where that is z, as is usual for ABB and FANUC,"
+                ' write approach = "z" in [tool_path], and otherwise "x"'
+            )
+            program = replace(program, assumptions=(*program.assumptions, said))
         return program if self.rapid_m_s is None else _with_straight_ways(program, self.rapid_m_s)
 
     def _plan(self) -> OrientedPoints:
-        return _points(self.file, self._program.moves, self.feed_m_s)
+        points = _points(self.file, self._program.moves, self.feed_m_s)
+        turn = _PROGRAM_TOOL_FROM_TCP[self.approach or "x"]
+        return replace(points, rotation=points.rotation * turn)
 
 
 def _with_straight_ways(program: RobotProgram, speed: float) -> RobotProgram:

@@ -57,6 +57,21 @@ def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
         assert turn.magnitude().max() < 1e-9
 
 
+def test_a_tool_with_z_along_it_is_upright_where_its_z_points_down(tmp_path):
+    """The quaternion 0, 0, 1, 0 turns z, and x, about y by half a turn."""
+    half = "0.70710678118654757"
+    text = rapid().replace(f"[{half},0,{half},0]", "[0,0,1,0]")
+    expected = path(tmp_path, "way.ngc", gcode())
+    found = path(tmp_path, "way.mod", text, approach="z")
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-12)
+    turn = found.rotations[0] * expected.rotations[0].inv()
+    assert turn.magnitude().max() < 1e-9
+    for keys, is_told in (({}, True), ({"approach": "x"}, False), ({"approach": "z"}, False)):
+        data = {"kind": "program", "file": str(tmp_path / "way.mod"), **keys}
+        remarks = validate(data, ProgramPath, CaseError, "tool_path").task(PART).remarks
+        assert any('write approach = "z"' in remark for remark in remarks) == is_told
+
+
 def test_joint_motions_between_lines_are_the_rapids_of_g_code_if_they_may_be(tmp_path):
     """Those that lead to the start and away from the end are left out; joint angles have no pose."""
     points = [*POINTS, (80, 50, 20), (0, 10, 20), (0, 10, -1), (40, 10, -1)]
