@@ -12,6 +12,9 @@ import pinocchio as pin
 from coupling.files.extras import extra
 from elastic_robot.errors import RobotFileError
 
+# Gravity of a robot file that states none, and how far it differs from place to place [m/s^2].
+_GRAVITY, _USUAL_SPREAD = 9.81, 0.05
+
 
 def read_mjcf(file: Path) -> tuple[str, tuple[str, ...]]:
     """Return the URDF text of an MJCF file's bodies, joints and sites, and what it has no word for.
@@ -88,6 +91,11 @@ def _unread_dynamics(model: Any) -> tuple[str, ...]:
             low, high = f"{nonzero.min():.4g}", f"{nonzero.max():.4g}"
             span = low if low == high else f"{low} to {high}"
             sentences.append(f"Left out of the MJCF: {word}, {span} {unit}: {remedy}.")
+    if abs(pull := -float(model.opt.gravity[2]) - _GRAVITY) > _USUAL_SPREAD:
+        sentences.append(
+            f"Left out of the MJCF: gravity, {_GRAVITY + pull:.4g} m/s^2: here it is {_GRAVITY:g}, where"
+            " the robot file has no other one."
+        )
     return tuple(sentences)
 
 

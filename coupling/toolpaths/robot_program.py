@@ -13,11 +13,24 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.programs.program import Pose, ProgramMove, RobotProgram, rest_behind
 from coupling.toolpaths.cam_path import CamPath
+from coupling.toolpaths.instants import NO_CORNERS, Corners
 from coupling.toolpaths.oriented_points import POINT_TOLERANCE, OrientedPoints
+from coupling.toolpaths.task import Task
+from coupling.toolpaths.untilted import UntiltedPath
 
 _MAX_SPEED = 10.0  # no robot goes faster [m/s]
+# Rotations from the axes of the program's tool to those of the TCP, whose x axis points along the tool.
+_PROGRAM_TOOL_FROM_TCP = {
+    "x": Rotation.identity(),
+    "z": Rotation.from_euler("y", -90.0, degrees=True),
+}
+# A part is elsewhere than a program's base from this distance and angle on [m, rad].
+_ELSEWHERE = 1e-4
+# Programs of makers whose tools usually have z along them.
+_Z_USUAL = (".mod", ".modx", ".prg", ".ls")
 
 
 class ProgramPath(CamPath):
@@ -25,13 +38,14 @@ class ProgramPath(CamPath):
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
     rapid_m_s, speed of straight ways to the poses of joint motions between lines, which are refused
-    without; max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for
-    G-code.
+    without; approach, axis of the program's tool that points along it, as the x axis of the TCP does;
+    max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
     """
 
     kind: Literal["program"]
     feed_m_s: Positive | None = None
     rapid_m_s: Positive | None = None
+    approach: Literal["x", "z"] | None = None
 
     @cached_property
     def _program(self) -> RobotProgram:
@@ -41,10 +55,34 @@ class ProgramPath(CamPath):
             program = read_program(self.file)
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
+        if self.approach is None and self.file.suffix.lower() in _Z_USUAL:
+            said = (
+                "the x axis of its tool points along it; where that is z, as is usual for ABB and FANUC,"
+                ' write approach = "z" in [tool_path], and otherwise "x"'
+            )
+            program = replace(program, assumptions=(*program.assumptions, said))
         return program if self.rapid_m_s is None else _with_straight_ways(program, self.rapid_m_s)
 
+    def task(
+        self, part: Frame, corners: Corners = NO_CORNERS, untilted: UntiltedPath | None = None
+    ) -> Task:
+        """Return the task, with a remark where the program itself has its poses elsewhere."""
+        task, base = super().task(part, corners, untilted), self._program.base
+        if base is None or _is_same(base, part.pose, _ELSEWHERE):
+            return task
+        x, y, z = (round(value, 6) + 0.0 for value in base[:3])
+        roll, pitch, yaw = np.round(Rotation.from_quat(base[3:]).as_euler("xyz", degrees=True), 4)
+        said = (
+            f"{self.file.name}: its poses are in [part], which is not where the program has its base:"
+            f" position_m = [{x:g}, {y:g}, {z:g}], rpy_deg = [{roll:g}, {pitch:g}, {yaw:g}] from the"
+            " robot's as the controller counts"
+        )
+        return replace(task, remarks=(*task.remarks, said))
+
     def _plan(self) -> OrientedPoints:
-        return _points(self.file, self._program.moves, self.feed_m_s)
+        points = _points(self.file, self._program.moves, self.feed_m_s)
+        turn = _PROGRAM_TOOL_FROM_TCP[self.approach or "x"]
+        return replace(points, rotation=points.rotation * turn)
 
 
 def _with_straight_ways(program: RobotProgram, speed: float) -> RobotProgram:
@@ -117,12 +155,12 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     )
 
 
-def _is_same(pose: Pose, other: Pose) -> bool:
-    """Return whether poses are one, in place and rotation."""
-    if math.dist(pose[:3], other[:3]) > POINT_TOLERANCE:
+def _is_same(pose: Pose, other: Pose, tolerance: float = POINT_TOLERANCE) -> bool:
+    """Return whether poses are one, in place and rotation, but for a distance [m] and an angle [rad]."""
+    if math.dist(pose[:3], other[:3]) > tolerance:
         return False
     # The chord between unit quaternions is half the angle between their rotations.
     return (
         min(math.dist(pose[3:], [sign * q for q in other[3:]]) for sign in (1, -1))
-        < 0.5 * POINT_TOLERANCE
+        < 0.5 * tolerance
     )

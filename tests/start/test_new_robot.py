@@ -248,6 +248,7 @@ def test_what_an_mjcf_says_of_drives_and_balance_is_named_where_it_is_left_out(t
     text = MJCF.replace(' ref=".3"', ' ref=".3" armature=".4" damping="7"')
     text = text.replace('name="h2"', 'name="h2" armature="1.5" frictionloss="3" stiffness="25"')
     text = text.replace('<body name="b2"', '<body name="b2" gravcomp="1"')
+    text = text.replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>')
     said = "\n".join(_remarks_of(tmp_path, text))
     for words in (
         "armature, 0.4 to 1.5 kg m^2: it is the rotor's inertia at the output",
@@ -255,6 +256,7 @@ def test_what_an_mjcf_says_of_drives_and_balance_is_named_where_it_is_left_out(t
         "frictionloss, 3 N m: it is coulomb_Nm of [joint.drive.friction]",
         "stiffness, 25 N m/rad: write a spring's torque as [joint.balancer]",
         "gravcomp, 1 of the weight: the bodies weigh here what they weigh",
+        "gravity, 0 m/s^2: here it is 9.81",
     ):
         assert f"Left out of the MJCF: {words}" in said
 

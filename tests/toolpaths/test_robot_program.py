@@ -57,6 +57,38 @@ def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
         assert turn.magnitude().max() < 1e-9
 
 
+def test_a_tool_with_z_along_it_is_upright_where_its_z_points_down(tmp_path):
+    """The quaternion 0, 0, 1, 0 turns z, and x, about y by half a turn."""
+    half = "0.70710678118654757"
+    text = rapid().replace(f"[{half},0,{half},0]", "[0,0,1,0]")
+    expected = path(tmp_path, "way.ngc", gcode())
+    found = path(tmp_path, "way.mod", text, approach="z")
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-12)
+    turn = found.rotations[0] * expected.rotations[0].inv()
+    assert turn.magnitude().max() < 1e-9
+    for keys, is_told in (({}, True), ({"approach": "x"}, False), ({"approach": "z"}, False)):
+        data = {"kind": "program", "file": str(tmp_path / "way.mod"), **keys}
+        remarks = validate(data, ProgramPath, CaseError, "tool_path").task(PART).remarks
+        assert any('write approach = "z"' in remark for remark in remarks) == is_told
+
+
+def test_a_part_that_is_not_where_the_program_has_its_base_is_told(tmp_path):
+    base = "$BASE={X 1000,Y 200,Z 500,A 90,B 0,C 0}"
+    there = Frame.of_rpy([1.0, 0.2, 0.5], [0.0, 0.0, 0.5 * np.pi])
+    turned = Frame(there.position, Rotation.identity())
+    for set_base, part, is_told in (
+        (base, there, False),
+        (base, PART, True),
+        (base, turned, True),
+        ("", PART, False),
+    ):
+        (tmp_path / "way.src").write_text(krl(speed=f"{set_base}\n$VEL.CP=0.05"))
+        data = {"kind": "program", "file": str(tmp_path / "way.src")}
+        remarks = validate(data, ProgramPath, CaseError, "tool_path").task(part).remarks
+        said = "position_m = [1, 0.2, 0.5], rpy_deg = [0, 0, 90] from the robot's"
+        assert any(said in remark for remark in remarks) == is_told
+
+
 def test_joint_motions_between_lines_are_the_rapids_of_g_code_if_they_may_be(tmp_path):
     """Those that lead to the start and away from the end are left out; joint angles have no pose."""
     points = [*POINTS, (80, 50, 20), (0, 10, 20), (0, 10, -1), (40, 10, -1)]
