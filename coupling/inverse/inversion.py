@@ -12,7 +12,6 @@ from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
 from coupling.inverse.gear_elements import GearElements
-from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import (
     WindUp,
     damping_in_backlash,
@@ -20,6 +19,7 @@ from coupling.inverse.gears import (
     rows_of,
     solve_wind_up,
 )
+from coupling.inverse.gears_at_rest import GearsAtRest
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import LinkMotion, LinkTask
@@ -31,15 +31,8 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
 from coupling.results.gear_result import BacklashReversal
-from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.dynamics import Dynamics
-from elastic_robot.errors import EquilibriumError
-from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.kinematic_errors import KinematicErrors
-from elastic_robot.settings import SETTINGS
-from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Times between two nodes at which the torque of the gears is evaluated.
@@ -48,11 +41,6 @@ _FINE = 4
 _SELDOM = 25
 # Times at which torques are computed at once.
 _CHUNK = 10_000
-
-# Tries to find the equilibrium that the motion begins in; a smaller change of wind-up is none [rad].
-_STARTS, _SAME = 8, 1e-9
-# How far beside a command that has no equilibrium another one is tried [rad]: 0.3 um at 3 m reach.
-_ASIDE = 1e-7
 
 Progress = Callable[[str, int, int], None]
 
@@ -127,6 +115,7 @@ class MovingRobot:
         self._gear_curve = self._curve_class.build(self._gears)
         elements, torsions = self.model.chain.elements, self.model.chain.torsions.tolist()
         self.elements = tuple(GearElements.of(elements, self.model.parameters, k) for k in torsions)
+        self._at_rest = GearsAtRest(robot, self.model, self.curve, self._gear_curve, self.elements)
 
     @property
     def backlash(self) -> np.ndarray:
@@ -188,7 +177,7 @@ class MovingRobot:
         return _GearMotion(
             time,
             self.torque(theta, time, smooth),
-            self._start(first, wrench.wrench[0, :1]),
+            self._at_rest.carrying(first, wrench.wrench[0, :1]),
             seldom,
             self.model.yielding_inertia(theta.at(seldom)),
         )
@@ -253,7 +242,7 @@ class MovingRobot:
             time: When they are at rest [s], (1,).
             wrench: Wrench on the tool, which begins then.
         """
-        return self._start(theta.at(time), wrench.wrench[0, :1])
+        return self._at_rest.carrying(theta.at(time), wrench.wrench[0, :1])
 
     def wind_up_from(self, static: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
         """Return the wind-up of the gears; at first that of gears by themselves at rest, from unloaded.
@@ -263,7 +252,7 @@ class MovingRobot:
             time: Evenly spaced [s], (k,).
             torque: Torque of every gear at these times [N m], (k, gears).
         """
-        return self.wind_up_after(self._at_rest(static), time, torque)
+        return self.wind_up_after(self._at_rest.alone(static), time, torque)
 
     def wind_up_after(self, start: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
         """Return the wind-up of the gears from that at the first time.
@@ -275,52 +264,6 @@ class MovingRobot:
         """
         damping = self._gears.damping
         return solve_wind_up(time, torque, self._gear_curve, damping, start, self.elements)
-
-    def _at_rest(self, static: np.ndarray) -> np.ndarray:
-        """Return the wind-up of gears by themselves under their static torque [N m], from unloaded."""
-        carried = np.where(np.abs(static) < SETTINGS.neutral_torque, 0.0, static)
-        wind_up = self._gear_curve.deflection(carried)
-        for gear, elements in enumerate(self.elements):
-            if elements.count:
-                spring, unloaded = GearLaw.of(self._gear_curve, gear), np.zeros(elements.count)
-                law = spring.with_elements(elements, 0.0, unloaded)
-                wind_up[gear] = law.angle_at(float(carried[gear]))
-        return wind_up
-
-    def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-        """Return the wind-up of gears that carry their links at rest, as a simulation finds it.
-
-        A gear that carries nothing rests in the middle of its backlash.  Rounding in the links must not
-        decide that: the equilibrium of the whole robot does.
-
-        Args:
-            theta: Angles of the chain, (1, angles).
-            wrench: Wrench on the robot, (1, 6).
-        """
-        chain, no_rate = self.model.chain, np.zeros_like(theta)
-        static = -self.model.desk.loads(theta, no_rate, no_rate, wrench)[0, self.model.gears]
-        wind_up, parameters = self._at_rest(static), self.model.parameters
-        dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
-        unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
-        two_before = np.full_like(wind_up, np.inf)
-        for number in range(_STARTS):
-            output = theta[0, chain.drive].copy()
-            output[self.model.gear_joint] -= wind_up
-            try:
-                x = equilibrium(dynamics, self.curve, output, ToolLoad(wrench[0]), unloaded)
-            except EquilibriumError:
-                # A gear between carrying something and nothing: a little beside it is decided.
-                wind_up = wind_up - _ASIDE
-                continue
-            change, wind_up = np.abs(x[chain.torsions] - wind_up), x[chain.torsions]
-            if change.max(initial=0.0) < _SAME:
-                break
-            # Where gears push each other over two states take turns: the last try would find this.
-            if number % 2:
-                if np.abs(wind_up - two_before).max() < _SAME:
-                    break
-                two_before = wind_up
-        return wind_up
 
     def _command(
         self,

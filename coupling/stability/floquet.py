@@ -8,7 +8,7 @@ one period to the next is then a matrix, whose largest eigenvalue mu tells the g
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -16,51 +16,20 @@ from typing import Literal
 import numpy as np
 from scipy.sparse.linalg import ArpackError, eigs
 
-from coupling.errors import StabilityError
-from coupling.stability.spectral_element import ElementRule, element_rule
-from coupling.stability.steady_cut import Channel, SteadyCut
+from coupling.stability.period_elements import PeriodElement, period_elements
+from coupling.stability.steady_cut import SteadyCut
 from coupling.stability.structure import WRENCH, Structure
 
-# Points of an element: so many, and more for each radian of the fastest mode within it.
-_POINTS, _PER_RADIAN = 6, 0.6
-# An element with more of them is divided.
-_MOST_POINTS = 28
 # A multiplier is real up to rounding; one below zero is a flip's (period doubling).
 _REAL = 1e-12
 # Growth that is none: of what stays where it is, such as a gear inside its backlash [1/s].
 NEUTRAL = 1e-6
-# Points at most: more are a cut that is too slow for its fastest mode.
-_MOST_IN_ALL = 1200
 # Of larger operators so many of the largest multipliers are computed, and not all.
 _LARGE, _LARGEST = 150, 6
 # Harmonics of the cut beyond the fastest mode that may be the strongest part of a vibration.
 _HARMONICS = 60
 
 Border = Literal["Hopf", "flip", "none"]
-
-
-@dataclass(frozen=True)
-class _Element:
-    """Part of a period within which a channel's gain is smooth.
-
-    Attributes:
-        channel: The channel.
-        begin: Its beginning [s].
-        length: Its duration [s].
-        rule: Its points.
-        first: Number of its first point among all.
-    """
-
-    channel: Channel
-    begin: float
-    length: float
-    rule: ElementRule
-    first: int
-
-    @cached_property
-    def time(self) -> np.ndarray:
-        """Times of its points [s], (p,)."""
-        return self.begin + self.length * self.rule.points
 
 
 @dataclass(frozen=True)
@@ -103,40 +72,6 @@ def growth_of(structure: Structure, cut: SteadyCut) -> float:
     return operator.growth(operator.multipliers)
 
 
-def points_of(structure: Structure, cut: SteadyCut) -> int:
-    """Return the number of points that the growth in a cut takes: its effort goes with their square."""
-    return sum(part.parts * part.points for part in _divided(structure, cut, 1.0))
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """Part of a period within which a channel's gain is smooth, divided into elements of one length.
-
-    Attributes:
-        begin: Its beginning [s].
-        length: Duration of an element [s].
-        parts: Number of its elements.
-        points: Number of points of each.
-    """
-
-    channel: Channel
-    begin: float
-    length: float
-    parts: int
-    points: int
-
-
-def _divided(structure: Structure, cut: SteadyCut, refined: float) -> Iterator[_Piece]:
-    """Yield the pieces of a cut with the elements that its waves need."""
-    for channel in cut.channels:
-        for begin, end in channel.pieces.tolist():
-            radians = (end - begin) * structure.fastest
-            points = refined * (_POINTS + _PER_RADIAN * radians)
-            parts = int(np.ceil(points / _MOST_POINTS))
-            count = int(np.ceil(points / parts)) + (2 if parts > 1 else 0)
-            yield _Piece(channel, begin, (end - begin) / parts, parts, count)
-
-
 def vibration_of(structure: Structure, cut: SteadyCut) -> Vibration:
     """Return the vibration that decays slowest, with its frequency and its force."""
     return PeriodOperator.of(structure, cut).vibration()
@@ -153,7 +88,9 @@ class PeriodOperator:
         elements: Parts of its period.
     """
 
-    def __init__(self, structure: Structure, cut: SteadyCut, elements: Sequence[_Element]) -> None:
+    def __init__(
+        self, structure: Structure, cut: SteadyCut, elements: Sequence[PeriodElement]
+    ) -> None:
         self._structure, self._cut, self._elements = structure, cut, elements
         self._count = sum(len(element.rule.points) for element in elements)
 
@@ -168,25 +105,7 @@ class PeriodOperator:
         Raises:
             StabilityError: If the cut is too slow for the fastest mode.
         """
-        pieces = list(_divided(structure, cut, refined))
-        total = sum(piece.parts * piece.points for piece in pieces)
-        if total > _MOST_IN_ALL:
-            waves = structure.fastest / (2.0 * np.pi)
-            most = waves * cut.period * _MOST_IN_ALL / total
-            raise StabilityError(
-                f"stability at {cut.rpm:.4g} 1/min: expected at most some {most:.0f} waves of the"
-                f" fastest mode, {waves:.4g} Hz, in {1e3 * cut.period:.3g} ms, a period of the cut,"
-                f" got {waves * cut.period:.4g}: raise the speed, or leave out the tool's fastest modes"
-            )
-        elements: list[_Element] = []
-        first = 0
-        for piece in pieces:
-            rule = element_rule(piece.points)
-            for part in range(piece.parts):
-                begin = piece.begin + part * piece.length
-                elements.append(_Element(piece.channel, begin, piece.length, rule, first))
-                first += piece.points
-        return cls(structure, cut, elements)
+        return cls(structure, cut, period_elements(structure, cut, refined))
 
     @cached_property
     def _gains(self) -> list[np.ndarray]:
@@ -226,7 +145,7 @@ class PeriodOperator:
             by_motion.reshape(2 * len(time), -1),
         )
 
-    def _integrals(self, element: _Element, time: np.ndarray) -> np.ndarray:
+    def _integrals(self, element: PeriodElement, time: np.ndarray) -> np.ndarray:
         """Return the answers of the modes at times to the polynomials of an element, (n, p, k)."""
         rate, rule = self._structure.eigenvalue, element.rule
         answer = np.zeros((len(time), len(rule.points), len(rate)), dtype=complex)
@@ -279,7 +198,7 @@ class PeriodOperator:
         return np.vstack([np.hstack([advance, by_end]), np.linalg.solve(implicit, explicit)])
 
     def _of_element(
-        self, element: _Element
+        self, element: PeriodElement
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return what its points' motion is of: state and motion now, state and motion before."""
         delay, time = element.channel.delay, element.time

@@ -9,8 +9,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from coupling.stability.case_cut import CaseCuts, PlacedCut, StructureThere
-from coupling.stability.floquet import Vibration, points_of, vibration_of
+from coupling.stability.floquet import Vibration, vibration_of
 from coupling.stability.limit import first_border, stable_islands
+from coupling.stability.period_elements import points_of
 from coupling.stability.structure import Structure
 from coupling.stability.zero_order import ZeroOrder
 
