@@ -14,6 +14,11 @@ from coupling.native.robot_text import MOST_JOINTS, robot_text
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
+# Damping of a step towards a pose: as a part of the squared error (Levenberg-Marquardt, Sugihara 2011,
+# eq. (33)), and what keeps the inverse of a singular matrix finite.
+DAMPING, LEAST_DAMPING = 1e-3, 1e-12
+# Largest change of a joint in one step [rad]: the linearisation holds no further.
+LARGEST_STEP = 0.3
 _MESSAGE = 400
 
 
@@ -76,6 +81,11 @@ class ReachRules(ctypes.Structure):
         ("iterations", ctypes.c_int64),
         *((name, ctypes.c_double) for name in ("damping", "least", "largest_step")),
     )
+
+    @classmethod
+    def usual(cls, tolerance: float, iterations: int) -> ReachRules:
+        """Return the rules with the damping and the largest step of this module."""
+        return cls(tolerance, iterations, DAMPING, LEAST_DAMPING, LARGEST_STEP)
 
 
 @dataclass(frozen=True)

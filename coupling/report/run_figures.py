@@ -40,7 +40,7 @@ _LABELS, _APART, _VISIBLE = 4, 0.2, 0.03
 _LATE = 0.9
 
 
-def _to_go_by(run: StoredRobot) -> list[tuple[str, str, ToolPath]]:
+def _colored_paths(run: StoredRobot) -> list[tuple[str, str, ToolPath]]:
     """Return name, color and path: before, on a robot to be expected, and if the file is right."""
     (first, before), *others = run.actual.items()
     paths = [(shown_name(first), BEFORE, before)]
@@ -63,7 +63,7 @@ def deviation(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
     mode, other_mode = mode_names(run.figures.mode)
     paths: list[tuple[str, ToolPath, Keys]] = []
     others = {shown_name(stage): path for stage, path in run.other.items()}
-    for name, color, path in _to_go_by(run):
+    for name, color, path in _colored_paths(run):
         shown = name if name == EXPECTED else f"{name}, {mode}"
         paths.append((shown, path, {"color": color, "width": 1.5}))
         if name in others:
@@ -222,7 +222,8 @@ def components(run: StoredRobot, tolerance: float | None = None) -> go.Figure:
         tolerance: Deviation that the part allows [m]; None where it is not stated.
     """
     signed = [
-        (name, color, signed_deviation(run.desired, path)) for name, color, path in _to_go_by(run)
+        (name, color, signed_deviation(run.desired, path))
+        for name, color, path in _colored_paths(run)
     ]
     largest = max(float(np.abs(values).max()) for _, _, values in signed)
     factor, unit = length_unit(largest)

@@ -29,12 +29,6 @@ _MAX_ITERATIONS = 100
 _MOVE = ": move the part (position_m in [part]), or find a place for it with elastic-robot place"
 # A tool that stays farther away from its place is out of reach [m].
 _AWAY = 1e-5
-# Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
-_DAMPING = 1e-3
-# What keeps the inverse of a singular matrix finite.
-_MIN_DENOMINATOR = 1e-12
-# Joint step limit of one iteration [rad]: the linearisation holds no further.
-_LARGEST_STEP = 0.3
 # Smallest singular value of the Jacobian, lengths in units of the reach: below it a joint moves
 # more than a thousand times as fast as the tool.
 _SINGULAR = 1e-3
@@ -47,7 +41,7 @@ _REPORT_EVERY = 500
 # of so many of these at least, by so many at once.
 _PLANNED_STRIDE, _MIN_PLANNED, _BATCH_SIZE = 16, 8, 10_000
 # How C approaches a pose.
-_RULES = ReachRules(_POSE_TOLERANCE, _MAX_ITERATIONS, _DAMPING, _MIN_DENOMINATOR, _LARGEST_STEP)
+_RULES = ReachRules.usual(_POSE_TOLERANCE, _MAX_ITERATIONS)
 # A run asks for plans of its desired path and of the finer one that it inverts, in turn.
 _KEPT_PLANS = 2
 

@@ -13,12 +13,6 @@ from elastic_robot.description import Robot
 
 # A pose is reached when position [m] and rotation [rad] agree to this: the last step squares it.
 _POSE_TOLERANCE = 1e-8
-# Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
-_DAMPING = 1e-3
-# What keeps the inverse of a singular matrix finite.
-_MIN_DENOMINATOR = 1e-12
-# Joint step limit of one iteration [rad]: the linearisation holds no further.
-_LARGEST_STEP = 0.3
 
 
 @dataclass(frozen=True)
@@ -44,7 +38,7 @@ class DeskPoses:
         Returns:
             Joint angles [rad], (joints, n), and a mask, (n,).
         """
-        rules = ReachRules(_POSE_TOLERANCE, iterations, _DAMPING, _MIN_DENOMINATOR, _LARGEST_STEP)
+        rules = ReachRules.usual(_POSE_TOLERANCE, iterations)
         # The robot's TCP, where the tool is not turned about a shifted one.
         position = (targets.position - rotate_vector(targets.tool, targets.tcp_shift)).T
         reached = self.rigid.reach(rules, position, targets.quaternions, start.T)

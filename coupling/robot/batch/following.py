@@ -8,24 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.native.desk_robot import DAMPING, LARGEST_STEP, LEAST_DAMPING
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, task_step
 from coupling.robot.batch.rigid_robot import BatchPosture, RigidRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
 # A pose is reached when position and rotation agree to this, lengths in units of the reach.
 _POSE_TOLERANCE = 1e-8
-# Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
-_DAMPING = 1e-3
-# What keeps the inverse of a singular matrix finite.
-_MIN_DENOMINATOR = 1e-12
 # A posture is the one nearest to home when so little is left along the self-motion [rad].
 _SELF_MOTION_TOLERANCE = 1e-9
 # Postures around home that a search for the nearest one starts from, their spread [rad] and seed.
 _START_COUNT, _START_SPREAD, _SEED = 16, 1.0, 1
 # Angle by which accelerations of a redundant robot look ahead and back [rad].
 _DIFFERENCE_ANGLE = 1e-4
-# Joint step limit of one iteration [rad]: the linearisation holds no further.
-_LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
 _LEAD_STEPS, _LEAD_ITERATIONS, _MAX_ITERATIONS = 8, 2, 30
 
@@ -93,7 +88,7 @@ def solve_poses(
         if converged.all():
             break
         largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
-        step *= np.minimum(1.0, _LARGEST_STEP / largest)
+        step *= np.minimum(1.0, LARGEST_STEP / largest)
         keep = ~converged
         q[:, live[keep]] += step[:, keep]
         live = live[keep]
@@ -207,7 +202,7 @@ def following(
     else:
         jacobian = _jacobian(posture, robot.reach)
         inverse = np.linalg.inv(
-            jacobian @ jacobian.swapaxes(1, 2) + _MIN_DENOMINATOR * np.eye(jacobian.shape[1])
+            jacobian @ jacobian.swapaxes(1, 2) + LEAST_DAMPING * np.eye(jacobian.shape[1])
         )
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
@@ -246,7 +241,7 @@ def _bending(
         velocity = motion.velocity + time * motion.acceleration
         spin = motion.spin + time * motion.spin_rate
         task = np.concatenate([velocity / robot.reach, spin]).T
-        of_task = task_step(jacobian, task, np.full(len(task), _MIN_DENOMINATOR))
+        of_task = task_step(jacobian, task, np.full(len(task), LEAST_DAMPING))
         ends.append(of_task + SelfMotion.of(jacobian, there.T, near).rate(of_task))
     bending: np.ndarray = (ends[0] - ends[1]).T / (2.0 * ahead)
     return bending
@@ -261,12 +256,12 @@ def _step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the step to the targets [rad], (joints, n), and a mask of postures nearest to home."""
     if len(posture.angle) <= POSE:
-        normal, transposed = _normal(posture, reach, _DAMPING * size)
+        normal, transposed = _normal(posture, reach, DAMPING * size)
         gradient = np.einsum("jkn,kn->nj", transposed, error)
         step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
         return step, np.ones(len(size), dtype=bool)
     jacobian = _jacobian(posture, reach)
-    step = task_step(jacobian, error.T, _DAMPING * size + _MIN_DENOMINATOR)
+    step = task_step(jacobian, error.T, DAMPING * size + LEAST_DAMPING)
     if near is None:
         return step.T, np.ones(len(size), dtype=bool)
     along = SelfMotion.of(jacobian, posture.angle.T, near).step(step)
@@ -292,5 +287,5 @@ def _normal(
     transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
     normal = np.einsum("ikn,jkn->nij", transposed, transposed)
     each = np.arange(len(transposed))
-    normal[:, each, each] += (damping + _MIN_DENOMINATOR)[:, None]
+    normal[:, each, each] += (damping + LEAST_DAMPING)[:, None]
     return normal, transposed
