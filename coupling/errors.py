@@ -81,6 +81,8 @@ class HysteresisError(CouplingError):
 
 # So many words are shown of those that are known.
 _MOST_WORDS = 40
+# Shortest part of a word that may be meant for the whole.
+_SHORTEST_PART = 3
 
 
 def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") -> str:
@@ -95,11 +97,14 @@ def one_of(choices: Iterable[str], got: object, also: str = "", kind: str = "") 
     Example:
         >>> one_of(["mirror", "inverse"], "miror")
         "expected one of mirror, inverse, got 'miror': did you mean 'mirror'?"
+        >>> one_of(["kuka_kr210", "ur10"], "kr210")
+        "expected one of kuka_kr210, ur10, got 'kr210': did you mean 'kuka_kr210'?"
         >>> one_of(["mass"], "tool", kind="key ")
         "expected mass, got key 'tool'"
     """
     words = list(choices)
-    close = difflib.get_close_matches(str(got), words, n=1)
+    within = [word for word in words if len(str(got)) >= _SHORTEST_PART and str(got) in word]
+    close = within or difflib.get_close_matches(str(got), words, n=1)
     hint = f": did you mean {close[0]!r}?" if close else ""
     shown = words if len(words) <= _MOST_WORDS else [*words[:_MOST_WORDS], f".. ({len(words)})"]
     listing = ("one of " if len(words) > 1 else "") + ", ".join(shown)

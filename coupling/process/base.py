@@ -45,12 +45,15 @@ class ProcessResponse:
         stiffness: Negative derivative of the forces by the tools' displacements, K = -dF/dx,
             base axes [N/m], (n, 3 tools, 3 tools), one tool after the other, where the process knows.
             What a tool feels of its own displacement is symmetric and not negative.
+        noise: Standard deviation of white noise by which its forces differ from those of another answer
+            to the same path [N].
     """
 
     wrench: WrenchHistory
     workpiece: Workpiece | None = None
     period: float | None = None
     stiffness: np.ndarray | None = None
+    noise: float = 0.0
 
 
 def joined(vectors: np.ndarray) -> np.ndarray:

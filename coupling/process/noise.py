@@ -129,7 +129,7 @@ class NoiseRemoval:
         self._is_noise: bool | None = None
 
     def smoothed(self, request: ProcessRequest) -> ProcessResponse:
-        """Return an answer, its wrenches without their noise."""
+        """Return an answer, its wrenches without their noise, and how much there was."""
         response = request.response
         if response.period is not None:
             return response
@@ -142,10 +142,9 @@ class NoiseRemoval:
                 unexplained = self.noise.force if self._is_noise is None else 0.0
                 level = np.zeros_like(level)
                 self.noise = force_noise(level, self._filter, wrench.peak_force, unexplained)
-        if self._filter is None:
-            return response
         significant = level if self.noise.significant else np.zeros_like(level)
-        return replace(response, wrench=self._filter.of(wrench, significant))
+        filtered = wrench if self._filter is None else self._filter.of(wrench, significant)
+        return replace(response, wrench=filtered, noise=float(significant[:, :3].max()))
 
     def _compare(self, request: ProcessRequest, ask_again: SecondAnswer) -> None:
         """Find from a second answer whether what is uneven is noise, once.

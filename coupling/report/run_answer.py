@@ -13,6 +13,7 @@ from coupling.report.run_steps import (
     gears_of,
     is_enough,
     is_validated_quasistatic,
+    repeat_alike,
     run_steps,
 )
 from coupling.results.cut_result import WILL_CHATTER
@@ -181,6 +182,11 @@ def _reason(figures: RunResult, expected: ExpectedDeviation | None) -> str:
 def _reason_of_size(figures: RunResult, expected: ExpectedDeviation | None) -> str:
     """Return what makes up the figure that is expected."""
     outlook = figures.outlook
+    if (difference := figures.disturbing_difference) is not None:
+        return (
+            "The process answers one path with different forces, up to"
+            f" {difference.largest:.3g} N apart of {difference.peak:.3g} N, and no iteration can end."
+        )
     if not figures.converged:
         advice = f" {_capital(MOVING_END)}." if MOVING_END in figures.reason else ""
         return f"{_UNFINISHED.get(figures.outcome, f'{_capital(figures.reason)}.')}{advice}"
@@ -245,6 +251,8 @@ def _coupling_answer(figures: RunResult, context: RunContext) -> Answer:
         steps.append(NextStep.by(STIFFER, "place", context.case))
     if not figures.is_stable:
         steps = [NextStep.by(STABLE, "stability", context.case)]
+    elif figures.disturbing_difference is not None:
+        steps = [repeat_alike(context)]
     return Answer(
         sentence=sentence,
         reason=reason,

@@ -49,6 +49,15 @@ def is_validated_quasistatic(figures: RunResult) -> bool:
     return not figures.converged and QUASISTATIC_VALIDATION in figures.reason
 
 
+def repeat_alike(context: RunContext) -> NextStep:
+    """Return the step after a process that answers one path differently."""
+    return NextStep.by(
+        "Make the process repeatable (a fixed seed, a fresh start), or average its forces; this shows"
+        " whether it is:",
+        *("check", context.case, "--evaluate"),
+    )
+
+
 def critical_joints(figures: RunResult, robot: str | None = None) -> str:
     """Return the joints whose backlash is felt most along the path, in words; empty for none.
 
@@ -119,6 +128,9 @@ def run_steps(
         yield NextStep(
             f'Or correct the other: method = "mirror" in [compensation] of {context.case}.'
         )
+        return
+    if figures.disturbing_difference is not None:
+        yield repeat_alike(context)
         return
     if not figures.converged:
         yield NextStep.by("See whether robot and path fit each other:", "check", context.case)

@@ -244,6 +244,14 @@ class RunResult(ResultFile):
         return ExpectedDeviation.among(self.outlook.deviation, self.outlook.expected, further)
 
     @property
+    def disturbing_difference(self) -> Repeatability | None:
+        """Difference of two answers to one path, where it kept the iteration from its end; else None."""
+        repeated = self.repeatability
+        if repeated is None or self.converged or not repeated.disturbs:
+            return None
+        return repeated if repeated.sentence() in self.reason else None
+
+    @property
     def is_stable(self) -> bool:
         """Whether no cut of the run chatters."""
         return self.stability is None or self.stability.stable

@@ -83,8 +83,10 @@ class Coupling:
     Attributes:
         outcome: Outcome of the iteration.
         reason: Reason in plain words; if not converged, what was seen and what to try.
-        path: Paths of the TCPs under `response`: robot and wrench belong together exactly.
-        response: The process's answer to the path of `evaluation`, `path` within the tolerance.
+        path: Paths of the TCPs under `response`: robot and wrench belong together exactly where it
+            converged.
+        response: The process's answer to the path of `evaluation`, `path` within the tolerance.  Where
+            it did not converge, springs have moved the robots as well, whose forces are not in it.
         evaluations: Evaluations on the way there.
         evaluation: Evaluation of path and response: the last one, or where the iteration came to nothing
             an earlier one, as what it has come to is no result.
@@ -105,11 +107,24 @@ class Coupling:
 
 @dataclass(frozen=True)
 class _State:
-    """What an evaluation has led to: paths of the TCPs and the response that they are under."""
+    """What an evaluation has led to: paths of the TCPs, under the response and the springs on the way.
+
+    Attributes:
+        loads: All loads on the robots, their springs at rest on `path`.
+        response: The process's answer.
+    """
 
     path: ToolPath
+    loads: WrenchHistory
     response: ProcessResponse
     evaluation: Evaluation
+
+    def response_of(self, outcome: Outcome) -> ProcessResponse:
+        """Return the response that an outcome has for a result."""
+        if outcome is Outcome.CONVERGED:
+            return replace(self.response, wrench=self.loads)
+        wrench = self.response.wrench.refined(self.path.time)
+        return replace(self.response, wrench=replace(wrench, spring=self.loads.spring))
 
 
 @dataclass(frozen=True)
@@ -184,9 +199,8 @@ def iterate(
         state = states.of(outcome)
         if state is not states.last:
             reason += f"; path and forces are those of evaluation {state.evaluation.number}"
-        return Coupling(
-            outcome, reason, state.path, state.response, tuple(evaluations), state.evaluation
-        )
+        response = state.response_of(outcome)
+        return Coupling(outcome, reason, state.path, response, tuple(evaluations), state.evaluation)
 
     for number in range(1, loop.max_evaluations + 1):
         try:
@@ -200,7 +214,7 @@ def iterate(
         g, loads, acting = motion.path, motion.loads.on(motion.path), evaluated.loads
         spring_change = _change_at(rows, loads, acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, spring_change))
-        state = _State(g, replace(response, wrench=loads), evaluations[-1])
+        state = _State(g, loads, response, evaluations[-1])
         states = _States.after(states, state)
         last = acting
         loop.watch(Evaluated(evaluations[-1], g))

@@ -30,6 +30,9 @@ _AGREED, _STILL, _MOST = 0.01, 1e-7, 25
 _FIRST_MOVE = 2e-4
 # A tool that moved less between two evaluations says nothing of the stiffness [m].
 _LEAST_MOVE = 1e-8
+# Forces of a noisy process that differ by no more than this many standard deviations of the noise in
+# their difference say nothing either: of three components one in a thousand is larger by chance.
+_NOISE_BAND = 4.0
 # A force that changes at a right angle to the motion, by this cosine, is no reaction to it.
 _LEAST_COSINE = 1e-3
 
@@ -112,7 +115,7 @@ class Robin(ConstantRelaxation):
         if self._stiffness is not None:
             if stated is not None:
                 stated = self._hold_lost_contact(force, stated)
-            self._stiffness = self._stiffness.then(position, force, stated)
+            self._stiffness = self._stiffness.then(position, force, stated, iterate.response.noise)
         elif stated is not None:
             self._stiffness = ProcessStiffness(position, force, stated)
         else:
@@ -224,19 +227,29 @@ class ProcessStiffness:
         return float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
 
     def then(
-        self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
+        self,
+        position: np.ndarray,
+        force: np.ndarray,
+        stated: np.ndarray | None = None,
+        noise: float = 0.0,
     ) -> ProcessStiffness:
         """Return the stiffness after one more evaluation, stated [N/m], (n, 3 tools, 3 tools), or not.
 
         Otherwise that of a sample is the symmetric one of rank one that explains the change of the
         forces on all tools, df df^T / (-df . dx): of all that are not negative the smallest.  It stays
-        where no tool moved or the forces did not fall back.
+        where no tool moved, the forces did not fall back, or noise explains how they changed.
+
+        Args:
+            noise: Standard deviation of white noise in the forces [N].
         """
         step = position - self.position
         moves, changed = joined(step), joined(force - self.force)
         work = -np.sum(changed * moves, axis=-1)
         distance, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
-        falls = (distance > _LEAST_MOVE) & (work > _LEAST_COSINE * distance * strong)
+        band = _NOISE_BAND * np.sqrt(2.0) * noise
+        falls = (
+            (distance > _LEAST_MOVE) & (work > _LEAST_COSINE * distance * strong) & (strong > band)
+        )
         secant = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         stiffness = (
             np.where(falls[..., None, None], secant, self.matrices) if stated is None else stated

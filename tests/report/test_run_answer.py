@@ -24,6 +24,7 @@ from coupling.results.outlook import (
     DrawnReplays,
     WorstReplay,
 )
+from coupling.results.repeatability import Repeatability
 from coupling.results.replay import Replay
 from coupling.results.run_result import RunResult
 from coupling.results.section import Answer, NextStep
@@ -358,3 +359,26 @@ def test_commands_can_be_copied_from_the_page_whatever_the_names():
     assert step.command == "elastic-robot report 'results/it'\"'\"'s a cone'"
     page = document("", [], replace(Answer("<b>", steps=()), reason="&"))
     assert "&lt;b&gt;" in page
+
+
+@pytest.mark.parametrize("kind", ["couple", "compensate"])
+def test_a_process_that_answers_differently_is_named_with_its_remedy(finished, kind):
+    repeated = Repeatability(largest_N=14.2, rms_N=4.3, peak_N=182.0)
+    figures = finished.model_copy(
+        update={
+            "kind": kind,
+            "converged": False,
+            "outcome": "stagnated",
+            "repeatability": repeated,
+            "deviation_after_m": deviation(2e-4, 1e-4),
+            "reason": f"{repeated.sentence()}; the path still changes by up to 54 um",
+        }
+    )
+    answer = answered(figures, 3e-4)
+    assert "NOT FINISHED" in answer.sentence
+    assert "different forces, up to 14.2 N apart of 182 N" in answer.reason
+    (step,) = answer.steps
+    assert step.command == "elastic-robot check line.toml --evaluate"
+    assert "repeatable" in step.words
+    other = figures.model_copy(update={"reason": "the process failed in evaluation 3"})
+    assert "different forces" not in answered(other, 3e-4).reason

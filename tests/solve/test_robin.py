@@ -232,6 +232,46 @@ def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
     np.testing.assert_array_equal(grown, before.matrices)
 
 
+def test_noise_says_nothing_of_a_stiffness():
+    """Forces that change by less than the band of their noise leave it; by more they do not."""
+    rng = np.random.default_rng(5)
+    position, force = rng.normal(size=(2, 1, 400, 3))
+    before = ProcessStiffness.first(position, force)
+    away, noise = -1e-7 * force, 2.0  # [m], [N]
+    change = noise * np.sqrt(2.0) * rng.normal(size=force.shape)
+    quiet = before.then(position + away, force + change, noise=noise).matrices
+    changed = np.any(quiet != before.matrices, axis=(-1, -2))
+    assert np.count_nonzero(changed) <= 2  # one in a thousand is expected, half of them fall back
+    loud = before.then(position + away, force - 100.0 * away / 1e-7, noise=noise).matrices
+    assert np.all(np.any(loud != before.matrices, axis=(-1, -2)))
+
+
+class _Unrepeatable:
+    """A wall whose answers differ by white noise [N], and the largest force that it has answered."""
+
+    def __init__(self, noise: float) -> None:
+        self.rng, self.noise, self.largest = np.random.default_rng(1), noise, 0.0
+
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        wrench = oblique_wall().evaluate(path).wrench
+        force = wrench.force[0] + self.noise * self.rng.normal(size=wrench.force[0].shape)
+        answer = ProcessResponse(WrenchHistory.of_forces(path.time, [force]), noise=self.noise)
+        self.largest = max(self.largest, answer.wrench.peak_force)
+        return answer
+
+
+def test_a_coupling_that_does_not_end_has_forces_that_the_process_has_answered():
+    """Springs estimated from noise carried thousands of newtons; none of them is the process's."""
+    process = _Unrepeatable(noise=20.0)
+    result = coupled(soft_robot(gain=0.3), process)
+    assert not result.converged
+    assert result.response.wrench.on(result.path).peak_force <= process.largest
+    reached = closed_form(soft_robot(gain=0.3), pressing())
+    off = np.linalg.norm(result.path.position[0] - reached, axis=1).max()
+    compliance = np.linalg.norm(soft_robot(gain=0.3).compliance, 2)
+    assert off < 10.0 * 20.0 * compliance  # some standard deviations of what noise moves
+
+
 def test_loads_given_at_more_times_keep_their_springs():
     """The place moves straight on, the stiffness acts over the step that ends at its row."""
     time, fine = np.array([0.0, 1.0, 2.0]), np.linspace(0.0, 2.0, 9)
