@@ -85,7 +85,7 @@ class MeasuredTable:
         if missing:
             raise self._error_class(
                 f"{self._path}: columns {', '.join(missing)} are missing: expected"
-                f" {', '.join(names)}, got {', '.join(self.header)}{self._hint}"
+                f" {', '.join(names)}, got {', '.join(self.header)[:300]}{self._hint}"
             )
 
     def require_whole(self, group: Sequence[str]) -> None:

@@ -13,6 +13,8 @@ from coupling.files.recorded_table import RecordedTable
 from elastic_robot.errors import ElasticRobotError
 
 ENDINGS = (".bag", ".mcap", ".db3")
+# Letters of a reader's reason at most: some have a whole definition.
+_REASON = 200
 # Where a message has its position and its orientation, by its type.
 _PLACES = {
     "geometry_msgs/msg/PoseStamped": ("pose.position", "pose.orientation"),
@@ -54,7 +56,10 @@ def read_recorded_bag(path: Path, topic: str | None, error: type[Exception]) -> 
         raise
     except Exception as cause:
         # A damaged bag fails in many ways in its readers.
-        raise error(f"{path}: is no whole bag of ROS: {reason_of(cause)}") from cause
+        reason = " ".join(reason_of(cause).split())[:_REASON]
+        raise error(
+            f"{path}: is no whole bag of ROS, or its messages are not known: {reason}"
+        ) from cause
     if not rows:
         raise error(f"{path}: expected messages of {connections[0].topic}, got none")
     nanoseconds = np.array([row[0] for row in rows], dtype=np.int64)
@@ -73,12 +78,18 @@ def _connections(path: Path, reader: Any, topic: str | None, error: type[Excepti
     topics = sorted({connection.topic for connection in able})
     if topic is None and len(topics) == 1:
         topic = topics[0]
+    if not topics:
+        kinds = ", ".join(kind.rpartition("/")[2] for kind in _PLACES)
+        others = sorted({f"{c.topic} ({c.msgtype.rpartition('/')[2]})" for c in reader.connections})
+        raise error(
+            f"{path}: expected a topic of measured poses, a {kinds}, got"
+            f" {', '.join(others) or 'no topic'}: record or convert one of these"
+        )
     if topic not in topics:
         stated = "" if topic is None else f", got {topic}"
-        others = ", ".join(sorted({connection.topic for connection in reader.connections}))
         raise error(
-            f"{path}: expected one topic of poses{stated}; those of the bag:"
-            f" {', '.join(topics) or f'none, but {others}'}: name it with --columns topic=/NAME"
+            f"{path}: expected one topic of poses{stated}; those of the bag: {', '.join(topics)}: name"
+            " it with --columns topic=/NAME"
         )
     return [connection for connection in able if connection.topic == topic]
 

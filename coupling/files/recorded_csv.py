@@ -25,6 +25,8 @@ _GROUPS = 8
 # Fewest columns of numbers: time or a number, and three coordinates.
 _FEWEST = 3
 _NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?")
+# A number with another mark between its thousands than before its decimals.
+_THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}((,[0-9]{3})+\.[0-9]*|(\.[0-9]{3})+,[0-9]*)")
 _EMPTY = frozenset(("", "nan", "null", "n/a", "#n/a", "-"))
 _DATES = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%m/%d/%y", "%d.%m.%y")
 # Days count from one that is near, so that milliseconds are not rounded.
@@ -82,7 +84,9 @@ def read_recorded_csv(path: Path, error: type[Exception]) -> RecordedTable:
         except ValueError as cause:
             raise error(f"{path}: column {name}: {cause}") from cause
         if values is None:
-            texts.append(f"{name}{_describe_changes(cells)}")
+            mixed = next((cell for cell in cells if _THOUSANDS.fullmatch(cell)), "")
+            changes = f" (with marks between thousands, as {mixed!r})" if mixed else ""
+            texts.append(f"{name}{changes or _describe_changes(cells)}")
             continue
         for mark in ",.":
             cell = next((cell for cell in cells if mark in cell and ":" not in cell), None)

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.errors import LearnError
-from coupling.files.measured_table import MeasuredTable
+from coupling.files.measured_table import DEVIATION, MeasuredTable
 from coupling.files.recorded_bag import is_bag
 from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.recorded_columns import (
@@ -20,6 +20,7 @@ from coupling.identification.runs.recorded_columns import (
     Understood,
     chosen_columns,
     read_recorded,
+    require_positions,
 )
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
@@ -277,8 +278,14 @@ def _read_named_columns(path: Path) -> Measurement:
         if off.max() > _UNIT:
             raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
         rotation = Rotation.from_quat(quaternion)
+    elif table.has(("w",)):
+        require_positions(path, table.of((*_POSITION, "w")))
     motors, units = MeasuredMotors.read(table), dict.fromkeys(_POSITION, "m") | {"time": "s"}
-    understood = Understood.of([(name, name, unit) for name, unit in units.items()], time)
+    used = {*units, *_ROTATION, *(motors.names if motors else ())}
+    others = [name for name in table.header if name.removeprefix(DEVIATION) not in used]
+    left_out = [f"the columns {', '.join(others)}"] if others else []
+    columns = [(name, name, unit) for name, unit in units.items()]
+    understood = Understood.of(columns, time, left_out)
     return Measurement(path.name, time, position, rotation, motors, understood=understood)
 
 

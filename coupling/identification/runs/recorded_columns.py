@@ -33,6 +33,8 @@ _AXIS_NAMES = (
 _RATE = re.compile(r"([0-9]*\.?[0-9]*[1-9][0-9]*\.?[0-9]*) ?Hz")
 # A step so many times as long as usual is a gap.
 _GAP = 5.0
+# A quaternion is of length 1 to this.
+_UNIT = 1e-2
 
 
 @dataclass(frozen=True)
@@ -177,6 +179,11 @@ def chosen_columns(
         names = [choice.names.get(name, name) for name in ORIENTATION]
         quaternion = np.column_stack([table.columns[name] for name in names])
         columns += [(part, name, "1", 1.0) for part, name in zip(ORIENTATION, names, strict=True)]
+    used = {name for _, name, _, _ in columns}
+    others = [name for name in table.columns if name not in used]
+    if w := next((name for name in others if name in ("w", "W")), None):
+        names = [name for _, name, _, _ in columns[1:4]]
+        require_positions(table.path, np.column_stack([table.columns[n] for n in (*names, w)]))
     whole = np.isfinite(values).all(axis=1)
     if quaternion is not None:
         whole &= np.isfinite(quaternion).all(axis=1)
@@ -198,12 +205,25 @@ def chosen_columns(
         left_out.append(f"{np.count_nonzero(~whole)} rows with empty cells")
     if len(again):
         left_out.append(f"{len(again)} rows at the time of the one before")
-    used = {name for _, name, _, _ in columns}
-    if others := [name for name in table.columns if name not in used]:
+    if others:
         left_out.append(f"the columns {', '.join(others)}")
     time = values[:, 0]
     understood = Understood.of([column[:3] for column in columns], time, left_out)
     return time, values[:, 1:], quaternion, understood
+
+
+def require_positions(path: Path, values: np.ndarray) -> None:
+    """Refuse columns x, y, z that are a unit quaternion with the column w beside them, (rows, 4).
+
+    Raises:
+        LearnError: If they are.
+    """
+    off = np.abs(np.linalg.norm(values, axis=1) - 1.0)
+    if np.nanmax(off, initial=0.0) < _UNIT:
+        raise LearnError(
+            f"{path}: expected positions, got unit quaternions in x, y, z, w: name the columns, such as"
+            " --columns x=px,y=py,z=pz,qx=x,qy=y,qz=z,qw=w"
+        )
 
 
 def _with_titles(table: RecordedTable, choice: ColumnChoice) -> ColumnChoice:
@@ -236,9 +256,11 @@ def _require_names(table: RecordedTable, choice: ColumnChoice) -> None:
         for name in candidates
     ]
     rate = ", or the rate of its rows, time=1000Hz" if "time" in unclear else ""
+    texts = f" (without {', '.join(table.left_out)})" if table.left_out else ""
     raise LearnError(
-        f"{table.path}: expected one column of {' and of '.join(unclear)}, got {', '.join(shown)}: name"
-        f" it with --columns {','.join(f'{quantity}=NAME' for quantity in unclear)}{rate}"
+        f"{table.path}: expected one column of {' and of '.join(unclear)}, got"
+        f" {', '.join(shown)}{texts}: name it with --columns"
+        f" {','.join(f'{quantity}=NAME' for quantity in unclear)}{rate}"
     )
 
 

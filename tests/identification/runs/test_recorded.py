@@ -262,6 +262,36 @@ def test_titles_that_stand_twice_are_told_apart_by_their_numbers(tmp_path):
         read_measurement(written(tmp_path, [HEAD + ";x_mm;i_1", *rows]))
 
 
+@pytest.mark.parametrize("head", ["time,px,py,pz,x,y,z,w", "t_s;px;py;pz;x;y;z;w"])
+def test_a_quaternion_called_x_y_z_w_is_no_position(tmp_path, head):
+    """The columns of others: positions px, py, pz beside an orientation x, y, z, w."""
+    mark = "," if "," in head else ";"
+    rows = [mark.join(map(str, (k, 100 + k, 2, 3, 0.6, 0.0, 0.8, 0.0))) for k in range(60)]
+    file = written(tmp_path, [head, *rows])
+    for choice in (None, ColumnChoice.of(None, "mm")):
+        if choice is not None or mark == ",":
+            with pytest.raises(LearnError, match="got unit quaternions in x, y, z, w: name"):
+                read_measurement(file, choice)
+    names = "x=px,y=py,z=pz,qx=x,qy=y,qz=z,qw=w" + (",time=time" if mark == "," else "")
+    measured = read_measurement(file, ColumnChoice.of(names, "mm,s" if mark == "," else "mm"))
+    assert measured.position[5, 0] == pytest.approx(0.105)
+    assert measured.rotation.as_quat()[5] == pytest.approx([0.6, 0.0, 0.8, 0.0])
+
+
+def test_columns_left_out_of_a_table_with_the_names_of_the_page_are_told(tmp_path):
+    """What is not read may be what was meant."""
+    rows = [f"{k},1,2,3,1.001,0.5,0.1" for k in range(60)]
+    head = "time,x,y,z,x_measured,motor[1],sd.motor[1]"
+    told = read_measurement(written(tmp_path, [head, *rows])).understood.sentence
+    assert told.endswith("left out: the columns x_measured")
+
+
+def test_a_coordinate_with_marks_between_thousands_is_named(tmp_path):
+    rows = [f"{k};1,{234 + k}.5;2;3" for k in range(60)]
+    with pytest.raises(LearnError, match=r"of x, got .*texts x .*thousands, as '1,234\.5'"):
+        read_measurement(written(tmp_path, [HEAD, *rows]))
+
+
 def test_rows_whose_values_are_nan_are_left_out(tmp_path):
     lines = [HEAD, *(f"{k};{'NaN' if k in (1, 50) else k};2;3" for k in range(60))]
     assert read_measurement(written(tmp_path, lines)).understood.rows == 58
@@ -410,6 +440,12 @@ def test_one_of_several_topics_has_to_be_named(tmp_path):
     with pytest.raises(LearnError, match=r"bag: /flange, /tcp: name it with --columns topic"):
         read_measurement(folder)
     same(read_measurement(folder, ColumnChoice.of("topic=/tcp", None)))
+
+
+def test_a_bag_without_poses_is_told_what_is_read(tmp_path):
+    said = r"a topic of measured poses, a PoseStamped, .* got /state \(String\): record or convert"
+    with pytest.raises(LearnError, match=said):
+        read_measurement(bag(tmp_path, ()))
 
 
 def test_a_damaged_bag_is_refused_in_a_sentence(tmp_path):
