@@ -163,8 +163,7 @@ def test_the_command_says_so_in_one_message(tmp_path, line, words):
     text = LINE_CASE.read_text()
     text = text.replace('"elastic-wall"', '"own.py:Table"').replace("stiffness_N_m = 2.0e5", "")
     (tmp_path / "case.toml").write_text(text)
-    done = command("couple", "-v", tmp_path / "case.toml", "-o", tmp_path / "out")
-    assert done.returncode == 2
+    done = command("couple", "-v", tmp_path / "case.toml", "-o", tmp_path / "out", exits=2)
     assert words in " ".join(done.stderr.split())
     assert "own.py:Table" in done.stderr.replace("\n", "")
     assert "Traceback" not in done.stderr
