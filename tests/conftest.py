@@ -1,7 +1,5 @@
 """Fixtures and generators shared by the tests."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

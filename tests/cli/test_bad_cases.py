@@ -1,7 +1,5 @@
 """What cannot be run, and whatever else ends a command, is said in one message."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The commands as a user types them: files, exit statuses, messages."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

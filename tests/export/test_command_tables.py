@@ -1,7 +1,5 @@
 """Tables that are commands, however others write them, and those that are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Commands from a run folder or a table of joint angles become the programs of their robots."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """elastic-robot export, as a user types it: files, what they do to the moving robot, refusals."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """elastic-robot export: what is refused or never replaced; a folder that is whole at every moment."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """[joint.balancer]: points as they stand, and the torque of a gas spring over the joint's limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

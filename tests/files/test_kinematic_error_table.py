@@ -1,7 +1,5 @@
 """[joint.gear]: kinematic error and efficiency, as the model has them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

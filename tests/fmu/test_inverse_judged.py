@@ -1,7 +1,5 @@
 """Commands of the method "inverse" replayed by the judge, a program without its code; and the judge."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The command as a user types it, and what a run folder holds."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout

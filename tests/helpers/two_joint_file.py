@@ -1,7 +1,5 @@
 """A robot file of two joints, the second with a table of its own."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The inverse of the moving robot, run on the simulated one: order, closed form, hard robots, limits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

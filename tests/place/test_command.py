@@ -1,7 +1,5 @@
 """elastic-robot place as a user types it, and the case files that it leaves."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """A program of one's own as a process: its folder, its output, its time, CalculiX."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import time

@@ -1,7 +1,5 @@
 """Programs that fail on the way, or whose run was killed."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A process that answers one path differently is found, and named as the cause."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """An evaluation that fails is tried again, every failed try is told and kept."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An author's mistake in a process of his own is an error that names it; a stiffness that he states."""
 
-from __future__ import annotations
-
 import os
 import sys
 from dataclasses import replace

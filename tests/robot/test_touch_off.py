@@ -1,7 +1,5 @@
 """Parts that are touched off by robots that sag."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from dataclasses import replace

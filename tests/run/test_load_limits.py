@@ -1,7 +1,5 @@
 """Loads beyond what a robot is rated for, and values out of what is usual: never in silence."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Nothing of the user's is lost in a run's folder, and nothing that a failed process has computed."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What commands and paths ask of motors: torques beside their limits, in run, report, check."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Whole commands for robots of seven axes, rigid robots, and those of more axes than an FMU holds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs that are killed go on from what was stored; damaged folders are refused with their file."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Every command that is given a case or a run of a milling cut says first that it chatters."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """elastic-robot store lists, verifies and clears; every bit of an entry survives or is missed."""
 
-from __future__ import annotations
-
 import os
 import time
 from dataclasses import fields, replace

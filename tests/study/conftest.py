@@ -1,7 +1,5 @@
 """A case, its run and its study, which nothing has disturbed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

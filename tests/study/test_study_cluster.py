@@ -1,7 +1,5 @@
 """A study on Dask's schedulers and workers, as they come, go and differ."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """elastic-robot identify of recordings, as a user types it."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fits of parameters of robots that are known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

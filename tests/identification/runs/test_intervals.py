@@ -1,7 +1,5 @@
 """Intervals of what was learned: that they hold, and what is left over noise does to them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parameters of robots that are known, learned from measurements of their simulation."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Angles and torques of motors beside the tool: what they tell of friction, and how they count."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

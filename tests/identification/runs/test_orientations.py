@@ -1,7 +1,5 @@
 """Measured orientations beside positions: what they tell, and how they are brought onto the run."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

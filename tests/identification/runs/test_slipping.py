@@ -1,7 +1,5 @@
 """Hysteresis of gears and friction of motors are learned beside stiffness, backlash and damping."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """elastic-robot identify and robots, as a user types them."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from dataclasses import replace

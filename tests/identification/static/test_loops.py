@@ -1,7 +1,5 @@
 """What loading loops tell of gears with hysteresis, and what the model predicts of deflections."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
