@@ -1,7 +1,5 @@
 """The packages import as the house is drawn: contracts in pyproject.toml, read by import-linter."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from graphlib import TopologicalSorter

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
-    from coupling.identification.runs.recorded_columns import ColumnChoice
     from coupling.report.result_report import ResultReport
     from coupling.results.learned_result import LearnedResult
     from coupling.results.next_result import NextResult
@@ -123,26 +122,107 @@ def next_command(
     verbose: Verbose = False,
 ) -> None:
     """Compute the next command from measurements under the previous ones."""
+    from coupling.files.atomic_folder import exclusively, require_free
+    from coupling.identification.next.command import plan
+    from coupling.identification.next.figures import figures
+    from coupling.identification.next.inputs import (
+        CASE,
+        begin_inputs,
+        inputs_folder,
+        require_inputs_folder,
+        write_inputs,
+    )
+    from coupling.identification.runs.measurement import read_measurement
+    from coupling.identification.runs.source import read_source
+    from coupling.report.next_report import next_answer, next_report, refused_answer
+    from coupling.report.report_file import name_path
+    from coupling.report.run_report import run_report
+    from coupling.report.terminal import print_report
+    from coupling.run.console import RunView
+    from coupling.run.fmu_pool import FmuPool
+    from coupling.run.run_log import is_to_go_on
+    from coupling.run.stored_run import CASE as RUN_CASE
+    from coupling.run.unfinished_folder import RUN_FOLDER
+    from coupling.run_to_folder import limits_to_folder, run_to_folder
+
     frame_accuracy = device_accuracy(frame_known, own_frame, tip_known, clock_known)
     options = _options(move, frame_accuracy, cutoff_hz, repeatability)
+    choice = column_choice(columns, unit)
     known = [("--frame-known", frame_known), ("--tip-known", tip_known)]
     known += [("--columns", columns), ("--unit", unit)]
-    words = [word for option, value in known if value for word in (option, value)]
-    words += ["--own-frame"] * own_frame + ["--clock-known"] * clock_known
-    choice = column_choice(columns, unit)
-    _advance(
-        runs,
-        output,
-        options,
-        words,
-        choice,
-        inputs_only,
-        overwrite,
-        store,
-        no_store,
-        despite_chatter,
-        verbose,
+    stated = [word for option, value in known if value for word in (option, value)]
+    stated += ["--own-frame"] * own_frame + ["--clock-known"] * clock_known
+    pairs = pairs_of(runs)
+    place = inputs_folder(output)
+    goes_on = is_to_go_on(output, "compensate", place / CASE)
+    if not inputs_only:
+        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
+    require_inputs_folder(place)
+    if any(output.resolve() == folder.resolve() for folder, _ in pairs):
+        raise LearnError(f"{output}: expected another folder than those of the measured runs")
+    sources = [read_source(folder, read_measurement(file, choice)) for folder, file in pairs]
+    for (_, file), source in zip(pairs, sources, strict=True):
+        if source.measured.understood is not None:
+            console.print(f"{file}: {source.measured.understood.sentence}.")
+    title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
+    words = ["next", *map(str, runs)]
+    judged = (
+        None if despite_chatter else (*words, "--move", options.move, *stated, "-o", str(output))
     )
+    with (
+        ended_by_chatter(output, verbose),
+        exclusively(place, LearnError),
+        RunView(console, verbose) as view,
+        FmuPool("native", view.watch) as models,
+    ):
+        if judged is not None:
+            last = pairs[-1][0] / RUN_CASE
+            limits_to_folder(last, output, overwrite, "compensate", judged, view.watch)
+        command_plan = plan(sources, options, models, view.watch)
+        begin_inputs(place)
+        result = figures(command_plan)
+        learned = None if command_plan.learned is None else command_plan.learned.result
+        if command_plan.is_refused:
+            answer = refused_answer(result, [*words, "--move", "path", *stated, "-o", str(output)])
+        else:
+            case = write_inputs(place, command_plan)
+            words += [str(output), "measured.csv", *stated, "-o", f"{output}_next"]
+            answer = next_answer(result, name_path(case), sources[-1].robot.name, words)
+        report = next_report(title, result, learned, answer)
+        page = _write_report(place, report, result, learned)
+        if command_plan.is_refused or inputs_only:
+            print_report(console, report, verbose)
+            console.print(f"Report: {page}")
+            raise typer.Exit(REFUSED if command_plan.is_refused else 0)
+        shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
+        evaluations = store_folder(output, shared_store, no_store)
+
+        def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
+            return expected(case_of_run, command_plan, watch, store)
+
+        try:
+            finished = run_to_folder(
+                case, output, overwrite, evaluations, "compensate", work, view.watch, judged
+            )
+        except KeyboardInterrupt as stop:
+            words = ["elastic-robot", "compensate", str(case), "-o", str(output)]
+            stop.add_note(
+                f"the learned robot and the case are kept in {place}; the command alone, without its"
+                f" forecast: {shlex.join(words)}"
+            )
+            raise
+        result = figures(command_plan, finished.run.forecast)
+        answer = next_answer(result, name_path(output), sources[-1].robot.name, words)
+        report = next_report(title, result, learned, answer)
+        _write_report(place, report, result, learned)
+    if finished.is_good:
+        print_report(console, report.before(run_report(finished.stored)), verbose)
+        console.print(f"Result: {output}  (report: {output / 'report.html'})")
+    else:
+        print_run(finished, output, verbose)
+    console.print(f"Report on the learning: {page}")
+    if not finished.run.correction.converged:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _with_move(name: str, move: str, text: str) -> Callable[..., None]:
@@ -186,116 +266,6 @@ def _options(
     if repeatability is not None:
         repeatability_m = length_of("--repeatability", repeatability, "0.05mm")
     return NextOptions(frame_accuracy, move, cutoff, repeatability_m)
-
-
-def _advance(
-    runs: Sequence[Path],
-    output: Path,
-    options: NextOptions,
-    known: Sequence[str],
-    choice: ColumnChoice | None,
-    inputs_only: bool,
-    overwrite: bool,
-    store: Path | None,
-    no_store: bool,
-    despite_chatter: bool,
-    verbose: bool,
-) -> None:
-    """Plan the next command, compute it into its run folder, and say what to expect."""
-    from coupling.files.atomic_folder import exclusively, require_free
-    from coupling.identification.next.command import plan
-    from coupling.identification.next.figures import figures
-    from coupling.identification.next.inputs import (
-        CASE,
-        begin_inputs,
-        inputs_folder,
-        require_inputs_folder,
-        write_inputs,
-    )
-    from coupling.identification.runs.measurement import read_measurement
-    from coupling.identification.runs.source import read_source
-    from coupling.report.next_report import next_answer, next_report, refused_answer
-    from coupling.report.report_file import name_path
-    from coupling.report.run_report import run_report
-    from coupling.report.terminal import print_report
-    from coupling.run.console import RunView
-    from coupling.run.fmu_pool import FmuPool
-    from coupling.run.run_log import is_to_go_on
-    from coupling.run.stored_run import CASE as RUN_CASE
-    from coupling.run.unfinished_folder import RUN_FOLDER
-    from coupling.run_to_folder import limits_to_folder, run_to_folder
-
-    pairs = pairs_of(runs)
-    place = inputs_folder(output)
-    goes_on = is_to_go_on(output, "compensate", place / CASE)
-    if not inputs_only:
-        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
-    require_inputs_folder(place)
-    if any(output.resolve() == folder.resolve() for folder, _ in pairs):
-        raise LearnError(f"{output}: expected another folder than those of the measured runs")
-    sources = [read_source(folder, read_measurement(file, choice)) for folder, file in pairs]
-    for (_, file), source in zip(pairs, sources, strict=True):
-        if source.measured.understood is not None:
-            console.print(f"{file}: {source.measured.understood.sentence}.")
-    title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
-    words = ["next", *map(str, runs)]
-    judged = (
-        None if despite_chatter else (*words, "--move", options.move, *known, "-o", str(output))
-    )
-    with (
-        ended_by_chatter(output, verbose),
-        exclusively(place, LearnError),
-        RunView(console, verbose) as view,
-        FmuPool("native", view.watch) as models,
-    ):
-        if judged is not None:
-            last = pairs[-1][0] / RUN_CASE
-            limits_to_folder(last, output, overwrite, "compensate", judged, view.watch)
-        command_plan = plan(sources, options, models, view.watch)
-        begin_inputs(place)
-        result = figures(command_plan)
-        learned = None if command_plan.learned is None else command_plan.learned.result
-        if command_plan.is_refused:
-            answer = refused_answer(result, [*words, "--move", "path", *known, "-o", str(output)])
-        else:
-            case = write_inputs(place, command_plan)
-            words += [str(output), "measured.csv", *known, "-o", f"{output}_next"]
-            answer = next_answer(result, name_path(case), sources[-1].robot.name, words)
-        report = next_report(title, result, learned, answer)
-        page = _write_report(place, report, result, learned)
-        if command_plan.is_refused or inputs_only:
-            print_report(console, report, verbose)
-            console.print(f"Report: {page}")
-            raise typer.Exit(REFUSED if command_plan.is_refused else 0)
-        shared_store = store or (None if no_store else pairs[-1][0].parent / STORE)
-        evaluations = store_folder(output, shared_store, no_store)
-
-        def work(case_of_run: Case, watch: Watch, store: Path | None) -> Run:
-            return expected(case_of_run, command_plan, watch, store)
-
-        try:
-            finished = run_to_folder(
-                case, output, overwrite, evaluations, "compensate", work, view.watch, judged
-            )
-        except KeyboardInterrupt as stop:
-            words = ["elastic-robot", "compensate", str(case), "-o", str(output)]
-            stop.add_note(
-                f"the learned robot and the case are kept in {place}; the command alone, without its"
-                f" forecast: {shlex.join(words)}"
-            )
-            raise
-        result = figures(command_plan, finished.run.forecast)
-        answer = next_answer(result, name_path(output), sources[-1].robot.name, words)
-        report = next_report(title, result, learned, answer)
-        _write_report(place, report, result, learned)
-    if finished.is_good:
-        print_report(console, report.before(run_report(finished.stored)), verbose)
-        console.print(f"Result: {output}  (report: {output / 'report.html'})")
-    else:
-        print_run(finished, output, verbose)
-    console.print(f"Report on the learning: {page}")
-    if not finished.run.correction.converged:
-        raise typer.Exit(NOT_CONVERGED)
 
 
 def _write_report(

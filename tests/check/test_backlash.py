@@ -1,7 +1,5 @@
 """What check says that a wrong backlash leaves: closed form, and the replays of whole runs."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The program as a whole: how little it loads, help, version, and what a shell completes of it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

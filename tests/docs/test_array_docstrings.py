@@ -1,7 +1,5 @@
 """Docstrings of arrays state their shape and their unit."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The benchmark: its solvers all solve the task, and its verdicts follow from its rows."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

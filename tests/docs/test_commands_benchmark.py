@@ -1,7 +1,5 @@
 """Times of commands by part: each second counts once, and every part is still there."""
 
-from __future__ import annotations
-
 import importlib
 from functools import reduce
 

@@ -1,7 +1,5 @@
 """docs/conformance.md: functions of the headers, states, tests and flags are as it tells."""
 
-from __future__ import annotations
-
 import ast
 import re
 import runpy

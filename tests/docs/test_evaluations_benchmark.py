@@ -1,7 +1,5 @@
 """The benchmark of evaluations: what it compares with is right, its verdicts follow from its rows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

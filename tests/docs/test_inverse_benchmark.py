@@ -1,7 +1,5 @@
 """The benchmark of the inverse: it inverts what it says, and its verdicts follow from its rows."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

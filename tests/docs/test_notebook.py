@@ -1,7 +1,5 @@
 """The notebooks, run cell by cell; `make notebooks` installs what that needs."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """README, CONTRIBUTING and docs/*.md: every link, command, file and module that they name is there."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The commands and the snippet of the README, run as they stand, with the files that they name."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

@@ -1,7 +1,5 @@
 """The benchmark of cycles: a short run of it, and what its table says."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """What a release is made of says the same everywhere: version, requirements, commands, files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

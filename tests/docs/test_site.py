@@ -1,7 +1,5 @@
 """The site: built without a warning, and its tables of keys are those of schemas and pages at once."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import subprocess

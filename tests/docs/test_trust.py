@@ -1,7 +1,5 @@
 """The page on trust: it is as new as the pages it reads, and reads them by row and column."""
 
-from __future__ import annotations
-
 import string
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the page on trust says of real robots in motion: its numbers against other ways to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from line_case import line_case

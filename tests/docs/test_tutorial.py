@@ -1,7 +1,5 @@
 """The tutorial as a newcomer follows it, and every command of every page as it is read."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Pages that runs write: what is written goes where it belongs, and nothing else changes."""
 
-from __future__ import annotations
-
 import importlib
 
 import numpy as np

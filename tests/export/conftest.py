@@ -1,7 +1,5 @@
 """Runs to be exported, once for all tests."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tables that are commands, however others write them, and those that are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -89,8 +87,7 @@ def test_a_table_that_is_no_command_is_refused_in_one_sentence(tmp_path, command
     content, message = HOSTILE[name]
     file = tmp_path / "way.csv"
     file.write_bytes(content)
-    done = command("export", file, "--robot", "icme2008", "--to", "krl")
-    assert done.returncode == 2
+    done = command("export", file, "--robot", "icme2008", "--to", "krl", exits=2)
     assert message in done.stderr
     assert "way.csv" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
@@ -137,8 +134,7 @@ def limited(folder: Path, key: str) -> Path:
 )
 def test_a_table_beyond_what_the_drives_can_do_is_not_written(tmp_path, command, key, message):
     way = written(tmp_path / "way.csv", WAY)
-    done = command("export", way, "--robot", limited(tmp_path, key), "--to", "csv")
-    assert done.returncode == 2
+    done = command("export", way, "--robot", limited(tmp_path, key), "--to", "csv", exits=2)
     assert message in done.stderr
     assert not (tmp_path / "way").exists()
 
@@ -150,7 +146,7 @@ def test_an_arm_of_three_joints_gets_rows_of_angles(tmp_path, command):
     way = written(tmp_path / "way.csv", WAY[:, :4], NAMES[:4])
     done = command("export", way, "--robot", arm, "--to", "krl")
     assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
-    assert command("export", way, "--robot", arm, "--to", "csv").returncode == 0
+    command("export", way, "--robot", arm, "--to", "csv", exits=0)
     assert np.loadtxt(tmp_path / "way/csv/way.csv", delimiter=",", skiprows=1).shape[1] == 4
 
 
@@ -160,8 +156,7 @@ def test_a_command_that_begins_in_motion_is_named(tmp_path, command):
     piece = np.column_stack([WAY[40:90, 0], *motion.at(WAY[40:90, 0])])
     names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
     way = written(tmp_path / "way.csv", piece, names)
-    done = command("export", way, "--robot", "icme2008", "--to", "krl")
-    assert done.returncode == 1
+    done = command("export", way, "--robot", "icme2008", "--to", "krl", exits=1)
     assert "Warning: the command begins with joint 1 at 0.1" in done.stdout
 
 
@@ -170,11 +165,10 @@ def test_a_table_of_singular_postures_is_told_by_angles_alone(tmp_path, command)
     table = WAY.copy()
     table[:, 5] = 0.0
     typed = ["export", written(tmp_path / "way.csv", table), "--robot", "icme2008", "--to", "krl"]
-    done = command(*typed)
-    assert done.returncode == 2
+    done = command(*typed, exits=2)
     assert "got one at" in done.stderr
     assert "(wrist): write joint angles with --targets joints" in done.stderr
-    assert command(*typed, "--targets", "joints").returncode == 0
+    command(*typed, "--targets", "joints", exits=0)
 
 
 def test_rows_of_a_command_of_few_cycles_are_not_solved_for(tmp_path):

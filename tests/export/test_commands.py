@@ -1,7 +1,5 @@
 """Commands from a run folder or a table of joint angles become the programs of their robots."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -59,8 +57,7 @@ def test_a_program_of_a_table_moves_the_robot_as_the_table_does(
     table = rows(robot)
     file = written(tmp_path / "way.csv", table)
     typed = ["--robot", robot, "--to", language, "--targets", targets]
-    done = command("export", file, *typed)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = command("export", file, *typed, exits=0)
     place = tmp_path / "way" / language
     assert f"Programs: {place}" in done.stdout
     (says,) = json.loads((place / "export.json").read_text())["robots"]
@@ -175,8 +172,9 @@ def edited(run) -> Path:
 
 def test_the_runs_own_command_in_its_place_gives_the_same_programs(run, tmp_path, command):
     for place, more in (("own", []), ("given", ["--command", run / "command.csv"])):
-        done = command("export", run, *more, "--to", "krl", "--name", "WAY", "-o", tmp_path / place)
-        assert done.returncode == 0, done.stderr
+        command(
+            "export", run, *more, "--to", "krl", "--name", "WAY", "-o", tmp_path / place, exits=0
+        )
     for file in (tmp_path / "own").iterdir():
         assert (tmp_path / "given" / file.name).read_bytes() == file.read_bytes()
 
@@ -184,8 +182,7 @@ def test_the_runs_own_command_in_its_place_gives_the_same_programs(run, tmp_path
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_an_edited_command_becomes_a_program_in_every_language(run, edited, command, language):
     """Under the run's wrench, in the part's frame: what is read back moves as the CSV does."""
-    done = command("export", run, "--command", edited, "--to", language)
-    assert done.returncode == 0, done.stdout + done.stderr
+    command("export", run, "--command", edited, "--to", language, exits=0)
     place = run.parent / "next" / language
     name = "NEXT" if language == "fanuc" else "next"
     program = read_program(place / f"{name}{LANGUAGES[language].ending}")
@@ -256,8 +253,7 @@ def test_what_does_not_go_together_is_refused(run, edited, command):
         ([run.parent, "--command", edited], "name a run folder"),
         ([run, "--command", way], "expected a command from 0 to 2.348 s as that of"),
     ):
-        done = command("export", *typed, "--to", "krl", "-o", run.parent / "programs")
-        assert done.returncode == 2, typed
+        done = command("export", *typed, "--to", "krl", "-o", run.parent / "programs", exits=2)
         assert message in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1
     assert not (run.parent / "programs").exists()
@@ -293,14 +289,12 @@ def test_every_language_that_is_asked_for_is_written_in_its_folder(run, tmp_path
     """And none of them where one cannot be."""
     place = tmp_path / "all"
     typed = ("--to", "krl", "--to", "rapid", "--to", "csv", "--name", "WAY", "-o", place)
-    done = command("export", run, *typed)
-    assert done.returncode == 0, done.stderr
+    done = command("export", run, *typed, exits=0)
     for language in ("krl", "rapid", "csv"):
         assert (place / language / f"WAY{LANGUAGES[language].ending}").is_file()
         assert f"Programs: {place / language}" in done.stdout.replace("\n", "")
     none = tmp_path / "none"
-    done = command("export", run, "--to", "krl", "--to", "rapit", "-o", none)
-    assert done.returncode == 2
+    done = command("export", run, "--to", "krl", "--to", "rapit", "-o", none, exits=2)
     assert "expected one of krl, rapid, fanuc, csv, got 'rapit'" in done.stderr
     done = command("export", run, "--to", "csv", "--to", "krl", "-o", place)
     assert "holds an export already" in done.stderr

@@ -1,7 +1,5 @@
 """elastic-robot export, as a user types it: files, what they do to the moving robot, refusals."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -78,8 +76,8 @@ def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, lang
         place,
         "--name",
         "WAY",
+        exits=0,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
     (robot_says,) = json.loads((place / "export.json").read_text())["robots"]
     loss, deviation = simulated(runs[robot], place / f"WAY{LANGUAGES[language].ending}", robot)
     assert loss <= 5e-6
@@ -103,8 +101,7 @@ def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, lang
 @pytest.mark.parametrize("cycle_ms", [4, 12])
 def test_csv_rows_are_on_the_cycle_exactly(run, command, cycle_ms):
     """On the command's own cycle they are its rows, as these lose little."""
-    done = command("export", run, "--to", "csv", "--cycle-ms", str(cycle_ms))
-    assert done.returncode == 0, done.stdout + done.stderr
+    command("export", run, "--to", "csv", "--cycle-ms", str(cycle_ms), exits=0)
     rows = np.loadtxt(run / "csv" / "stroke.csv", delimiter=",", skiprows=1)
     assert rows[:, 0].tolist() == [round(1e-3 * cycle_ms * k, 9) for k in range(len(rows))]
     if cycle_ms == 4:
@@ -201,13 +198,11 @@ def test_the_verdict_is_said_first_and_the_closest_targets_with_it(runs, command
 
 def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path):
     typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
-    done = command(*typed, "--shortest-ms", "24")
-    assert done.returncode == 1
+    done = command(*typed, "--shortest-ms", "24", exits=1)
     option = re.search(
         r"at most 5 um \(--tolerance\), got \S+ um: (--\S+) (\S+) keeps it", done.stdout
     )
-    again = command(*typed, *option.groups())
-    assert again.returncode == 0, again.stdout
+    command(*typed, *option.groups(), exits=0)
     (tight,) = programs_of(
         runs["abb_irb7600"], ExportOptions(LANGUAGES["rapid"], "joints", tolerance=1e-9)
     )
@@ -261,8 +256,7 @@ def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs)
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
     monkeypatch.setattr(exporting, "_MAX_PROGRAMS", 1)
-    done = command("export", run, "--to", "krl", "--tolerance", "0.01")
-    assert done.returncode == 1
+    done = command("export", run, "--to", "krl", "--tolerance", "0.01", exits=1)
     assert "NOT KEPT: expected a loss of at most 0.01 um" in done.stdout
     assert (run / "krl" / "stroke.src").exists()
 
@@ -273,8 +267,7 @@ def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
         "0.06", "0.002"
     )
     out = ran(tmp_path, quick, "couple")
-    done = command("export", out, "--to", "rapid")
-    assert done.returncode == 0, done.stderr
+    command("export", out, "--to", "rapid", exits=0)
     names = {file.name for file in (out / "rapid").iterdir()}
     assert names == {"pair_forming.mod", "pair_support.mod", "export.json", LIST}
     robots = json.loads((out / "rapid" / "export.json").read_text())["robots"]
@@ -286,7 +279,7 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
     run, command, tmp_path
 ):
     """Joint 1 the other way round, joint 2 from the horizontal: with it the turns of its angles."""
-    assert command("export", run, "--to", "krl").returncode == 0
+    command("export", run, "--to", "krl", exits=0)
     assert "DECL FRAME P[" in (run / "krl" / "stroke.dat").read_text()
     robot = tmp_path / "robot.toml"
     signs = np.diag([-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]).tolist()
@@ -294,8 +287,7 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
     robot.write_text(find_robot("icme2008").read_text().replace("[sources]", f"{keys}[sources]"))
     case = run / "case.toml"
     case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl", "--overwrite")
-    assert done.returncode == 0, done.stderr
+    command("export", run, "--to", "krl", "--overwrite", exits=0)
     text = (run / "krl" / "stroke.dat").read_text()
     start = np.rad2deg(read_program(run / "krl" / "stroke.src").moves[0].joints)
     assert "DECL POS P[" in text

@@ -1,7 +1,5 @@
 """elastic-robot export: what is refused or never replaced; a folder that is whole at every moment."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path
@@ -41,8 +39,7 @@ STAGES = {"written": "old", "complete": "old", "put aside": "old", "in place": "
 def test_a_mistake_is_refused_in_one_sentence_and_nothing_is_written(run, command, name):
     options, message = REFUSED[name]
     before = sorted(run.rglob("*"))
-    done = command("export", run, *options)
-    assert done.returncode == 2
+    done = command("export", run, *options, exits=2)
     assert message in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert sorted(run.rglob("*")) == before
@@ -64,8 +61,7 @@ def test_what_the_drives_cannot_do_is_not_written(run, command, tmp_path, key, m
     robot.write_text(text.replace(second, f"{second}{key}\n"))
     case = run / "case.toml"
     case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl")
-    assert done.returncode == 2
+    done = command("export", run, "--to", "krl", exits=2)
     assert message in done.stderr
     assert "nothing was written" in done.stderr
     assert not (run / "krl").exists()
@@ -73,16 +69,13 @@ def test_what_the_drives_cannot_do_is_not_written(run, command, tmp_path, key, m
 
 def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, command, tmp_path):
     place = tmp_path / "p"
-    assert command("export", run, "--to", "krl", "-o", place).returncode == 0
+    command("export", run, "--to", "krl", "-o", place, exits=0)
     first = (place / "stroke.src").read_bytes()
-    again = command("export", run, "--to", "krl", "-o", place)
-    assert again.returncode == 2
+    again = command("export", run, "--to", "krl", "-o", place, exits=2)
     assert "holds an export already: add --overwrite" in again.stderr
-    done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
-    assert done.returncode == 0
+    done = command("export", run, "--to", "rapid", "-o", place, "--overwrite", exits=0)
     assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json", LIST}
-    done = command("export", run, "--to", "krl", "-o", place, "--overwrite")
-    assert done.returncode == 0
+    done = command("export", run, "--to", "krl", "-o", place, "--overwrite", exits=0)
     assert (place / "stroke.src").read_bytes() == first  # byte for byte
     other = tmp_path / "mine"
     other.mkdir()
@@ -105,8 +98,7 @@ def test_a_robot_file_that_has_changed_since_the_run_is_refused(run, command, tm
     robot.write_text(text.replace("position = [0.30, 0.0, 0.0]", "position = [0.31, 0.0, 0.0]"))
     case = run / "case.toml"
     case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl")
-    assert done.returncode == 2
+    done = command("export", run, "--to", "krl", exits=2)
     assert "up to 10000 um: the file has changed since the run" in done.stderr
 
 
@@ -120,20 +112,17 @@ def test_a_robot_file_that_has_changed_since_the_run_is_refused(run, command, tm
 def test_a_command_that_is_not_corrected_is_named(run, command, key, value, message):
     figures = json.loads((run / "result.json").read_text())
     (run / "result.json").write_text(json.dumps({**figures, key: value}))
-    done = command("export", run, "--to", "csv")
-    assert done.returncode == 0
+    done = command("export", run, "--to", "csv", exits=0)
     assert "Warning: the run" in done.stdout
     assert message in done.stdout
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
-    done = command("export", tmp_path, "--to", "krl")
-    assert done.returncode == 2
+    done = command("export", tmp_path, "--to", "krl", exits=2)
     assert "name a run folder" in done.stderr
     file = tmp_path / "case.toml"
     file.touch()
-    done = command("export", file, "--to", "krl")
-    assert done.returncode == 2
+    done = command("export", file, "--to", "krl", exits=2)
     assert "case.toml: expected a run folder, or the CSV of a command with --robot" in done.stderr
 
 

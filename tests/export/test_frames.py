@@ -1,7 +1,5 @@
 """Frames, joint counts and postures of a program, of robots that are counted in three ways."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points of a program: within the tolerance, and hardly more than the fewest that are."""
 
-from __future__ import annotations
-
 from itertools import combinations, pairwise
 
 import numpy as np

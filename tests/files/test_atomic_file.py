@@ -1,7 +1,5 @@
 """Files that are whole or not there; files without end, pipes and devices are refused."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

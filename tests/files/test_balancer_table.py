@@ -1,21 +1,15 @@
 """[joint.balancer]: points as they stand, and the torque of a gas spring over the joint's limits."""
 
-from __future__ import annotations
-
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
 from random_urdfs import make_urdf
-from two_joint_file import HEAD, JOINT, two_joints
+from two_joint_file import HEAD, JOINT, second_joint, two_joints
 
 from coupling.files.balancer_table import MOST_POINTS
 from coupling.files.robot_file import load_robot, parts_in_words
 from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.balancers import BalancerCurve
-from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
@@ -41,17 +35,9 @@ def table(**changed: object) -> str:
     )
 
 
-def read(joint: str, text: str) -> Joint:
-    """Return the second joint as it is read, through JSON as an FMU has it."""
-    with tempfile.TemporaryDirectory() as folder:
-        robot = load_robot(two_joints(Path(folder), joint, text))
-    assert Robot.from_json(robot.to_json()) == robot
-    return robot.joints[1]
-
-
 def test_points_are_those_of_the_file():
     points = "torque_table = [[-1.0, 50.0], [0.0, 20.0], [0.5, -30.5]]"
-    joint = read("stiffness = 1e6", f"[joint.balancer]\n{points}")
+    joint = second_joint("stiffness = 1e6", f"[joint.balancer]\n{points}")
     assert joint.balancer == ((-1.0, 50.0), (0.0, 20.0), (0.5, -30.5))
 
 
@@ -68,7 +54,7 @@ def work(pulls: bool, exponent: float, length: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("pulls", [True, False])
 def test_a_gas_springs_torque_is_the_derivative_of_its_gases_work(pulls, exponent):
     """The length by the law of cosines; to 2e-6 of the largest torque, over all of the limits."""
-    joint = read(LIMITS, table(pulls=str(pulls).lower(), exponent=exponent))
+    joint = second_joint(LIMITS, table(pulls=str(pulls).lower(), exponent=exponent))
     arm, side, offset = 0.4, np.hypot(0.6, 0.3), np.arctan2(0.3, 0.6)
 
     def length(angle: np.ndarray) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Files that are given as what they are not are named as what they are; tables with a header line."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

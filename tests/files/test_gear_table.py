@@ -155,8 +155,7 @@ def test_what_no_gear_can_be_is_refused_in_one_sentence(tmp_path, command, mista
     assert str(caught.value) == f"{file}: {sentence}"
     if "stiffness: " in sentence:  # of the joint, which a list of numbers does not make
         sentence = "joint 2: gear: expected a stiffness > 0 [N m/rad] beside it, got "
-    done = command("robots", file)
-    assert done.returncode == 2
+    done = command("robots", file, exits=2)
     assert sentence in " ".join(done.stderr.split())
 
 

@@ -1,7 +1,5 @@
 """Gear, drive and balancer of a joint with strange, missing or too many keys: read or refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import tempfile
 from pathlib import Path

@@ -1,18 +1,13 @@
 """[joint.gear]: kinematic error and efficiency, as the model has them."""
 
-from __future__ import annotations
-
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from two_joint_file import HEAD, JOINT, two_joints
+from two_joint_file import HEAD, JOINT, second_joint, two_joints
 
 from coupling.files.robot_file import load_robot, parts_in_words
 from coupling.fmu_export.index_html import index_html
 from coupling.robot.robot_edit import RobotEdit
-from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.gear_parts import KinematicError
 
@@ -32,30 +27,24 @@ phase = 0.5
 """
 
 
-def read(joint: str, text: str) -> Joint:
-    """Return the second joint as it is read, through JSON as an FMU has it."""
-    with tempfile.TemporaryDirectory() as folder:
-        robot = load_robot(two_joints(Path(folder), joint, text))
-    assert Robot.from_json(robot.to_json()) == robot
-    return robot.joints[1]
-
-
 def test_orders_are_periods_in_a_turn_of_the_joint():
-    joint = read(ELASTIC, ERRORS + DRIVE)
+    joint = second_joint(ELASTIC, ERRORS + DRIVE)
     assert joint.kinematic_error == (KinematicError(5e-5, 400.0), KinematicError(1e-4, 1.0, 0.5))
 
 
 def test_a_rigid_joint_may_have_a_kinematic_error():
     text = "[[joint.gear.kinematic_error]]\namplitude = 1e-4\nper_turn_of_joint = 3.0\n"
-    assert read("", text).kinematic_error == (KinematicError(1e-4, 3.0),)
+    assert second_joint("", text).kinematic_error == (KinematicError(1e-4, 3.0),)
 
 
 def test_what_the_gear_loses_is_friction_over_its_torque():
     """A motor that lifts gives 1 / eta of what the gear carries: mu = 1 / eta - 1."""
-    joint = read(ELASTIC, "[joint.gear]\nefficiency = 0.8\n" + DRIVE)
+    joint = second_joint(ELASTIC, "[joint.gear]\nefficiency = 0.8\n" + DRIVE)
     assert joint.drive.load_friction == pytest.approx(0.25, rel=1e-15)
     assert joint.hysteresis == ()
-    assert read(ELASTIC, "[joint.gear]\nefficiency = 1.0\n" + DRIVE).drive.load_friction == 0.0
+    assert (
+        second_joint(ELASTIC, "[joint.gear]\nefficiency = 1.0\n" + DRIVE).drive.load_friction == 0.0
+    )
 
 
 def test_beside_a_data_sheet_both_stand_and_stay_in_a_written_file(tmp_path):

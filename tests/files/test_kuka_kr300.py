@@ -4,8 +4,6 @@ The model here is that of the source, in its own convention and frames, and shar
 project.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers on top of a URDF: what the robot file replaces, what cannot matter, what is remarked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

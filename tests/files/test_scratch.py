@@ -1,7 +1,5 @@
 """Temporary folders: those of killed processes go, those in use stay."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """URDFs of others: read as Pinocchio reads them, or refused by the name of what is wrong."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a command has written goes, what anybody else has put into its folder stays."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

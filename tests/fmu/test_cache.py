@@ -1,7 +1,5 @@
 """Where libraries are kept: for users, and for services without a home folder."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

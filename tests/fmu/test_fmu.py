@@ -1,7 +1,5 @@
 """The FMU as a host sees it: contract, initialisation, steps, errors.  It runs in its own process."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import fmpy

@@ -1,7 +1,5 @@
 """How the FMU behaves among others, when misused, in the long run, and as its dependencies declare."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

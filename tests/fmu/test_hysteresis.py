@@ -1,7 +1,5 @@
 """Hysteresis of the gears through the FMU: its variables, starts, a parameter that changes, states."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import fmpy

@@ -1,7 +1,5 @@
 """Which call may be made when, in FMUs of both versions of FMI; what instances leave; the clauses."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

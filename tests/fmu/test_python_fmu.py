@@ -1,7 +1,5 @@
 """The FMU in Python gives what the native one does; what it does not have it refuses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

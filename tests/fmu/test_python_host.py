@@ -1,7 +1,5 @@
 """The library in front of PythonFMU's: what it passes on, and what it cures."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

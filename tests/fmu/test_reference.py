@@ -1,7 +1,5 @@
 """FMUs of both kinds against reference solutions made with other engines (tests/reference)."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

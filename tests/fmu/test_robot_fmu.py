@@ -1,7 +1,5 @@
 """The robot as an FMU in processes of its own: paths, modes, versions of FMI, and what goes wrong."""
 
-from __future__ import annotations
-
 import subprocess
 import zipfile
 from dataclasses import replace

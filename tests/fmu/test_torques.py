@@ -1,7 +1,5 @@
 """What gears and motors carry, and how the tool turns, against inverse dynamics by Pinocchio."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

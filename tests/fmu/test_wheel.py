@@ -1,7 +1,5 @@
 """The wheel: what it puts beside other people's packages, and that FMUs can be built from it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

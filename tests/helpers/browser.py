@@ -1,7 +1,5 @@
 """Chromium without a window and without a network, for pages that open in it."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Iterator

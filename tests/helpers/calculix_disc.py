@@ -3,8 +3,6 @@
 Units of the deck: mm, N, MPa.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

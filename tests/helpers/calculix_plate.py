@@ -3,8 +3,6 @@
 Units of the deck: mm, N, MPa.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The example robot on circles, and robots that differ from it in what is learned."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

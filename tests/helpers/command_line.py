@@ -1,7 +1,5 @@
 """The command as a user types it, and what a run folder holds."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -29,11 +27,16 @@ BY_MODE = {
 }
 
 
-def command(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run the command line in this process: importing all takes longer than it works."""
+def command(*arguments: object, exits: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command line in this process: importing all takes longer than it works.
+
+    Args:
+        exits: Exit status that it must have; None for any.
+    """
     with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
         code = status(*arguments)
-    return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
+    done = subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
+    return _require(done, exits)
 
 
 def status(*arguments: object) -> int:
@@ -45,7 +48,19 @@ def status(*arguments: object) -> int:
     return int(end.value.code or 0)
 
 
-def program(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run it in a process of its own, where workers are started or the environment is another one."""
+def program(*arguments: object, exits: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Run it in a process of its own, where workers are started or the environment is another one.
+
+    Args:
+        exits: Exit status that it must have; None for any.
+    """
     typed = [sys.executable, "-m", "coupling.cli", *map(str, arguments)]
-    return subprocess.run(typed, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    done = subprocess.run(typed, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    return _require(done, exits)
+
+
+def _require(
+    done: subprocess.CompletedProcess[str], exits: int | None
+) -> subprocess.CompletedProcess[str]:
+    assert exits in (None, done.returncode), (done.returncode, done.stdout + done.stderr)
+    return done

@@ -1,7 +1,5 @@
 """Tables of joint angles that are commands of a robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -5,8 +5,6 @@ Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) withou
 States may be many at once, as in `OperatingPoint`.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass, field
 

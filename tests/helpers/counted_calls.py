@@ -1,7 +1,5 @@
 """Work that grows in proportion, by calls of functions: a measure that no busy machine changes."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 

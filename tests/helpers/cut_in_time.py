@@ -3,8 +3,6 @@
 Runge-Kutta of fourth order on the equation with delays, the past by cubic Hermite polynomials.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

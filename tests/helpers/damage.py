@@ -1,7 +1,5 @@
 """Texts with a few places damaged."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 

@@ -5,8 +5,6 @@ docs/derivatives.md says.  Every error is that of one random directional derivat
 relative to its largest term, so that a wrong sign, a permuted column or a missing term shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Replays of a command on drawn robots: most of the time of a run, and left out of most tests."""
 
-from __future__ import annotations
-
 from coupling.run import expected_robots
 
 REPLAYS = expected_robots.drawn_replays

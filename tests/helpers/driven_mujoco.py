@@ -6,8 +6,6 @@ the servo is an actuator whose control a callback writes in every stage of its R
 Nothing of the project's dynamics is used.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from xml.etree.ElementTree import Element, SubElement

@@ -1,7 +1,5 @@
 """Whether tests in emulators are asked for: they start slowly, so `make emulators` says so."""
 
-from __future__ import annotations
-
 import os
 
 from coupling.native.compiler import zig

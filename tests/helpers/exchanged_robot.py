@@ -1,7 +1,5 @@
 """The readable model with what model exchange has beside its outputs: derivatives, event indicators."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs of some robots along a wall, to be exported."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from coupling.case.file import load_case

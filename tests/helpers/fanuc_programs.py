@@ -1,7 +1,5 @@
 """Programs of FANUC TP from some instructions."""
 
-from __future__ import annotations
-
 from coupling.programs.fanuc import reader as fanuc_reader
 from coupling.programs.program import ProgramFile
 

@@ -1,7 +1,5 @@
 """What a first screen says, for claims about its words."""
 
-from __future__ import annotations
-
 import re
 
 from coupling.cli.console import console

@@ -1,7 +1,5 @@
 """Machines of several axes as matrices, and G-code for them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -5,8 +5,6 @@ function's module depends on.  Entries are kept in `.pytest_cache/stored`; those
 removed when there is more than a gigabyte of them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import os

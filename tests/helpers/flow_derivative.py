@@ -7,8 +7,6 @@ curve; the length of such a step is complex too, so that the moment of the passa
 No code is shared with the project, neither formulas nor steps.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

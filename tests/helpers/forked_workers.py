@@ -5,8 +5,6 @@ imported that module, and for each order a fork of it becomes such a process.  T
 processes ask for the fixture `started_workers`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import importlib

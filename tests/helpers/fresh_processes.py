@@ -1,7 +1,5 @@
 """Processes that have not imported the project and need not wait for imports."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

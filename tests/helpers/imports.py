@@ -1,7 +1,5 @@
 """What a module imports."""
 
-from __future__ import annotations
-
 import ast
 import doctest
 

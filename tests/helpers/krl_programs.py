@@ -1,7 +1,5 @@
 """Programs of KRL from some statements."""
 
-from __future__ import annotations
-
 from coupling.programs.krl.reader import read
 from coupling.programs.program import ProgramFile
 

@@ -1,7 +1,5 @@
 """The memory that instances and refused calls of an FMU of FMI 2.0 leave behind, in a C host."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Cases with changes of their text, and the small one on the moving robot, by method inverse."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from places import LINE_CASE

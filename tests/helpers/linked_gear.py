@@ -1,7 +1,5 @@
 """One mass behind one gear, simulated by a program of its own."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from coupling.inverse.gear_drive import GearTask

@@ -1,7 +1,5 @@
 """Loading loops of a robot that the package's robot steps through itself, one load after the other."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The Manutec r3 as the Modelica Standard Library has it [MslR3]: its motion, one axis, results."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A robot file with a motor in every gear: the example robot's."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from coupling.files.robot_file import shipped_robots

@@ -1,7 +1,5 @@
 """How far a robot of this project is from the same in MuJoCo: mechanics in random states, and rest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 

@@ -1,7 +1,5 @@
 """The C core through ctypes: NumPy arrays in and out (see native/probe.c)."""
 
-from __future__ import annotations
-
 import ctypes
 import functools
 from pathlib import Path

@@ -5,8 +5,6 @@ this tolerance, as docs/native.md says.  Errors are those of one random directio
 all outputs, relative to the largest entry of each block of outputs.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Cases of directional derivatives, and what the native FMU says about them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """An unpacked native FMU of FMI 2.0: its variables by name, instances through FMPy, masters in C."""
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Robots with motors for tests of the native FMU, alone and beside the model in Python."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """One robot as native FMUs of FMI 2.0 and of FMI 3.0, through FMPy, variables by name."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A small elastic arm with exact measurements, to which tests add what they need."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

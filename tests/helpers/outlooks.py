@@ -1,7 +1,5 @@
 """What commands leave on robots that differ, as replays tell it."""
 
-from __future__ import annotations
-
 from coupling.path.deviation import Deviation
 from coupling.results.outlook import WorstReplay
 from coupling.results.replay import Replay

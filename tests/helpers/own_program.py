@@ -1,7 +1,5 @@
 """A program of one's own as a process, and its task."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the pages hold in compressed form."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -1,7 +1,5 @@
 """A robot of one joint with closed forms, drives that stand, and what statics needs of any robot."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from elastic_robot.body import Body

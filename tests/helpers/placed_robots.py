@@ -1,7 +1,5 @@
 """Robots as cases have them, without a case."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

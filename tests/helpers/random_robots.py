@@ -1,7 +1,5 @@
 """Hypothesis strategies: serial robots with random axes, offsets, inertias, elasticities and tilts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random URDFs: turned frames, fixed links, branches; tilts also written out as joints."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, tostring
 

@@ -1,7 +1,5 @@
 """Programs of RAPID from some statements."""
 
-from __future__ import annotations
-
 from coupling.programs.program import RobotProgram
 from coupling.programs.rapid import reader as rapid_reader
 

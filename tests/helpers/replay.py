@@ -4,8 +4,6 @@ A program without the project's code.  The wrench is straight between the rows o
 path the spline through the rows of desired.csv; both are looked at every 4 ms, or as often as asked for.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tomllib

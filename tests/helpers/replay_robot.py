@@ -1,7 +1,5 @@
 """The robot's FMU (FMI 2) for `replay`: a command and wrenches in, poses of the TCP out."""
 
-from __future__ import annotations
-
 import ctypes
 import sys
 import tempfile

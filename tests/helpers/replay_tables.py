@@ -1,7 +1,5 @@
 """Files of a run folder for `replay`, and what stands between their rows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

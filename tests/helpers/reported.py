@@ -1,7 +1,5 @@
 """A case compensated, with its run folder and report."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from coupling.case.case import Case

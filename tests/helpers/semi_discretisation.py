@@ -5,8 +5,6 @@ straight line between its values at the steps (Insperger and Stepan). The state 
 and the tip's motion at all steps of the longest delay.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import expm
 

@@ -4,8 +4,6 @@ M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s =
 the start of each step on: no event is located, and nothing is shared with the inverse.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A robot with motors that rub, servos, and hysteresis in its gears."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A robot that is nothing but springs: what closed forms of the coupling are made for."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from coupling.path.histories import ToolPath, WrenchHistory

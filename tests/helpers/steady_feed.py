@@ -1,7 +1,5 @@
 """Forces of teeth in steady feed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from coupling.process.cutting_force import (

@@ -1,7 +1,5 @@
 """Studies as a user starts them, watched and killed from outside, and what their folders hold."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

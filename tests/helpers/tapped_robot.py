@@ -1,7 +1,5 @@
 """Frequency responses of a robot with springs and dampers that a fit is not told."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

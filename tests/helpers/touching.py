@@ -1,7 +1,5 @@
 """A robot that touches a plane: the Python and the C model behind one face, and an independent one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trajectory files of one joint: what is read, what is refused and why, and damaged ones."""
 
-from __future__ import annotations
-
 import io
 import os
 import struct

@@ -1,7 +1,5 @@
 """A robot's FMU with other values of its own parameters, beside robots with other descriptions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 

@@ -1,8 +1,10 @@
 """A robot file of two joints, the second with a table of its own."""
 
-from __future__ import annotations
-
+import tempfile
 from pathlib import Path
+
+from coupling.files.robot_file import load_robot
+from elastic_robot.description import Joint, Robot
 
 HEAD = 'name = "one"\n[tcp]\nposition = [1.0, 0.0, 0.0]\n'
 JOINT = """
@@ -20,3 +22,11 @@ def two_joints(folder: Path, joint: str, table: str, after: str = "") -> Path:
     file = folder / "robot.toml"
     file.write_text(f"{HEAD}{JOINT}stiffness = 1e6\n{JOINT}{joint}\n{table}\n{after}")
     return file
+
+
+def second_joint(joint: str, table: str) -> Joint:
+    """Return the second joint as it is read, through JSON as an FMU has it."""
+    with tempfile.TemporaryDirectory() as folder:
+        robot = load_robot(two_joints(Path(folder), joint, table))
+    assert Robot.from_json(robot.to_json()) == robot
+    return robot.joints[1]

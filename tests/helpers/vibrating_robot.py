@@ -1,7 +1,5 @@
 """A tool on springs, dampers and masses along x and y, which goes exactly from step to step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A wall that a process FMU computes, and a path into it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

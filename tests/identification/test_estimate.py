@@ -1,7 +1,5 @@
 """The least-squares solver against closed forms and SciPy's: steps, damping, bounds, stale Jacobians."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

@@ -1,7 +1,5 @@
 """Offsets of a device's frame and clock are stated as a whole, found coarsely or finely."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from coupling.identification.runs.alignment import aligned

@@ -1,7 +1,5 @@
 """Measured torques that no motor can have, and those that look strange and are right."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What postures and loads cannot tell is named, and its start value stays in the file."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A drive's equations and the least squares of its command (docs/inverse.md, 3), dense, on SciPy."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import trapezoid
 from scipy.interpolate import BSpline

@@ -1,7 +1,5 @@
 """The links' least squares (docs/inverse.md, 1), dense, on Pinocchio and SciPy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 from scipy.interpolate import BSpline

@@ -1,7 +1,5 @@
 """Commands on the controller's rows: one mass behind one gear, simulated by a program of its own."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Which gears reverse along a path: the gears' own equation, and robots set up otherwise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The inverse of robots with kinematic errors, friction with the load and balancers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

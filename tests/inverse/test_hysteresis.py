@@ -1,7 +1,5 @@
 """Gears with hysteresis: closed forms, a plain simulation, laws."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,8 +1,5 @@
 """The inverse of the moving robot, run on the simulated one: order, closed form, hard robots, limits."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +25,6 @@ from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.fmu_pool import FmuPool
 from elastic_robot.body import Body
 from elastic_robot.description import Joint, Robot
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -45,13 +41,6 @@ def stroke(time, end):
     """From rest to rest, 0 to 1, with four continuous derivatives."""
     u = np.clip(time / end, 0.0, 1.0)
     return u**5 * (126.0 - 420.0 * u + 540.0 * u**2 - 315.0 * u**3 + 70.0 * u**4)
-
-
-@pytest.fixture(scope="module")
-def models() -> Iterator[FmuPool]:
-    """Robots in C, a hundred times as fast as those that the inverse is made of."""
-    with FmuPool("native") as models:
-        yield models
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """Motion of the links: the dense problem, order, rest, parts of a path; on random robots."""
 
-from __future__ import annotations
-
 from copy import copy
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Servos inverted: closed forms of a motor, a plain simulation of it, robots' native FMUs."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The inverse of robots whose gears have hysteresis, on a plain simulation; and who refuses them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motion of drives between commands, and from samples: exact for a constant jerk."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

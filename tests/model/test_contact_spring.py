@@ -1,7 +1,5 @@
 """A spring at the TCP: closed forms, equilibria and motion of random robots, an independent engine."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

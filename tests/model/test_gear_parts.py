@@ -1,7 +1,5 @@
 """Kinematic errors of gears, balancers of joints and motors in the readable model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hysteresis of the gears at rest: closed forms of one joint, balance and memory of random robots."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

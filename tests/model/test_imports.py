@@ -1,7 +1,5 @@
 """What the model needs, in a checkout and in the FMU."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import zipfile

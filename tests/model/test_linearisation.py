@@ -1,7 +1,5 @@
 """The linearised robot and its derivatives: closed forms, complex steps, the nonlinear robot in time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Statics and dynamics: gradients, closed forms, conservation and invariance, over random robots."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Mass matrix, bias forces, forward kinematics and Jacobian to 1e-10; equilibrium 
 far as MuJoCo's own convergence lets it be known.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

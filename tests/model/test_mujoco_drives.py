@@ -1,7 +1,5 @@
 """Motors, servos, friction and hysteresis of the native FMU against MuJoCo."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """The contact that lifts off, in Python and in the C core alike: closed forms, an independent
 integrator, and that nothing ever pulls."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

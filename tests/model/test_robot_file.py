@@ -1,7 +1,5 @@
 """robot.toml: complete validation, messages that say place, value and need; and what is read of it."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hysteresis of the gears in motion: exact motion of one joint, energy, limits, derivatives, states."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

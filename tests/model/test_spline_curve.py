@@ -1,7 +1,5 @@
 """The smooth characteristic curve: shape, monotony, tables, equilibrium and motion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A robot file that names a URDF: the same mechanics as Pinocchio's and MuJoCo's own reading of it."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

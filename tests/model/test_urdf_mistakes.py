@@ -1,7 +1,5 @@
 """A robot file that names a URDF: what is wrong in either is refused; where URDFs are found."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Modes against closed forms, measured responses from files, state spaces for other tools."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The example robot's native FMU of FMI 2.0 and masters in C, once for all tests."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,22 +1,14 @@
 /* Random calls of model exchange in any order: fuzz_exchange TOKEN RESOURCES CALLS [SEED], the resources as
  * the version FMI of the standard wants them named.
  *
- * Linked with the FMU's library, so that a sanitizer sees both.  A refused call leaves the serialised state
- * as it was.
+ * Linked with the FMU's library, so that a sanitizer sees both.
  */
 #if FMI == 2
 #include "exchange_fmi2.h"
 #else
 #include "exchange_fmi3.h"
 #endif
-
-typedef struct {
-    const char *token, *resources;
-    instance c;
-    saved state;
-    size_t states, indicators;
-    long refused, exchanged;
-} session;
+#include "session.h"
 
 /* Numbers of states and event indicators, by the names of the variables. */
 static void count_states(session *s)
@@ -29,43 +21,6 @@ static void count_states(session *s)
             s->indicators += variables[k].size;
     }
     CHECK(s->states > 0 && s->indicators > 0);
-}
-
-/* The bytes of the present state; a state of one's own makes no difference. */
-static size_t snapshot(instance c, char **bytes)
-{
-    saved state = NULL;
-    size_t size = 0;
-    CHECK(SAVE(c, &state) == GOOD && SIZE_OF_STATE(c, state, &size) == GOOD);
-    *bytes = malloc(size);
-    CHECK(*bytes != NULL && SERIALIZE(c, state, *bytes, size) == GOOD);
-    CHECK(FREE_STATE(c, &state) == GOOD && state == NULL);
-    return size;
-}
-
-static status_of_call get(instance c)
-{
-    request r = DRAW_REQUEST(NULL);
-    status_of_call status = GET_BY(c, r, r.references);
-    for (size_t i = 0; status == GOOD && r.count > 0 && i < r.size; i++)
-        CHECK(isfinite(r.values[i]));
-    drop(r);
-    return status;
-}
-
-static status_of_call set(instance c, const char *causality)
-{
-    request r = DRAW_REQUEST(causality);
-    status_of_call status = SET_TO(c, r, r.values);
-    drop(r);
-    return status;
-}
-
-static status_of_call give(instance c, request r)
-{
-    status_of_call status = SET_TO(c, r, r.values);
-    drop(r);
-    return status;
 }
 
 static status_of_call set_text(instance c)
@@ -101,7 +56,7 @@ static status_of_call exchange(session *s)
     case 4: status = CALL(GetEventIndicators)(s->c, given, count); break;
     case 5: status = CALL(GetNominalsOfContinuousStates)(s->c, given, count); break;
     }
-    s->exchanged += status == GOOD;
+    s->useful += status == GOOD;
     free(values);
     return status;
 }
@@ -156,8 +111,7 @@ static status_of_call call_once(session *s)
     case 25:
         if (draw(50) == 0) {
             CALL(FreeInstance)(s->c);
-            s->c = create(s->token, s->resources);
-            CHECK(s->c != NULL);
+            begin_anew(s);
         }
         return GOOD;
     case 26: case 27: return give(s->c, draw(3) ? draw_spring() : draw_of_drives());
@@ -172,30 +126,10 @@ static status_of_call call_once(session *s)
 
 int main(int count, char **arguments)
 {
-    session s = {NULL, NULL, NULL, NULL, 0, 0, 0, 0};
-    long calls;
-    CHECK(count >= 4);
-    start_draw(count, arguments, 4);
-    s.token = arguments[1];
-    s.resources = arguments[2];
-    calls = atol(arguments[3]);
-    read_variables(s.resources);
+    session s = {0};
+    long calls = begin_session(&s, count, arguments);
     count_states(&s);
-    s.c = create(s.token, s.resources);
-    CHECK(s.c != NULL);
-    for (long call = 0; call < calls; call++) {
-        char *before = NULL, *after = NULL;
-        /* Before every tenth call only, as it costs more than most. */
-        size_t size = draw(10) == 0 ? snapshot(s.c, &before) : 0;
-        status_of_call status = call_once(&s);
-        s.refused += status == REFUSED || status == DISCARDED;
-        if (before != NULL && (status == REFUSED || status == DISCARDED))
-            CHECK(snapshot(s.c, &after) == size && memcmp(before, after, size) == 0);
-        free(before);
-        free(after);
-    }
-    FREE_STATE(s.c, &s.state);
-    CALL(FreeInstance)(s.c);
-    printf("%ld calls, %ld refused, %ld exchanged\n", calls, s.refused, s.exchanged);
+    begin_anew(&s);
+    make_calls(&s, calls, call_once, "exchanged");
     return 0;
 }

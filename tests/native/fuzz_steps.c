@@ -3,66 +3,14 @@
  *
  * Linked with the FMU's library, so that a sanitizer sees both.  Buffers have the size that is told to the
  * FMU and not a byte more.  Calls out of their time and with wrong arguments are among them: no instance,
- * no arrays, references that do not exist, states that are damaged.  A refused call leaves the serialised
- * state as it was.
+ * no arrays, references that do not exist, states that are damaged.
  */
 #if FMI == 2
 #include "steps_fmi2.h"
 #else
 #include "steps_fmi3.h"
 #endif
-
-typedef struct {
-    const char *token, *resources;
-    instance c;
-    saved state;
-    double time;
-    long refused, steps;
-} session;
-
-static void begin(session *s)
-{
-    s->c = create(s->token, s->resources);
-    CHECK(s->c != NULL);
-    s->time = 0.0;
-}
-
-/* The bytes of the present state; a state of one's own makes no difference. */
-static size_t snapshot(instance c, char **bytes)
-{
-    saved state = NULL;
-    size_t size = 0;
-    CHECK(SAVE(c, &state) == GOOD && SIZE_OF_STATE(c, state, &size) == GOOD);
-    *bytes = malloc(size);
-    CHECK(*bytes != NULL && SERIALIZE(c, state, *bytes, size) == GOOD);
-    CHECK(FREE_STATE(c, &state) == GOOD && state == NULL);
-    return size;
-}
-
-static status_of_call get(instance c)
-{
-    request r = DRAW_REQUEST(NULL);
-    status_of_call status = GET_BY(c, r, draw(40) == 0 ? NULL : r.references);
-    for (size_t i = 0; status == GOOD && r.count > 0 && i < r.size; i++)
-        CHECK(isfinite(r.values[i]));
-    drop(r);
-    return status;
-}
-
-static status_of_call set(instance c, const char *causality)
-{
-    request r = DRAW_REQUEST(causality);
-    status_of_call status = SET_TO(c, r, draw(40) == 0 ? NULL : r.values);
-    drop(r);
-    return status;
-}
-
-static status_of_call give(instance c, request r)
-{
-    status_of_call status = SET_TO(c, r, r.values);
-    drop(r);
-    return status;
-}
+#include "session.h"
 
 static status_of_call differentiate(instance c)
 {
@@ -189,43 +137,24 @@ static status_of_call call_once(session *s)
     case 29:
         if (draw(10) == 0) {
             CALL(FreeInstance)(s->c);
-            begin(s);
+            begin_anew(s);
         }
         return GOOD;
     case 30: case 31: case 32: return call_of_version(s->c);
     case 33: case 34: return give(s->c, draw_of_drives());
     default:
         status = step(s->c, &s->time, draw_step());
-        s->steps += status == GOOD;
+        s->useful += status == GOOD;
         return status;
     }
 }
 
 int main(int count, char **arguments)
 {
-    session s = {NULL, NULL, NULL, NULL, 0.0, 0, 0};
-    long calls;
-    CHECK(count >= 4);
-    start_draw(count, arguments, 4);
-    s.token = arguments[1];
-    s.resources = arguments[2];
-    calls = atol(arguments[3]);
-    read_variables(s.resources);
+    session s = {0};
+    long calls = begin_session(&s, count, arguments);
     CHECK(create(s.token, NULL) == NULL && messages == 1);
-    begin(&s);
-    for (long call = 0; call < calls; call++) {
-        char *before = NULL, *after = NULL;
-        /* Before every tenth call only, as it costs more than most. */
-        size_t size = draw(10) == 0 ? snapshot(s.c, &before) : 0;
-        status_of_call status = call_once(&s);
-        s.refused += status == REFUSED || status == DISCARDED;
-        if (before != NULL && (status == REFUSED || status == DISCARDED))
-            CHECK(snapshot(s.c, &after) == size && memcmp(before, after, size) == 0);
-        free(before);
-        free(after);
-    }
-    FREE_STATE(s.c, &s.state);
-    CALL(FreeInstance)(s.c);
-    printf("%ld calls, %ld refused, %ld steps\n", calls, s.refused, s.steps);
+    begin_anew(&s);
+    make_calls(&s, calls, call_once, "steps");
     return 0;
 }

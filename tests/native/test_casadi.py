@@ -1,7 +1,5 @@
 """CasADi imports the FMU in model exchange: the same derivatives and Jacobians, one optimal control."""
 
-from __future__ import annotations
-
 import re
 import runpy
 

@@ -1,7 +1,5 @@
 """What is in a native FMU of either version of FMI: files, sources, the library's symbols."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The C core against Pinocchio, closed forms and other engines; the order of its stepper alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import comb
 

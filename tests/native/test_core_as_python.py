@@ -1,7 +1,5 @@
 """Random robots, with hysteresis, gear errors and balancers: the core against the model in Python."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The C core's libraries: shipped, or compiled once however many ask for them; the desk library."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

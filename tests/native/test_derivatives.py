@@ -1,7 +1,5 @@
 """Directional derivatives of the native FMU against the independent model in complex arithmetic."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

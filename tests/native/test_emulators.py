@@ -1,7 +1,5 @@
 """Native FMUs for other platforms, made here and run in emulators; `make emulators` asks for them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

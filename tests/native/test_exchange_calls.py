@@ -1,7 +1,5 @@
 """Calls of model exchange: when they may be made, what is refused, states that go back bit for bit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Motors in model exchange: their equation, its derivatives, events, CVode against co-simulation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from exchange import exchange_of

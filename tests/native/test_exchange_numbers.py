@@ -1,7 +1,5 @@
 """Derivatives of the states and how they follow everything, against Python and finite differences."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The robot under FMPy's CVode: references of other engines, closed forms, events."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

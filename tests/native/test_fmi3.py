@@ -1,7 +1,5 @@
 """The native FMU of FMI 3.0, arrays or scalars, is the one of FMI 2.0; what it alone has to refuse."""
 
-from __future__ import annotations
-
 import re
 from operator import attrgetter
 from pathlib import Path

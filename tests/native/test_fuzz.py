@@ -5,8 +5,6 @@ number of calls, ELASTIC_ROBOT_FUZZ_SEED makes others.  Most are made on a robot
 steps are short work, without and with motors and hysteresis.
 """
 
-from __future__ import annotations
-
 import copy
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Tries of a step on hard and easy motion, growth of errors, and messages of other instances."""
 
-from __future__ import annotations
-
 import gc
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The core's rest is a minimum of the energy that Python writes down from docs/model.md."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

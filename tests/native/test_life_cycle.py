@@ -1,7 +1,5 @@
 """Calls out of their time, the end, and no instance at all; the table: tests/fmu/test_life_cycle.py."""
 
-from __future__ import annotations
-
 import ctypes
 import re
 import subprocess

@@ -7,8 +7,6 @@ friction at rest is rigid. Here torque is at once what the servo asks for, and f
 the presliding angle. SciPy solves the published equations with either (helpers/manutec.py).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from dataclasses import replace

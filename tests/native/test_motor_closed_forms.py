@@ -1,7 +1,5 @@
 """One motor, gear and link of the native FMU against closed forms, solutions by events, and balances."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Directional derivatives over steps of robots with motors, against differences of whole steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Motors with rotor, friction and servo in the native FMU, against Python's and closed forms."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

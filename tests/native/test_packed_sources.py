@@ -1,7 +1,5 @@
 """Sources of the FMU: layers of the core, several FMUs in one program, and as a shared library."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Directional derivatives by every tunable parameter, of random robots with all parts of the model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

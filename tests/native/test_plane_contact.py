@@ -1,7 +1,5 @@
 """A contact spring, and a contact that lifts off, in the native FMU and its core."""
 
-from __future__ import annotations
-
 import contextlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The robot's data inside the native FMU: what the C core refuses."""
 
-from __future__ import annotations
-
 import subprocess
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Trajectory files that the C core reads, as Python does and damaged ones beside NumPy, or refuses."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

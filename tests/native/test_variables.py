@@ -1,7 +1,5 @@
 """The native FMU's variables, sentences, resources, and what is declared of the variables."""
 
-from __future__ import annotations
-
 import os
 
 import fmpy

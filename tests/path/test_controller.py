@@ -1,7 +1,5 @@
 """The controller's rows: their times, the motion that they stand for, what the drives can do."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A case whose robot was measured to do more than its model: [discrepancy]."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

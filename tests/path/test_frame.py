@@ -1,7 +1,5 @@
 """Frames in each other, against homogeneous matrices; ends of a path in motion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """elastic-robot place as a user types it, and the case files that it leaves."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib
@@ -127,8 +125,7 @@ def test_a_damaged_folder_is_refused(done, tmp_path, file, content, words):
 
 def test_a_result_is_replaced_only_where_that_is_said(done):
     case, folder, _ = done
-    again = command("place", case, "-o", folder, "--no-store")
-    assert again.returncode == 2
+    again = command("place", case, "-o", folder, "--no-store", exits=2)
     assert "holds a result already: add --overwrite" in again.stderr
 
 
@@ -159,8 +156,7 @@ FIXED |= {"yaw_deg": [30.0, 30.0], "rotation_deg": [0.0, 0.0]}
 )
 def test_mistakes_are_one_sentence_and_leave_no_result(tmp_path, source, place, arguments, words):
     case = written(tmp_path, source, place=place)
-    end = command("place", case, "-o", tmp_path / "out", "--no-store", *arguments)
-    assert end.returncode == 2
+    end = command("place", case, "-o", tmp_path / "out", "--no-store", *arguments, exits=2)
     said = " ".join(end.stderr.split())
     assert words in said
     assert "Traceback" not in said

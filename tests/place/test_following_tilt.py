@@ -1,7 +1,5 @@
 """Placing a case whose tool's tilt is measured from its path."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Thousands of settings at once against Pinocchio, NumPy and closed forms, one at a time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The search against brute force on fine grids, and what an objective asks for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

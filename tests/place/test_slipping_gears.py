@@ -1,7 +1,5 @@
 """Places of robots with hysteresis and with motors: against replays of the FMU and what a path asks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

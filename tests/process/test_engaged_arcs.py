@@ -1,7 +1,5 @@
 """Arcs of a mill in the cut, from the stock that its path removes, against closed forms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

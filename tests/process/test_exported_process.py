@@ -1,7 +1,5 @@
 """A process as an FMU that this project writes: as the process itself, and among others in a host."""
 
-from __future__ import annotations
-
 import sys
 import zipfile
 

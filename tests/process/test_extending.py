@@ -1,7 +1,5 @@
 """docs/extending.md: its code runs as it is printed, and what it promises is kept."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

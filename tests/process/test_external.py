@@ -1,7 +1,5 @@
 """A program of one's own as a process: its folder, its output, its time, CalculiX."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import time
@@ -154,10 +152,14 @@ def test_a_program_that_is_not_there_is_found_with_the_case(tmp_path):
 
 
 def test_the_template_case_runs_by_name_and_resolves_its_command(tmp_path):
-    done = command(
-        "couple", "-v", EXAMPLES / "cases" / "external_template.toml", "-o", tmp_path / "out"
+    command(
+        "couple",
+        "-v",
+        EXAMPLES / "cases" / "external_template.toml",
+        "-o",
+        tmp_path / "out",
+        exits=0,
     )
-    assert done.returncode == 0, done.stderr
     process = load_case(tmp_path / "out" / "case.toml").process
     assert process.command[0] == sys.executable
     assert Path(process.command[1]).samefile(EXAMPLES / "process_template.py")

@@ -1,7 +1,5 @@
 """Programs that fail on the way, or whose run was killed."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path
@@ -118,8 +116,7 @@ def failing_case(tmp_path: Path, limit: int) -> Path:
 
 
 def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
-    done = command("couple", "-v", failing_case(tmp_path, 0), "-o", tmp_path / "out")
-    assert done.returncode == 2
+    done = command("couple", "-v", failing_case(tmp_path, 0), "-o", tmp_path / "out", exits=2)
     assert "evaluation 0001" in done.stderr
     assert "licence lost" in done.stderr
     assert "Traceback" not in done.stderr

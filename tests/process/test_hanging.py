@@ -1,7 +1,5 @@
 """Processes that do not answer end with their time limit and their run, with what they started."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The key of a process's answers: equal for what answers alike, another for every change."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A wrench that was measured as a process, along the path it was recorded on."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The examples of milling: what their speeds are worth, and that they couple."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

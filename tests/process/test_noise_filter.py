@@ -1,7 +1,5 @@
 """Noise in forces is taken off without delay, and no more is taken off than noise."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from dataclasses import dataclass, replace

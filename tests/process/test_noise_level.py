@@ -1,7 +1,5 @@
 """Noise and the teeth's ripple of a history are told apart from its smooth course."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

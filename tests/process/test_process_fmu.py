@@ -1,7 +1,5 @@
 """Process FMUs: an elastic wall in FMI 2 and 3 against the same law in Python."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """A process that answers one path differently is found, and named as the cause."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -73,8 +71,7 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     """20 N on 300 N: reason, terminal, report, result.json; the second answer is kept."""
     case = with_program(tmp_path / "case", moving_line(), NOISY.format(seed="", sigma=20.0))
     out = tmp_path / "run"
-    done = command("compensate", "-v", case, "-o", out)
-    assert done.returncode == 1, done.stderr
+    done = command("compensate", "-v", case, "-o", out, exits=1)
     figures = json.loads((out / "result.json").read_text())
     assert figures["reason"].startswith(
         "the process gave different forces on the same path, by up to"
@@ -126,8 +123,7 @@ def test_a_coupling_names_it_too(tmp_path):
     text = LINE_CASE.read_text().replace("sample_s = 0.01", "sample_s = 0.05")
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 5")
     case = with_program(tmp_path / "case", text, NOISY.format(seed="", sigma=20.0))
-    done = command("couple", "-v", case, "-o", tmp_path / "run")
-    assert done.returncode == 1, done.stderr
+    command("couple", "-v", case, "-o", tmp_path / "run", exits=1)
     reason = json.loads((tmp_path / "run" / "result.json").read_text())["reason"]
     assert reason.startswith("the process gave different forces on the same path, by up to")
     assert "the path still changes by up to" in reason
@@ -139,8 +135,7 @@ def test_a_process_that_answers_alike_is_not_blamed(tmp_path):
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 3")
     program = NOISY.format(seed='open("path.csv").read()', sigma=20.0)
     case = with_program(tmp_path / "case", text, program)
-    done = command("couple", "-v", case, "-o", tmp_path / "run")
-    assert done.returncode == 1, done.stderr
+    command("couple", "-v", case, "-o", tmp_path / "run", exits=1)
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     assert figures["reason"] == "not converged within 3 evaluations of the process"
     assert figures["repeatability"]["largest_N"] == 0.0
@@ -181,8 +176,7 @@ def test_check_asks_twice_and_says_so(tmp_path):
         (0.0, "gave the same forces"),
     ):
         case = with_program(tmp_path, LINE_CASE.read_text(), NOISY.format(seed="", sigma=sigma))
-        done = command("check", "-v", case, "--evaluate", "-o", tmp_path / "page.html")
-        assert done.returncode == 0, done.stderr
+        done = command("check", "-v", case, "--evaluate", "-o", tmp_path / "page.html", exits=0)
         assert words in done.stdout
     done = command("check", "-v", LINE_CASE, "--evaluate", "-o", tmp_path / "page.html")
     assert "the same path" not in done.stdout

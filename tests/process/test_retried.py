@@ -1,7 +1,5 @@
 """An evaluation that fails is tried again, every failed try is told and kept."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from pathlib import Path
@@ -79,8 +77,7 @@ def test_a_run_with_such_a_program_leaves_the_same_bytes(tmp_path):
     for name, failing in (("failing", EVERY_SECOND), ("sound", "")):
         case = program_case(tmp_path / "case", failing + PLAIN_SPRINGS, "retries = 1")
         out = tmp_path / name / "run"
-        done = command("couple", "-v", case, "-o", out)
-        assert done.returncode == 0, done.stderr
+        done = command("couple", "-v", case, "-o", out, exits=0)
         runs[name] = out
         assert ("Warning: try 1 of 2 failed" in done.stdout) == (name == "failing")
     one, two = (run / "wrench.csv" for run in runs.values())

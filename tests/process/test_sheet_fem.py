@@ -1,7 +1,5 @@
 """The process sheet-fem: frames, repeatability, windows, files, messages."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Forces of teeth in steady feed against closed forms, symmetries and the power balance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

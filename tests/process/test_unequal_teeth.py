@@ -1,7 +1,5 @@
 """Teeth of varying pitch, and of a cutter that runs out, against forces by hand."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

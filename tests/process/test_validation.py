@@ -1,7 +1,5 @@
 """An author's mistake in a process of his own is an error that names it; a stiffness that he states."""
 
-from __future__ import annotations
-
 import os
 import sys
 from dataclasses import replace
@@ -163,8 +161,7 @@ def test_the_command_says_so_in_one_message(tmp_path, line, words):
     text = LINE_CASE.read_text()
     text = text.replace('"elastic-wall"', '"own.py:Table"').replace("stiffness_N_m = 2.0e5", "")
     (tmp_path / "case.toml").write_text(text)
-    done = command("couple", "-v", tmp_path / "case.toml", "-o", tmp_path / "out")
-    assert done.returncode == 2
+    done = command("couple", "-v", tmp_path / "case.toml", "-o", tmp_path / "out", exits=2)
     assert words in " ".join(done.stderr.split())
     assert "own.py:Table" in done.stderr.replace("\n", "")
     assert "Traceback" not in done.stderr

@@ -1,7 +1,5 @@
 """Arcs of robot programs: chords on the circle through three points, with the tool as it is turned."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given

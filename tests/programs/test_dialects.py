@@ -1,7 +1,5 @@
 """Programs as post processors and pendants write them: frames and speeds that are set on the way."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

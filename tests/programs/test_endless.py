@@ -1,7 +1,5 @@
 """Loops that never end: one pass is the path where all passes make the same motions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """FANUC TP of others: every instruction is executed, left out by its name, or refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from counted_calls import require_proportional

@@ -1,7 +1,5 @@
 """FANUC TP of others: what cannot be computed is refused by its name."""
 
-from __future__ import annotations
-
 import pytest
 from fanuc_programs import (
     CHOSEN,

@@ -1,7 +1,5 @@
 """Programs that others wrote: what is read of them, and how everything else is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from damage import read_or_refused

@@ -1,7 +1,5 @@
 """Poses of programs: products, and their expression in other bases and tools."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

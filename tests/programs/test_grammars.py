@@ -1,7 +1,5 @@
 """Programs under a grammar that another house wrote: rapidchecker's, of ABB's reference manual."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

@@ -1,7 +1,5 @@
 """KRL of others: every statement is executed, left out because it cannot change the path, or refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from counted_calls import require_proportional

@@ -1,7 +1,5 @@
 """KRL whose path is not known from the program: refused in one sentence, with line and word."""
 
-from __future__ import annotations
-
 import pytest
 from krl_programs import POINTS, START, program
 

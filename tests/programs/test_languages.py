@@ -1,7 +1,5 @@
 """Programs as text: what is written is read back, to the digits of the text and of single precision."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

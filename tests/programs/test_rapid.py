@@ -1,7 +1,5 @@
 """RAPID as others write it: what is executed, what is left out and said, and what is refused by name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """RAPID as others write it: what may change the path and is not known is refused by its name."""
 
-from __future__ import annotations
-
 import pytest
 from rapid_programs import HELD, TRAPS, to, way
 

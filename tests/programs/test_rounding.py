@@ -1,7 +1,5 @@
 """Rounded programs: what their texts hold, without a text."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -285,12 +285,12 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     (damaged / "result.json").write_text("{")
     (tmp_path / "of today" / "second" / "report.html").write_text("")
     (tmp_path / "notes").mkdir()
-    modes = command("modes", "icme2008", "--posture-deg", "0,10,20,0,60,0", "-o", tmp_path / "soft")
-    assert modes.returncode == 0, modes.stderr
+    command(
+        "modes", "icme2008", "--posture-deg", "0,10,20,0,60,0", "-o", tmp_path / "soft", exits=0
+    )
     (tmp_path / "third.unfinished").mkdir()
     (tmp_path / "first" / f"report.html.{'a' * 32}.partial").write_text("half")
-    done = command("report", tmp_path)
-    assert done.returncode == 0, done.stderr
+    command("report", tmp_path, exits=0)
     page = (tmp_path / "index.html").read_text()
     assert page.count('<article class="card">') == 4
     assert page.count("<svg") == 3
@@ -306,23 +306,19 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     (tmp_path / "soft" / "other.html").write_text("<title>by others</title>")
     title = '<meta name="generator" content="elastic-robot">'
     (tmp_path / "soft" / "a b.html").write_text(f"<title>plan &lt;1&gt;</title>{title}")
-    again = command("report", tmp_path)
-    assert again.returncode == 0, again.stderr
+    command("report", tmp_path, exits=0)
     page = (tmp_path / "index.html").read_text()
     assert '<a href="soft/a%20b.html">plan &lt;1&gt;</a>' in page
     assert "by others" not in page
     figures = tmp_path / "soft" / "modes.json"
     written, text = (tmp_path / "soft" / "report.html").read_bytes(), figures.read_text()
     figures.write_text(text.replace('"angles_rad": [', '"angles_rad": [\n 0.0,'))
-    damaged = command("report", tmp_path / "soft")
-    assert damaged.returncode == 2
+    damaged = command("report", tmp_path / "soft", exits=2)
     assert "modes.json: expected the modes of a robot, got damaged ones" in damaged.stderr
     figures.write_text(text)
-    again = command("report", tmp_path / "soft")
-    assert again.returncode == 0, again.stderr
+    command("report", tmp_path / "soft", exits=0)
     assert (tmp_path / "soft" / "report.html").read_bytes() == written
-    nothing = command("report", tmp_path / "notes")
-    assert nothing.returncode == 2
+    nothing = command("report", tmp_path / "notes", exits=2)
     assert "expected a result or a folder of results" in nothing.stderr
 
 

@@ -1,7 +1,5 @@
 """Pictures of curves on first screens: points stand where their values say, and nothing spoils them."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

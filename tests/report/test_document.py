@@ -1,7 +1,5 @@
 """A page of figures: the plotly.js in it can draw them."""
 
-from __future__ import annotations
-
 import html
 
 import plotly.graph_objects as go

@@ -1,7 +1,5 @@
 """First screen of an identification from deflections: a file that is no better is not called good."""
 
-from __future__ import annotations
-
 import pytest
 
 from coupling.report.identify_answers import deflection_answer, response_answer

@@ -1,7 +1,5 @@
 """Modes in space: the robot that is drawn swings as the model does, its tilts too."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a notebook shows of results: their first screens and, where something moves, the scene."""
 
-from __future__ import annotations
-
 import html
 import re
 import time

@@ -1,7 +1,5 @@
 """Deviation normal to the part, along the feed and across: on surfaces whose normals are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

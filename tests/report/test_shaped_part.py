@@ -1,7 +1,5 @@
 """The part that a tool shapes: its ball or its end, where and when it works."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

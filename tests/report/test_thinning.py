@@ -1,7 +1,5 @@
 """Rows of a path that show it: what lies between them is within a tolerance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Fields of a workpiece in space: labels name the units of the values."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -1,7 +1,5 @@
 """Two robots in a cell: placements, support paths, the pinch in closed form, a case by name."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """A base turned against gravity, and a tool tilted on its part."""
 
-from __future__ import annotations
-
 import io
 import json
 import tomllib

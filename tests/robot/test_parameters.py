@@ -1,7 +1,5 @@
 """A robot's parameters by name: what is written is read again, and nothing else changes."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

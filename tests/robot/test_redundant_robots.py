@@ -1,7 +1,5 @@
 """Inverse kinematics in C; robots of more than six axes: one posture for each pose, at any sampling."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`drive` of a case's robots: what they are by default, and that all commands take it from there."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Commands under another user, a full disk and a clock that jumps, killed, and eight of them at once."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

@@ -1,7 +1,5 @@
 """Robots and forces drawn from what robot files and processes state."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

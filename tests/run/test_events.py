@@ -1,7 +1,5 @@
 """What a run tells whoever watches: one function hears everything."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Nothing of the user's is lost in a run's folder, and nothing that a failed process has computed."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path
@@ -63,7 +61,7 @@ def failed(tmp_path_factory):
     """A run of compensate whose program fails in its second evaluation, and one that does not."""
     folder = tmp_path_factory.mktemp("failed")
     case = case_in(folder)
-    assert command("compensate", "-v", case, "-o", folder / "whole", "--no-store").returncode == 0
+    command("compensate", "-v", case, "-o", folder / "whole", "--no-store", exits=0)
     (folder / "log.txt").unlink()
     (folder / "fails").write_text("")
     done = command("compensate", "-v", case, "-o", folder / "run")
@@ -79,7 +77,7 @@ def test_a_program_that_failed_later_goes_on_by_the_same_command_with_its_restar
     again = command("compensate", "-v", case, "-o", run)  # the licence is still lost
     assert "licence lost" in again.stdout
     (folder / "fails").unlink()
-    assert command("compensate", "-v", case, "-o", run).returncode == 0
+    command("compensate", "-v", case, "-o", run, exits=0)
     steps = [int(line) for line in (folder / "log.txt").read_text().split()]
     # Of every path, as the correction tries two of them.
     assert steps[:6] == [1, 1, 1, 2, 2, 3]
@@ -87,8 +85,7 @@ def test_a_program_that_failed_later_goes_on_by_the_same_command_with_its_restar
     found = {name: text for name, text in files_of(run).items() if text != b"mine"}
     assert found == files_of(folder / "whole")
     assert [f.name for f in folder.glob("*.unfinished")] == []
-    done = command("compensate", "-v", case, "-o", run)
-    assert done.returncode == 2
+    done = command("compensate", "-v", case, "-o", run, exits=2)
     assert "holds a result already" in done.stderr
 
 
@@ -98,15 +95,14 @@ def test_another_command_does_not_replace_a_result_whose_process_has_failed(fail
     (tmp_path / "fails").write_text("")
     command("compensate", "-v", case, "-o", tmp_path / "run", "--no-store")
     for words in (("couple", case), ("compensate", folder / "line.toml")):
-        done = command(*words, "-o", tmp_path / "run", "--no-store")
-        assert done.returncode == 2
+        done = command(*words, "-o", tmp_path / "run", "--no-store", exits=2)
         assert "add --overwrite" in done.stderr
 
 
 def test_what_a_user_has_put_into_a_run_folder_outlives_it(failed, tmp_path):
     """Beside a result, in one that is replaced, and in one whose run has failed."""
     run = tmp_path / "run"
-    assert command("couple", "-v", LINE_CASE, "-o", run, "--no-store").returncode == 0
+    command("couple", "-v", LINE_CASE, "-o", run, "--no-store", exits=0)
     theirs = put(run)
     (run / "desired.csv").rename(run / "desired_of_mine.csv")
     assert (
@@ -118,14 +114,14 @@ def test_what_a_user_has_put_into_a_run_folder_outlives_it(failed, tmp_path):
     failing = tmp_path / "failing"
     (tmp_path / "fails").write_text("")
     (tmp_path / "log.txt").write_text("1\n")
-    assert command("couple", "-v", case, "-o", failing, "--no-store").returncode == 2
+    command("couple", "-v", case, "-o", failing, "--no-store", exits=2)
     unfinished = tmp_path / "failing.unfinished"
     theirs = put(unfinished) | {"result.json"}
     (unfinished / "result.json").write_text("mine")
-    assert command("couple", "-v", case, "-o", failing, "--no-store").returncode == 2
+    command("couple", "-v", case, "-o", failing, "--no-store", exits=2)
     assert kept(unfinished) == theirs
     (tmp_path / "fails").unlink()
-    assert command("couple", "-v", case, "-o", failing, "--no-store").returncode == 0
+    command("couple", "-v", case, "-o", failing, "--no-store", exits=0)
     assert kept(failing) == theirs - {"result.json"} | {"result.json.kept"}
 
 
@@ -156,14 +152,14 @@ def test_a_run_that_was_killed_at_its_start_is_begun_by_the_same_command(tmp_pat
     if left in ("run.json", "both"):
         (run / LIST).write_text('{"kind": "run", "written": ["run.json"]}')
         (run / f"run.json{draft}").write_text("")
-    assert command("couple", "-v", LINE_CASE, "-o", tmp_path / "run", "--no-store").returncode == 0
+    command("couple", "-v", LINE_CASE, "-o", tmp_path / "run", "--no-store", exits=0)
     assert list(tmp_path.rglob("*.partial")) == []
 
 
 def test_check_keeps_no_evaluation(tmp_path, monkeypatch):
     case = case_in(tmp_path)
     monkeypatch.chdir(tmp_path)
-    assert command("check", "-v", case, "--evaluate").returncode == 0
+    command("check", "-v", case, "--evaluate", exits=0)
     left = {place.name for place in tmp_path.iterdir()}
     assert left == {"line.toml", "line_check.html", "program.py", "log.txt"}
 
@@ -182,7 +178,7 @@ ENDINGS = {"build": ".fmu", "ssp": ".ssp", "plan": ".csv"}
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("done") / "run"
-    assert command("couple", "-v", LINE_CASE, "-o", folder, "--no-store").returncode == 0
+    command("couple", "-v", LINE_CASE, "-o", folder, "--no-store", exits=0)
     return folder
 
 
@@ -191,8 +187,7 @@ def test_a_command_writes_no_name_of_another_ending_and_no_file_of_the_user_s(tm
     words = [str(word).format(run=run) for word in OUTPUTS[name]]
     for file in (tmp_path / "case.toml", tmp_path / f"mine{ENDINGS.get(name, '.html')}"):
         file.write_text("mine")
-        done = command(*words, "-o", file)
-        assert done.returncode == 2
+        done = command(*words, "-o", file, exits=2)
         said = " ".join(done.stderr.split())
         assert "expected a name that ends in" in said or "no elastic-robot command has" in said
         assert file.read_text() == "mine"

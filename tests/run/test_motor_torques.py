@@ -1,7 +1,5 @@
 """What commands and paths ask of motors: torques beside their limits, in run, report, check."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -76,8 +74,7 @@ def told(case: Case, joints, wrench, folder: Path, drive: str) -> dict[int, tupl
 def finished(tmp_path_factory):
     """Case, run folder and what the terminal said."""
     folder = tmp_path_factory.mktemp("motors")
-    done = command("compensate", "-v", line(folder, 12000.0), "-o", folder / "out")
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = command("compensate", "-v", line(folder, 12000.0), "-o", folder / "out", exits=0)
     return load_case(folder / "line.toml"), folder / "out", done.stdout
 
 
@@ -185,8 +182,7 @@ def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_
 def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
     """Its simulation has no motors: it says which joint, when and how much, and exits with 1."""
     file = line(tmp_path, 5000.0, 'drive = "ideal"')
-    done = command("compensate", "-v", file, "-o", tmp_path / "out")
-    assert done.returncode == 1
+    done = command("compensate", "-v", file, "-o", tmp_path / "out", exits=1)
     figures = json.loads((tmp_path / "out" / "result.json").read_text())
     assert figures["outcome"] == "robot failed"
     asked = [d for d in figures["command"]["drives"] if (d.get("motor_torque_Nm") or 0.0) > 5000.0]

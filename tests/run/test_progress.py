@@ -1,7 +1,5 @@
 """What is seen of a run while it goes on, and what a user who stops it is told."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What samples of a force cost is told as it is: beside the process asked every millisecond."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager

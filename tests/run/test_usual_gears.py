@@ -1,7 +1,5 @@
 """Usual values of what robot files leave out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

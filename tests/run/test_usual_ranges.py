@@ -1,7 +1,5 @@
 """Every number of case and robot files has a usual range; forces that pull a tool are remarked."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path

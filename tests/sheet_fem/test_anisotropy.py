@@ -1,7 +1,5 @@
 """Yld91 against its definition by principal values, von Mises and closed forms."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The sheet away from the tools: coarse splines, condensed onto the interface of the box about them."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Coulomb friction between a sphere and the sheet."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The sheet's mechanics against closed forms and finite differences."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import replace
 

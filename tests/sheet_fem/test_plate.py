@@ -1,7 +1,5 @@
 """The backing plate: a rigid plane with a round hole, on which the sheet lies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

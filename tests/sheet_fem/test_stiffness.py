@@ -1,7 +1,5 @@
 """The stiffness that sheet-fem states: K = -dF/dx of every tool, its own displacement alone."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A sheet between two spheres: one on either face, as in a cell of two robots."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 

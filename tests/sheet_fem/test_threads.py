@@ -1,7 +1,5 @@
 """Loops of the sheet on all cores: every row once, whatever the number of cores; forked processes."""
 
-from __future__ import annotations
-
 import multiprocessing
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A sheet's last move, carried along with its tools: where the next equilibrium is looked for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

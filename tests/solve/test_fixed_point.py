@@ -1,7 +1,5 @@
 """Schemes, weak coupling and processes against closed forms."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

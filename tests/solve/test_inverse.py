@@ -1,7 +1,5 @@
 """Methods "inverse" and "mirror": evaluations, filters, convergence, and how they fail."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Robots against a process that goes on as it has answered; a gear that its spring alone holds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Coupling in windows against an independent integration, the growth of stability, and balances."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from cut_in_time import SlotInTime

@@ -1,7 +1,5 @@
 """Fixtures of tests of stability."""
 
-from __future__ import annotations
-
 import pytest
 
 

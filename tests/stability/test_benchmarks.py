@@ -1,7 +1,5 @@
 """Limits of published benchmarks: one mode of 922 Hz, low immersion, lobes of period doubling."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """elastic-robot stability, and what other commands say of a cut that chatters."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

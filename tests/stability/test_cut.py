@@ -1,7 +1,5 @@
 """The gain of a cut: the derivative of its force, its mean, its corners, the damping of its flanks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from steady_feed import steady_wrench

@@ -1,7 +1,5 @@
 """Every command that is given a case or a run of a milling cut says first that it chatters."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -79,8 +77,7 @@ def measured_run(tmp_path_factory, coarse_charts) -> list[Path]:
     """A run whose case was made deeper behind it, and a path measured under it."""
     folder = tmp_path_factory.mktemp("measured")
     place = folder / "measured"
-    done = command("compensate", slot(folder, 0.0003), "-o", place, "--no-store")
-    assert done.returncode == 0, done.stderr
+    command("compensate", slot(folder, 0.0003), "-o", place, "--no-store", exits=0)
     rows = (place / "achieved.csv").read_text().splitlines()
     measured = folder / "measured.csv"
     measured.write_text("\n".join(rows) + "\n")
@@ -104,8 +101,7 @@ def test_a_cut_that_chatters_is_named_with_the_same_words_and_exit_status(
     output = tmp_path / ("page.html" if name == "check" else "result")
     monkeypatch.setattr("coupling.run.execute._run", None)  # a command would fail
     monkeypatch.setattr("coupling.identification.next.command.learn", None)
-    done = command(name, *given, "-o", output, *JUDGED[name])
-    assert done.returncode == 1, done.stderr
+    done = command(name, *given, "-o", output, *JUDGED[name], exits=1)
     told = done.stdout
     assert WILL_CHATTER in told
     if name not in ("check", "place"):

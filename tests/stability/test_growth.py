@@ -1,7 +1,5 @@
 """Growth against other methods: closed forms, semi-discretisation, marching in time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

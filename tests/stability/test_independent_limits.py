@@ -6,8 +6,6 @@ of a tooth, at whose end an Arnoldi iteration takes the largest multiplier.  So 
 times the limits.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """elastic-robot init: every case that it makes can be run, whatever the robot."""
 
-from __future__ import annotations
-
 import functools
 import io
 import itertools

@@ -1,7 +1,5 @@
 """elastic-robot init for robots that others describe: a file that runs, its stand-ins marked."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`elastic_robot.coupling` in a checkout, loaded once under both names, and without modules of POSIX."""
 
-from __future__ import annotations
-
 import importlib
 import pickle
 import subprocess

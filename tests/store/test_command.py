@@ -1,7 +1,5 @@
 """elastic-robot store lists, verifies and clears; every bit of an entry survives or is missed."""
 
-from __future__ import annotations
-
 import os
 import time
 from dataclasses import fields, replace
@@ -61,8 +59,7 @@ def kept(tmp_path) -> Store:
 
 
 def test_it_lists_what_is_kept(kept, command):
-    done = command("store", kept.folder)
-    assert done.returncode == 0, done.stderr
+    done = command("store", kept.folder, exits=0)
     lines = done.stdout.splitlines()
     keys = [entry.key[:12] for entry in kept.entries()]
     assert len(lines) == 6
@@ -74,14 +71,13 @@ def test_it_lists_what_is_kept(kept, command):
 
 
 def test_it_names_the_entries_that_are_damaged(kept, command):
-    assert command("store", kept.folder, "--verify").returncode == 0
+    command("store", kept.folder, "--verify", exits=0)
     files = [entry.file for entry in kept.entries()]
     content = bytearray(files[1].read_bytes())
     content[len(content) // 2] ^= 1
     files[1].write_bytes(content)
     files[2].write_bytes(b"")
-    done = command("store", kept.folder, "--verify")
-    assert done.returncode == 1
+    done = command("store", kept.folder, "--verify", exits=1)
     said = done.stdout.replace("\n", " ")
     assert f"{files[1]}: the checksum of wrench.npy is wrong" in said
     assert f"{files[2]}: is no entry of a store" in said
@@ -106,8 +102,7 @@ def test_it_clears_what_was_not_used_for_longest(kept, command, options):
     entries = kept.entries()
     two = sum(entry.size for entry in entries[2:])
     words = [word.format(two=two) for word in options]
-    done = command("store", kept.folder, "--clear", *words)
-    assert done.returncode == 0, done.stderr
+    done = command("store", kept.folder, "--clear", *words, exits=0)
     assert [e.key for e in kept.entries()] == [e.key for e in entries[CLEARED[options] :]]
     assert f"{CLEARED[options]} evaluations" in done.stdout
 
@@ -119,7 +114,7 @@ def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, comman
     (kept.folder / "thesis.npz").write_text("mine")
     assert child.exitcode == -9
     assert len(list(kept.folder.glob("*.partial"))) == 1
-    assert command("store", kept.folder, "--clear", "--keep", "0").returncode == 0
+    command("store", kept.folder, "--clear", "--keep", "0", exits=0)
     left = sorted(str(f.relative_to(kept.folder)) for f in kept.folder.rglob("*"))
     assert left == ["locks", "notes.txt", "thesis.npz"]
 
@@ -127,7 +122,7 @@ def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, comman
 def test_an_answer_that_is_being_computed_is_left_alone(kept, command):
     with kept.claimed("b" * 64, SOME_PATH):
         room = kept.room("b" * 64, 100)
-        assert command("store", kept.folder, "--clear", "--keep", "0").returncode == 0
+        command("store", kept.folder, "--clear", "--keep", "0", exits=0)
         assert len(list(kept.folder.glob(f"{'b' * 64}*.partial"))) == 1
         room.discard()
 
@@ -148,8 +143,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("options", REFUSED)
 def test_what_is_not_clear_is_refused_and_clears_nothing(kept, command, options):
-    done = command("store", kept.folder, *options)
-    assert done.returncode == 2
+    done = command("store", kept.folder, *options, exits=2)
     said = " ".join(done.stderr.replace("│", " ").split())
     assert REFUSED[options] in said
     assert "Traceback" not in said
@@ -160,8 +154,7 @@ def test_what_is_not_clear_is_refused_and_clears_nothing(kept, command, options)
 def test_a_store_that_is_none_is_named(tmp_path, command, place):
     (tmp_path / "file").write_text("")
     for option in ((), ("--verify",), ("--clear", "--keep", "0")):
-        done = command("store", tmp_path / place, *option)
-        assert done.returncode == 2
+        done = command("store", tmp_path / place, *option, exits=2)
         assert f"{tmp_path / place}: the store cannot be read" in done.stderr.replace("\n", "")
         assert "Traceback" not in done.stderr
 
@@ -169,11 +162,9 @@ def test_a_store_that_is_none_is_named(tmp_path, command, place):
 def test_a_store_in_its_run_folder_is_refused(tmp_path, command):
     case = Path(__file__).parents[1] / "cases" / "line.toml"
     for store in (tmp_path / "run", tmp_path / "run" / "kept"):
-        done = command("couple", case, "-o", tmp_path / "run", "--store", store)
-        assert done.returncode == 2
+        done = command("couple", case, "-o", tmp_path / "run", "--store", store, exits=2)
         assert "the store is in the run folder" in done.stderr
-    done = command("couple", case, "-o", tmp_path / "run", "--store", store, "--no-store")
-    assert done.returncode == 2
+    done = command("couple", case, "-o", tmp_path / "run", "--store", store, "--no-store", exits=2)
     assert "either --store or --no-store" in done.stderr
     assert list(tmp_path.iterdir()) == []
 

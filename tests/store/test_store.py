@@ -1,7 +1,5 @@
 """The store: computed once, whole or not at all, and no fault of the disk loses an answer."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """A study without parameters of its own draws the robots that a run expects, by the same rule."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from line_case import line_case

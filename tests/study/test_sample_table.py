@@ -1,7 +1,5 @@
 """The table of samples and the folder of a study: kills, full disks, bad sectors, robots that end."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

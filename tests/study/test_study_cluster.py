@@ -1,7 +1,5 @@
 """A study on Dask's schedulers and workers, as they come, go and differ."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -47,8 +45,7 @@ def test_a_study_grows_on_a_cluster_that_runs_already_to_the_same_bytes(
     folder = tmp_path / "study"
     for samples in (20, SAMPLES):
         options = ("-o", folder, "--run", run, "--samples", samples, "--scheduler", cluster)
-        done = command("study", case, *options)
-        assert done.returncode == 0, done.stderr
+        command("study", case, *options, exits=0)
         assert rows(folder) == samples
     assert tables(folder) == tables(undisturbed)
 
@@ -107,8 +104,7 @@ def test_a_scheduler_that_is_killed_is_a_sentence_and_the_same_command_goes_on(
     assert f"the Dask scheduler at {address} has ended" in said
     assert "Traceback" not in said
     assert 3 <= rows(folder) < SAMPLES
-    done = command("study", case, "-o", folder, *options[1:], "--workers", 1)
-    assert done.returncode == 0, done.stderr
+    command("study", case, "-o", folder, *options[1:], "--workers", 1, exits=0)
     assert tables(folder) == tables(undisturbed)
 
 
@@ -122,8 +118,7 @@ def test_a_worker_that_comes_later_is_asked_by_its_first_sample():
 def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkeypatch):
     monkeypatch.setattr("coupling.study.cluster._CLUSTER_TIMEOUT", 1.0)
     options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
-    done = command("study", case, *options)
-    assert done.returncode == 2
+    done = command("study", case, *options, exits=2)
     assert "expected a Dask scheduler at tcp://127.0.0.1:1, got no answer" in done.stderr
     assert "Traceback" not in done.stderr
 
@@ -148,8 +143,7 @@ def test_each_robot_may_be_coupled_with_its_process(cluster, tmp_path):
         feed="0.1",
     )
     options = ("-o", tmp_path / "study", "--samples", 8, "--couple", "--scheduler", cluster)
-    done = command("study", file, *options)
-    assert done.returncode == 0, done.stderr
+    command("study", file, *options, exits=0)
     figures = json.loads((tmp_path / "study" / "study.json").read_text())
     assert figures["wrench"] == "coupled"
     assert figures["process_evaluations"] > 2 * 8
@@ -174,8 +168,7 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_pat
     )
     file.write_text(text)
     options = ("-o", tmp_path / "study", "--samples", 19, "--scheduler", cluster)
-    done = command("study", file, *options)
-    assert done.returncode == 1, done.stderr
+    done = command("study", file, *options, exits=1)
     assert done.stdout.startswith(
         "NOT FINISHED: the command of this study keeps its path on no robot"
     )
@@ -187,7 +180,6 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_pat
 def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, "coupling.study.cluster", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    done = command("study", case, "-o", tmp_path / "study", "--run", run, "--workers", 2)
-    assert done.returncode == 2
+    done = command("study", case, "-o", tmp_path / "study", "--run", run, "--workers", 2, exits=2)
     assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
     assert "Traceback" not in done.stderr

@@ -1,7 +1,5 @@
 """[study]: which parameters are uncertain, what is refused, and statistics of the samples."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """APT cutter locations as a tool path: points and axes again, one sentence for what is not read."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

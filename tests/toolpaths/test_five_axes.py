@@ -1,7 +1,5 @@
 """G-code of five-axis machines, each against forward kinematics by matrices of its own."""
 
-from __future__ import annotations
-
 import re
 from functools import reduce
 

@@ -1,7 +1,5 @@
 """G-code of five-axis machines: what is not known of the tool is refused by its name."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from five_axes import (

@@ -1,7 +1,5 @@
 """The desired motion is a function of time: samples choose where a process is asked, no more."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Tool paths, planning and tables."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 

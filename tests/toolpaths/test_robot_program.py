@@ -1,7 +1,5 @@
 """A robot program as a tool path: the same points in KRL, RAPID and G-code are the same path."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

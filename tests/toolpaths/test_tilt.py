@@ -1,7 +1,5 @@
 """A tool whose tilt is measured from feed and normal of its path."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

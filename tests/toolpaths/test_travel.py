@@ -1,7 +1,5 @@
 """Speeds that change along a way: never above a piece's feed, smooth, and hardly slower than that."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The FMU in the masters of docs/import.md, by examples/masters, each in a process of its own."""
 
-from __future__ import annotations
-
 import functools
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The robot's FMU in preCICE, with the library where it is installed, else with a stand-in for it."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """Ecos's own program, in C++ with no Python in it, takes the native FMU in an empty environment."""
 
-from __future__ import annotations
-
 import csv
 import importlib.metadata
 import os

@@ -1,7 +1,5 @@
 """Robot and process as an SSP archive, advanced step by step by other masters."""
 
-from __future__ import annotations
-
 import csv
 import importlib.metadata
 import os

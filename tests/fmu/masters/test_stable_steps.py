@@ -1,7 +1,5 @@
 """Steps at which robot and process are stable side by side: the estimate, and what masters find."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

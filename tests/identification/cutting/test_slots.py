@@ -1,7 +1,5 @@
 """Cutting coefficients and run-out from slots: recovered, predicted, refused."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

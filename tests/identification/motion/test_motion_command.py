@@ -1,7 +1,5 @@
 """elastic-robot identify of recordings, as a user types it."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -107,8 +105,9 @@ def test_recordings_become_a_robot_file_a_report_and_figures(command, folder):
 )
 def test_what_cannot_be_done_is_said_in_a_sentence(command, folder, options, says):
     paths = [folder / option if option.endswith("start.toml") else option for option in options]
-    done = command("identify", folder / "one.csv", "--robot", folder / "start.toml", *paths)
-    assert done.returncode == 2
+    done = command(
+        "identify", folder / "one.csv", "--robot", folder / "start.toml", *paths, exits=2
+    )
     assert says in done.stderr + done.stdout
     assert "Traceback" not in done.stderr
 
@@ -135,6 +134,5 @@ def test_angles_in_degrees_are_refused_with_what_to_look_for(command, folder):
 def test_a_table_of_deflections_has_nothing_to_hold_out(command, folder):
     table = folder / "static.csv"
     table.write_text("q1,q2,fx,fy,fz,dx,dy,dz\n0,0,1,0,0,0,0,0\n")
-    done = command("identify", table, "--hold-out", folder / "two.csv")
-    assert done.returncode == 2
+    done = command("identify", table, "--hold-out", folder / "two.csv", exits=2)
     assert "--hold-out: expected recordings of a motion to fit" in done.stderr + done.stdout

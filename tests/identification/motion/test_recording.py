@@ -1,7 +1,5 @@
 """Recordings of a motion as they are read and smoothed; those of a KUKA KR 300."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

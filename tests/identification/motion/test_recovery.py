@@ -1,7 +1,5 @@
 """A known robot is found again in recordings with noise, quantised encoders and a lag."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Runs are taken for exchanged by the robot of the last command, not by that of the file."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -242,11 +242,9 @@ def test_the_command_writes_a_robot_and_names_what_is_missing(tmp_path):
     file = tmp_path / "tapped.csv"
     _write_responses(file, tapped)
     base = ("identify", file, "--robot", "fanuc_r2000ic", "-o", tmp_path / "out.toml")
-    missing = command(*base)
-    assert missing.returncode == 2
+    missing = command(*base, exits=2)
     assert "--posture-deg: expected it once" in missing.stderr
-    done = command(*base, "--torque-curve", "linear", "--posture-deg=0,20,15,10,50,0")
-    assert done.returncode == 0, done.stderr
+    done = command(*base, "--torque-curve", "linear", "--posture-deg=0,20,15,10,50,0", exits=0)
     written = load_robot(tmp_path / "out.toml")
     name = "joint[2].stiffness"
     assert value_of(written, name) == pytest.approx(values[name], rel=0.02)
@@ -254,8 +252,7 @@ def test_the_command_writes_a_robot_and_names_what_is_missing(tmp_path):
     assert (tmp_path / "out.json").is_file()
     assert "IDENTIFIED: half of the values" in done.stdout
     assert len(done.stdout.splitlines()) <= 15
-    wrong = command(*base, "--torque-curve", "linear", "--posture-deg=40,-10,60,60,-50,0")
-    assert wrong.returncode == 1
+    wrong = command(*base, "--torque-curve", "linear", "--posture-deg=40,-10,60,60,-50,0", exits=1)
     assert "NOT IDENTIFIED, no file was written: tapped.csv: half of its values" in wrong.stdout
     assert "out.toml: from an earlier run, unchanged" in wrong.stdout
     assert load_robot(tmp_path / "out.toml") == written

@@ -1,8 +1,5 @@
 """Fits of parameters of robots that are known."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,14 +18,12 @@ from coupling.identification.runs.whitening import UnmodelledSpectrum
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.fmu_pool import FmuPool
 from elastic_robot.description import Robot
 
 
 @pytest.fixture(scope="module")
-def robots(example) -> Iterator[Robots]:
-    with FmuPool("native") as models:
-        yield Robots(example, models, seconds=5.0, rate=0.4)
+def robots(example, models):
+    return Robots(example, models, seconds=5.0, rate=0.4)
 
 
 def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):

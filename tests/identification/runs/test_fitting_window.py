@@ -1,7 +1,5 @@
 """How far along a run a fit looks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,5 @@
 """Intervals of what was learned: that they hold, and what is left over noise does to them."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -13,16 +10,14 @@ from coupling.identification.runs.judge import discrepancy, measurement_lacks
 from coupling.identification.runs.residual import UnexplainedPart
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.run.fmu_pool import FmuPool
 from docs.scripts.learning_beyond import Beyond
 
 PRIOR = np.full(8, 0.3)
 
 
 @pytest.fixture(scope="module")
-def robots(example) -> Iterator[Robots]:
-    with FmuPool("native") as models:
-        yield Robots(example, models, seconds=4.0)
+def robots(example, models):
+    return Robots(example, models, seconds=4.0)
 
 
 def fitted(

@@ -1,8 +1,5 @@
 """Angles and torques of motors beside the tool: what they tell of friction, and how they count."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +18,6 @@ from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.robot.parameters import scaled_values
-from coupling.run.fmu_pool import FmuPool
 
 ANGLE_NOISE, TORQUE_NOISE = 5e-6, 20.0  # [rad], [N m]
 COLUMNS = tuple((kind, joint) for kind in ("motor", "motor_torque") for joint in range(5))
@@ -29,9 +25,8 @@ NOISES = np.repeat([ANGLE_NOISE, TORQUE_NOISE], 5)
 
 
 @pytest.fixture(scope="module")
-def robots(example) -> Iterator[Robots]:
-    with FmuPool("native") as models:
-        yield Robots(slipping(example), models, seconds=5.0, drive="servo")
+def robots(example, models):
+    return Robots(slipping(example), models, seconds=5.0, drive="servo")
 
 
 def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -> MeasuredPath:

@@ -1,7 +1,5 @@
 """Measured orientations beside positions: what they tell, and how they are brought onto the run."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +12,6 @@ from coupling.identification.runs.alignment import aligned
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import Residual
 from coupling.path.histories import ToolPath
-from coupling.run.fmu_pool import FmuPool
 
 NOISE, NOISE_TURN = 1e-5, 2e-5
 PROBE = Rotation.from_rotvec([1.0, -0.5, 2.0])
@@ -22,9 +19,8 @@ FRAME = Rotation.from_rotvec([3e-4, -2e-4, 1e-4])
 
 
 @pytest.fixture(scope="module")
-def robots(example):
-    with FmuPool("native") as models:
-        yield Robots(example, models)
+def robots(example, models):
+    return Robots(example, models)
 
 
 def seen_of(robots: Robots, path: ToolPath, every: int = 2, shift: float = 0.0) -> Measurement:

@@ -1,8 +1,5 @@
 """Hysteresis of gears and friction of motors are learned beside stiffness, backlash and damping."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,14 +11,12 @@ from coupling.identification.runs.effect import ParameterEffect, SecantEffect, m
 from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.robot.parameters import apply_values, scaled_values
-from coupling.run.fmu_pool import FmuPool
 from elastic_robot.drive import Drive
 
 
 @pytest.fixture(scope="module")
-def robots(example) -> Iterator[Robots]:
-    with FmuPool("native") as models:
-        yield Robots(slipping(example), models, seconds=5.0, drive="servo")
+def robots(example, models):
+    return Robots(slipping(example), models, seconds=5.0, drive="servo")
 
 
 def test_slipping_parameters_make_a_robot_and_come_back_from_it(example):

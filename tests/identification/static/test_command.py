@@ -1,7 +1,5 @@
 """elastic-robot identify and robots, as a user types them."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from dataclasses import replace
@@ -31,8 +29,7 @@ START = EXAMPLES / "identify" / "fanuc_start.toml"
 def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path):
     target = tmp_path / "new" / "fanuc.toml"
     tilt = "joint[3].tilt about [0, 0, 1]"
-    done = command("identify", FANUC, "--robot", START, "--add", tilt, "-v", "-o", target)
-    assert done.returncode == 0, done.stderr
+    done = command("identify", FANUC, "--robot", START, "--add", tilt, "-v", "-o", target, exits=0)
     assert "joint[6].stiffness" in done.stdout
     assert "not identified: its confidence interval includes a rigid joint" in done.stdout
     found = json.loads(target.with_suffix(".json").read_text())
@@ -53,8 +50,7 @@ def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path
     places = dict.fromkeys(number.source for number in robot_numbers(target)[1])
     assert "identified, fanuc_r2000ic.csv, 43 measurements" in places
     # What was written is a start of its own, from which nothing moves.
-    again = command("identify", FANUC, "--robot", target, "-o", tmp_path / "again.toml")
-    assert again.returncode == 0
+    command("identify", FANUC, "--robot", target, "-o", tmp_path / "again.toml", exits=0)
     np.testing.assert_allclose(
         [joint.stiffness for joint in load_robot(tmp_path / "again.toml").joints],
         [joint.stiffness for joint in robot.joints],
@@ -78,8 +74,7 @@ def test_a_robot_of_a_urdf_keeps_its_frames(command, tmp_path):
     lines = np.hstack([rows.q, rows.wrench[:, :3], rows.deflection])
     np.savetxt(table, lines, delimiter=",", header=",".join(names), comments="", fmt="%.17g")
     target = tmp_path / "found.toml"
-    done = command("identify", table, "--robot", kuka, "--add", SUPPORTED, "-o", target)
-    assert done.returncode == 0, done.stdout + done.stderr
+    command("identify", table, "--robot", kuka, "--add", SUPPORTED, "-o", target, exits=0)
     found = load_robot(target)
     assert [len(joint.tilt) for joint in found.joints] == [0, 0, 1, 0, 0, 0]
     np.testing.assert_allclose(np.abs(found.joints[2].tilt[0].axis), np.abs(axis), atol=1e-12)
@@ -88,13 +83,11 @@ def test_a_robot_of_a_urdf_keeps_its_frames(command, tmp_path):
 
 def test_a_plan_is_a_table_to_fill_in(command, tmp_path):
     target = tmp_path / "plan.csv"
-    done = command("identify", "--plan", "--robot", START, "--count", 3, "-o", target)
-    assert done.returncode == 0, done.stderr
+    done = command("identify", "--plan", "--robot", START, "--count", 3, "-o", target, exits=0)
     assert "3 poses and loads are planned" in done.stdout
     assert "joint[6].stiffness" in target.with_suffix(".html").read_text()
     text = target.read_text()
-    refused = command("identify", target, "--robot", START)
-    assert refused.returncode == 2
+    refused = command("identify", target, "--robot", START, exits=2)
     assert "dx: expected a finite number, got ''" in refused.stderr
     target.write_text(text.replace(",,,", ",1e-3,0,-1e-3"))
     assert read_measurements(target, 6).count == 3
@@ -115,8 +108,7 @@ def test_a_plan_is_a_table_to_fill_in(command, tmp_path):
 )
 def test_a_mistake_is_one_sentence_and_status_2(command, arguments, words, tmp_path):
     output = () if "-o" in arguments else ("-o", tmp_path / "x.toml")
-    done = command("identify", *arguments, *output)
-    assert done.returncode == 2
+    done = command("identify", *arguments, *output, exits=2)
     assert words in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "x.toml").exists()
@@ -126,8 +118,7 @@ def test_where_nothing_is_identified_there_is_no_file_and_status_1(command, tmp_
     lines = FANUC.read_text().splitlines()
     table = tmp_path / "one.csv"
     table.write_text("\n".join(lines[:8]))
-    done = command("identify", table, "--robot", START, "-o", tmp_path / "one.toml")
-    assert done.returncode == 1
+    done = command("identify", table, "--robot", START, "-o", tmp_path / "one.toml", exits=1)
     assert "NOT IDENTIFIED, no file was written: nothing is identified" in done.stdout
     assert not (tmp_path / "one.toml").exists()
     assert (tmp_path / "one.html").exists()
@@ -138,8 +129,7 @@ def test_every_number_of_every_shipped_robot_has_a_source(command):
     assert set(shipped) >= {"icme2008", "fanuc_r2000ic", "abb_irb7600", "kuka_kr210", "kuka_kr300"}
     for file in shipped.values():
         assert [number.place for number in robot_numbers(file)[1] if not number.source] == []
-    done = command("robots")
-    assert done.returncode == 0
+    done = command("robots", exits=0)
     for name in shipped:
         assert f"{name} (" in done.stdout
     one = command("robots", "abb_irb7600")

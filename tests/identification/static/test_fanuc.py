@@ -4,8 +4,6 @@ The numbers wanted are those of a fit by other means (a Denavit-Hartenberg model
 within what gravity and geometry add.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What loading loops tell of gears with hysteresis, and what the model predicts of deflections."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -184,8 +182,7 @@ def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):
     true = with_hysteresis(load_robot(START), (90.0, 150.0, 0.0, 0.0, 0.0, 0.0))
     table, target = tmp_path / "loops.csv", tmp_path / "found.toml"
     table.write_text(written(loops(true, 3, 2, 900.0, FEWER, NOISE)))
-    done = command("identify", table, "--robot", START, "-v", "-o", target)
-    assert done.returncode == 0, done.stderr
+    done = command("identify", table, "--robot", START, "-v", "-o", target, exits=0)
     assert "leave-one-out without hysteresis" in done.stdout
     assert "Gears whose loops show no hysteresis get no elements" in done.stdout
     robot = load_robot(target)
@@ -199,11 +196,11 @@ def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):
     assert any("gear.hysteresis" in place for place in sources)
     single = Path(tmp_path / "single.csv")
     single.write_text(table.read_text().replace("loop", "turn"))
-    refused = command("identify", single, "--robot", target, "-o", tmp_path / "y.toml")
-    assert refused.returncode == 2
+    refused = command("identify", single, "--robot", target, "-o", tmp_path / "y.toml", exits=2)
     assert "column loop" in " ".join(refused.stderr.split())
-    added = command("identify", table, "--robot", START, "--add", "supported", "-o", target)
-    assert added.returncode == 2
+    added = command(
+        "identify", table, "--robot", START, "--add", "supported", "-o", target, exits=2
+    )
     assert "--add: expected none beside loading loops" in " ".join(added.stderr.split())
 
 

@@ -1,7 +1,5 @@
 """measurements.csv: what is read or refused; and plans of what to measure."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Robots that MuJoCo has deflected are found again, to rounding: the second implementation measures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -124,15 +124,21 @@ static inline double er_stribeck_part(const er_motor *motor, double rate)
     return 1.0 - motor->stribeck * (1.0 - er_stribeck_fall(motor, rate));
 }
 
-/* Friction of a motor [N m] at a part of its slip torque [N m], under its gear's torque [N m], at a rate [rad/s],
- * and its slope by the rate. */
+/* Friction of a motor [N m] at a part of what is left of its slip torque at a rate [N m, rad/s], under its gear's
+ * torque [N m]. */
+static inline double er_friction_at(const er_motor *motor, double slip_torque, double load, double part, double rate)
+{
+    return (slip_torque + motor->load_friction * fabs(load)) * part + motor->viscous * rate;
+}
+
+/* The same by its slip torque at rest [N m], and its slope by the rate. */
 static inline double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
                                        double *slope)
 {
     double fall = er_stribeck_fall(motor, rate), left = 1.0 - motor->stribeck * (1.0 - fall);
     *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * rate /
                                   (motor->stribeck_rate * motor->stribeck_rate);
-    return (slip_torque * left + motor->load_friction * fabs(load)) * part + motor->viscous * rate;
+    return er_friction_at(motor, slip_torque * left, load, part, rate);
 }
 
 /* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */

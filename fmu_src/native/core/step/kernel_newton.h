@@ -237,7 +237,7 @@ static void ER_NAME(motor_residual)(const er_robot *robot, int motors, const dou
         for (int l = 0; l < ER_LANES; l++) {
             double gear = residual[motor->coordinate][l] - work->load[d][l], rate = qd[l] + work->stage_pv[d][l];
             double part = er_friction_part(work, d, q[l] + work->stage_p[d][l]);
-            friction[l] = (friction[l] + motor->load_friction * fabs(gear)) * part + motor->viscous * rate;
+            friction[l] = er_friction_at(motor, friction[l], gear, part, rate);
             work->residual[d][l] = motor->inertia * (qdd[l] + acceleration[d][l]) - given[l] -
                                    work->winds[d][l] * gear + friction[l];
         }
