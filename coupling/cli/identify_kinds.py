@@ -17,19 +17,9 @@ from coupling.errors import IdentifyError
 from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.output_file import require_output
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.cutting.results import case_text, identify_cutting, keys_text
-from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
-from coupling.identification.motion.identification import identify_motion
-from coupling.identification.motion.recording import read_recording
-from coupling.identification.response.identification import identify_from_responses
-from coupling.identification.response.posture import read_posture
 from coupling.identification.robot_file import Figures, Fit, Identification
 from coupling.identification.static.measurements import FORCE, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
-from coupling.report.cutting_report import cutting_sections
-from coupling.report.identify_answers import cutting_answer, motion_answer, response_answer
-from coupling.report.motion_report import motion_sections
-from coupling.report.response_report import response_sections, response_warnings
 from coupling.report.result_report import ResultReport
 from coupling.results.section import Answer, Section, warned
 
@@ -84,6 +74,11 @@ def identify_from_motion(
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         output: Robot file to write; None for one in the folder results.
     """
+    from coupling.identification.motion.identification import identify_motion
+    from coupling.identification.motion.recording import read_recording
+    from coupling.report.identify_answers import motion_answer
+    from coupling.report.motion_report import motion_sections
+
     start = find_robot(robot)
     described = load_robot(start)
     target = fitted_target(output, f"{files[0].stem}_identified")
@@ -110,6 +105,11 @@ def identify_responses(
         postures_deg: Joint angles [deg] of each file, first those to fit, then those to predict.
         output: Robot file to write; None for one in the folder results.
     """
+    from coupling.identification.response.identification import identify_from_responses
+    from coupling.identification.response.posture import read_posture
+    from coupling.report.identify_answers import response_answer
+    from coupling.report.response_report import response_sections, response_warnings
+
     if torque_curve not in ("linear", "backlash"):
         raise IdentifyError(
             f"--torque-curve: expected linear or backlash beside responses, got {torque_curve}"
@@ -151,6 +151,11 @@ def identify_from_cuts(
         output: File to write, beside the case if that is given; None for one beside it, or in the
             folder results.
     """
+    from coupling.identification.cutting.results import case_text, identify_cutting, keys_text
+    from coupling.identification.cutting.slots import MeasuredSlots, SlotCutter
+    from coupling.report.cutting_report import cutting_sections
+    from coupling.report.identify_answers import cutting_answer
+
     numbers = [np.nan if value is None else value for value in options]
     if missing := [name for name, value in zip(_OPTIONS, options, strict=True) if value is None]:
         raise IdentifyError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.link_model import LinkModel
+from coupling.native.desk_robot import DeskRest
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.errors import EquilibriumError
+from elastic_robot.errors import EquilibriumError, RobotFileError
 from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
@@ -33,13 +34,15 @@ class GearsAtRest:
     Attributes:
         robot: The robot.
         model: Motion of its links.
-        curve: Torque curve of all its elastic coordinates.
+        torque_curve: Name of its gears' torque curve.
+        curve: That of all its elastic coordinates.
         gear_curve: That of its gears.
         elements: Elements of the hysteresis of each gear, (gears,).
     """
 
     robot: Robot
     model: LinkModel
+    torque_curve: str
     curve: TorqueCurve
     gear_curve: TorqueCurve
     elements: Sequence[GearElements]
@@ -71,16 +74,13 @@ class GearsAtRest:
         """
         chain, no_rate = self.model.chain, np.zeros_like(theta)
         static = -self.model.desk.loads(theta, no_rate, no_rate, wrench)[0, self.model.gears]
-        wind_up, parameters = self.alone(static), self.model.parameters
-        dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
-        unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
+        wind_up, rest_at = self.alone(static), self._rest()
         two_before = np.full_like(wind_up, np.inf)
         for number in range(_TRIES):
             output = theta[0, chain.drive].copy()
             output[self.model.gear_joint] -= wind_up
-            try:
-                x = equilibrium(dynamics, self.curve, output, ToolLoad(wrench[0]), unloaded)
-            except EquilibriumError:
+            x = rest_at(output, wrench[0])
+            if x is None:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 wind_up = wind_up - _ASIDE
                 continue
@@ -93,3 +93,24 @@ class GearsAtRest:
                     break
                 two_before = wind_up
         return wind_up
+
+    def _rest(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray | None]:
+        """Return the rest as a function of the gears' outputs [rad], (joints,), and a wrench, (6,)."""
+        try:
+            return DeskRest(self.robot, self.torque_curve).at
+        except RobotFileError:
+            # A torque table with more points than the library holds, of which the links know nothing.
+            return self._python_rest()
+
+    def _python_rest(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray | None]:
+        parameters = self.model.parameters
+        dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
+        unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
+
+        def rest_at(q: np.ndarray, wrench: np.ndarray) -> np.ndarray | None:
+            try:
+                return equilibrium(dynamics, self.curve, q, ToolLoad(wrench), unloaded)
+            except EquilibriumError:
+                return None
+
+        return rest_at

@@ -115,7 +115,9 @@ class MovingRobot:
         self._gear_curve = self._curve_class.build(self._gears)
         elements, torsions = self.model.chain.elements, self.model.chain.torsions.tolist()
         self.elements = tuple(GearElements.of(elements, self.model.parameters, k) for k in torsions)
-        self._at_rest = GearsAtRest(robot, self.model, self.curve, self._gear_curve, self.elements)
+        self._at_rest = GearsAtRest(
+            robot, self.model, torque_curve, self.curve, self._gear_curve, self.elements
+        )
 
     @property
     def backlash(self) -> np.ndarray:

@@ -15,7 +15,14 @@ from coupling.native.core_library import shipped_or_compiled
 # The library's own C files, and those of the core that they call.
 DESK_SOURCES = Path(__file__).parent / "desk"
 _CORE = ("io", "core/chain")
-_CORE_FILES = ("core/elements/gear_parts.c",)
+_CORE_FILES = (
+    "core/elements/gear.c",
+    "core/elements/gear_parts.c",
+    *(
+        f"core/load/{name}.c"
+        for name in ("anchor", "anchored_statics", "contact", "load", "statics")
+    ),
+)
 
 
 def desk_sources() -> list[Path]:
@@ -49,7 +56,7 @@ def loaded_library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(desk_library(host_platform())))
     for name in ("er_desk_create", "er_desk_create_plain", "er_link_iterations_create"):
         getattr(library, name).restype = ctypes.c_void_p
-    for name in ("er_link_iterations_improve", "er_gear_path"):
+    for name in ("er_link_iterations_improve", "er_gear_path", "er_desk_rest"):
         getattr(library, name).restype = ctypes.c_bool
     library.er_gear_law_with_elements.restype = ctypes.c_int64
     library.er_drive_fit_value.restype = ctypes.c_double

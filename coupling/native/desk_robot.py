@@ -13,6 +13,7 @@ from coupling.native.desk_library import loaded_library
 from coupling.native.robot_text import MOST_JOINTS, robot_text
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Damping of a step towards a pose: as a part of the squared error (Levenberg-Marquardt, Sugihara 2011,
 # eq. (33)), and what keeps the inverse of a singular matrix finite.
@@ -144,14 +145,8 @@ class DeskRobot:
                 f" {len(robot.joints)}: leave out joints that stand still"
             )
         self._robot, self._library = robot, loaded_library()
-        text = robot_text(replace(robot, joints=tuple(map(_of_chain, robot.joints))), "{desk}")
-        message = ctypes.create_string_buffer(_MESSAGE)
-        create = self._library.er_desk_create_plain if plain else self._library.er_desk_create
-        handle = create(text.encode(), message)
-        if not handle:
-            raise RobotFileError(f"{robot.name}: {message.value.decode(errors='replace')}")
-        self.handle = ctypes.c_void_p(handle)
-        weakref.finalize(self, self._library.er_desk_free, self.handle)
+        chain = replace(robot, joints=tuple(map(_of_chain, robot.joints)))
+        self.handle = _handle_of(self, chain, plain)
         elastic = [joint.stiffness is not None for joint in robot.joints]
         tilts = sum(len(joint.tilt) for joint in robot.joints)
         self.sizes = len(robot.joints), len(robot.joints) + tilts, tilts
@@ -246,6 +241,55 @@ class DeskRobot:
     def _call(self, name: str, *arrays: np.ndarray) -> None:
         count = ctypes.c_int64(len(arrays[0]))
         getattr(self._library, name)(self.handle, count, *map(address, arrays))
+
+
+class DeskRest:
+    """Rest of a robot in C, its gears from unloaded: as `elastic_robot.statics.equilibrium`.
+
+    Args:
+        robot: The robot; its kinematic errors and motors have no effect.
+        torque_curve: Name of its gears' torque curve.
+
+    Raises:
+        RobotFileError: If it has more joints, points or elements than the library holds.
+        CompilerError: If the library is neither shipped nor can be compiled here.
+    """
+
+    def __init__(self, robot: Robot, torque_curve: str) -> None:
+        joints = (replace(joint, kinematic_error=(), drive=None) for joint in robot.joints)
+        self._handle = _handle_of(self, replace(robot, joints=tuple(joints)))
+        self._law = list(TORQUE_CURVES).index(torque_curve)
+        tilts = sum(len(joint.tilt) for joint in robot.joints)
+        gears = sum(joint.stiffness is not None for joint in robot.joints)
+        self._joints, self._elastics = len(robot.joints), gears + tilts
+
+    def at(self, q: np.ndarray, wrench: np.ndarray) -> np.ndarray | None:
+        """Return the elastic coordinates at rest [rad], (m,); None if there is no rest.
+
+        Args:
+            q: Angles of the gears' outputs without wind-up [rad], (joints,).
+            wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
+        """
+        given = (
+            finite_numbers("angles", q, (self._joints,)),
+            finite_numbers("wrench", wrench, (6,)),
+        )
+        x = np.empty(self._elastics)
+        law = ctypes.c_int64(self._law)
+        rests = loaded_library().er_desk_rest(self._handle, law, *map(address, (*given, x)))
+        return x if rests else None
+
+
+def _handle_of(owner: object, robot: Robot, plain: bool = False) -> ctypes.c_void_p:
+    """Return the address of a robot in the library, freed when its owner is no longer used."""
+    library, message = loaded_library(), ctypes.create_string_buffer(_MESSAGE)
+    create = library.er_desk_create_plain if plain else library.er_desk_create
+    handle = create(robot_text(robot, "{desk}").encode(), message)
+    if not handle:
+        raise RobotFileError(f"{robot.name}: {message.value.decode(errors='replace')}")
+    address_of_robot = ctypes.c_void_p(handle)
+    weakref.finalize(owner, library.er_desk_free, address_of_robot)
+    return address_of_robot
 
 
 def _of_chain(joint: Joint) -> Joint:

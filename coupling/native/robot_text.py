@@ -69,13 +69,18 @@ def robot_text(robot: Robot, guid: str) -> str:
         f"guid {guid}",
         _line("gravity", robot.gravity),
         _line("tcp", [*robot.tcp_position, *rotation.ravel().tolist()]),
-        *(_line(f"setting {name}", [value]) for name, value in asdict(SETTINGS).items()),
+        *_setting_lines(),
     ]
     for number, joint in enumerate(robot.joints, start=1):
         lines += _joint_lines(number, joint)
     if robot.payload is not None:
         lines.append(_body_line(robot.payload))
     return "\n".join([*lines, "end"])
+
+
+@cache
+def _setting_lines() -> tuple[str, ...]:
+    return tuple(_line(f"setting {name}", [value]) for name, value in asdict(SETTINGS).items())
 
 
 def _joint_lines(number: int, joint: Joint) -> list[str]:

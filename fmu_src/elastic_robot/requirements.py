@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 Vector = tuple[float, ...]
@@ -16,7 +18,7 @@ def require_number(key: str, value: float, *, minimum: float, open_end: bool, un
     Raises:
         ValueError: With the key, what was expected and what was got.
     """
-    good = np.isfinite(value) and (value > minimum if open_end else value >= minimum)
+    good = math.isfinite(value) and (value > minimum if open_end else value >= minimum)
     if not good:
         bound = f"{'>' if open_end else '>='} {minimum:g}"
         raise ValueError(f"{key}: expected a finite number {bound} [{unit}], got {value!r}")
@@ -28,7 +30,7 @@ def require_vector(key: str, value: Vector, length: int, unit: str) -> None:
     Raises:
         ValueError: With the key, what was expected and what was got.
     """
-    if len(value) != length or not np.all(np.isfinite(value)):
+    if len(value) != length or not all(map(math.isfinite, value)):
         raise ValueError(f"{key}: expected {length} finite numbers [{unit}], got {list(value)}")
 
 

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import changed
 import fixture_store
+import module_sources
 import pytest
 from fixture_store import key_of, stored
 from module_sources import sources_of
@@ -60,6 +61,14 @@ def test_a_changed_source_makes_another_entry(monkeypatch, name):
         fixture_store, "_content", lambda file: b"changed" if file == ROOT / name else content(file)
     )
     assert key_of(_fit, ()) != before
+
+
+def test_bytecode_that_another_process_is_writing_makes_no_other_entry(tmp_path):
+    """CPython writes m.cpython-311.pyc.140235 and renames it."""
+    (tmp_path / "m.c").touch()
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "m.cpython-311.pyc.140235").touch()
+    assert module_sources._all_of(str(tmp_path)) == {tmp_path / "m.c"}
 
 
 @pytest.mark.parametrize("name", ["coupling/report/document.py", "coupling/cli/main.py"])

@@ -27,14 +27,19 @@ OF_THE_RUN = ("run.json", "report.html", "evaluations")
 _context = multiprocessing.get_context("forkserver")
 _PRELOADED = (
     "cli",
+    "cli.identify_kinds",
     "run_to_folder",
     "export.exporting",
     "study.conduct",
     "identification.next.command",
+    "identification.static.identification",
     "place.place",
+    "report.identify_report",
+    "report.place_report",
     "report.run_report",
 )
-_context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), "distributed"])
+_LIBRARIES = ("distributed", "plotly.graph_objects", "scipy.stats")
+_context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), *_LIBRARIES])
 
 
 def _command(arguments: Sequence[str], output: Path, missing: Sequence[str]) -> None:

@@ -20,7 +20,6 @@ _FOLDERS = {
     "coupling.fmu": ("fmu_src", "coupling/fmu"),
     "coupling.fmu_export": ("fmu_src", "coupling/fmu_export"),
 }
-_NO_SOURCES = (".pyc", ".pyo", ".fmu", ".nbi", ".nbc")
 
 
 def sources_of(file: Path) -> frozenset[Path]:
@@ -87,5 +86,6 @@ def _all_of(folder: str) -> frozenset[Path]:
     return frozenset(
         file
         for file in (ROOT / folder).rglob("*")
-        if file.is_file() and file.suffix not in _NO_SOURCES
+        # Bytecode is written there, first under a name with another ending.
+        if "__pycache__" not in file.parts and file.suffix != ".fmu" and file.is_file()
     )

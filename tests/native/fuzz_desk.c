@@ -13,6 +13,7 @@
 #include "../../coupling/native/desk/gear_path.h"
 #include "../../coupling/native/desk/link_path.h"
 #include "../../coupling/native/desk/reach.h"
+#include "../../coupling/native/desk/rest.h"
 #include "../../coupling/native/desk/smooth_wrench.h"
 #include "../../coupling/native/desk/spline.h"
 
@@ -201,6 +202,14 @@ static void draw_reach(const er_desk *desk, bool wild)
     free(position), free(quaternion), free(theta), free(error), free(away);
 }
 
+static void draw_rest(const er_desk *desk, bool wild)
+{
+    double *q = draw_numbers((size_t)desk->robot.joints, wild), *wrench = draw_numbers(6, wild);
+    double *x = draw_numbers((size_t)desk->robot.elastics, false);
+    er_desk_rest(desk, (int64_t)draw(5) - 1, q, wrench, x);
+    free(q), free(wrench), free(x);
+}
+
 /* What an FMU might answer: now and then Discard, Error or Fatal. */
 static fmi2Status some_status(void)
 {
@@ -318,6 +327,7 @@ int main(int count, char **arguments)
         bool wild = draw(2) == 0;
         draw_rows(desk, wild);
         draw_reach(desk, wild);
+        draw_rest(desk, wild);
         draw_drive(wild);
         draw_spline(wild);
         draw_wrench(wild);

@@ -182,15 +182,21 @@ def test_a_bound_is_not_above_the_cost_at_all_places():
     assert np.all(bound <= cost * (1.0 + 1e-12))
 
 
-@pytest.mark.parametrize("stage", ["the choice of its best settings", "their refinement"])
-def test_a_search_that_was_stopped_goes_on_from_its_last_stage(tmp_path, stage):
-    """With the settings of one that was not stopped, and without looking at those that fill the box."""
+def process_of(case):
+    return case.process
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A search that nothing stops: what is searched, and what is found."""
     task = boxed({"x_m": [0.9, 1.9], "z_m": [0.4, 1.2], "settings": 256, "cases": 1}, "stiffness")
+    return task, place(task, process_of)
 
-    def process_of(case):
-        return case.process
 
-    whole = place(task, process_of)
+@pytest.mark.parametrize("stage", ["the choice of its best settings", "their refinement"])
+def test_a_search_that_was_stopped_goes_on_from_its_last_stage(tmp_path, whole, stage):
+    """With the settings of one that was not stopped, and without looking at those that fill the box."""
+    task, found = whole
     state = SearchState(tmp_path, task)
 
     def stop(event):
@@ -205,8 +211,8 @@ def test_a_search_that_was_stopped_goes_on_from_its_last_stage(tmp_path, stage):
     resumed = place(task, process_of, lambda event: told.append(event.what), again)
     assert "evaluating settings" not in told
     assert ("refining the best settings" in told) == (stage != "their refinement")
-    assert resumed.best[0].content == whole.best[0].content
-    assert resumed.refused == whole.refused
+    assert resumed.best[0].content == found.best[0].content
+    assert resumed.refused == found.refused
     # That of another search, and a damaged one, are none.
     other = boxed({"x_m": [0.9, 1.8], "z_m": [0.4, 1.2], "settings": 256, "cases": 1}, "stiffness")
     screen = CoarseScreen(task.screen, task.stations, task.ranges, task.goal.demands, 1)

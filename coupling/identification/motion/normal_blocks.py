@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import correlate
 
 from coupling.identification.intervals import quantile
 
@@ -29,6 +28,8 @@ def correlation_time(residual: np.ndarray) -> float:
     Args:
         residual: Residuals, any unit, (n, channels).
     """
+    from scipy.signal import correlate
+
     longest = 1.0
     for channel in residual.T:
         centred = channel - channel.mean()
