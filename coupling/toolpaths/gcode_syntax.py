@@ -124,6 +124,11 @@ class CommonWords:
     tool: str = ""
 
 
+def is_text(line: str) -> bool:
+    """Return whether a line has a statement with a text, a message for instance."""
+    return bool(_IDLE_STATEMENT.fullmatch(line) or _MESSAGE.fullmatch(line))
+
+
 def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
     """Return a line's words where it writes them in another form; what moves nothing is left out.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from coupling.errors import CaseError
 from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import binary_name, other_format
 from coupling.programs.reading import ReadingNotes
-from coupling.toolpaths.gcode_syntax import common_words, refusal
+from coupling.toolpaths.gcode_macros import executed, has_macros
+from coupling.toolpaths.gcode_syntax import common_words, is_text, refusal
 from coupling.toolpaths.gcode_tnc import begins_tnc_program, is_blank
 
 # What a file may hold at most [bytes].
@@ -22,6 +23,10 @@ _WORD = re.compile(r"[A-Z][+-]?(?:\d+(?:\.\d*)?|\.\d+)")
 # Controls that end a block with ";" execute the next one, others take it for a comment.
 _WORDS = rf"(?:{_WORD.pattern})++"
 _BEHIND_SEMICOLON = re.compile(rf"{_WORDS};+(?:{_WORDS};+)*?((?=[XYZ]|[^;]*G\d){_WORDS})(?:;.*)?")
+# What parameters, expressions, O-words or loops have; comments may have it as well.
+_MACROS = re.compile(
+    r"[#\[]|^[^(;\n]*\bO[\w<> ]*(?:SUB|CALL)\b|^\s*DO\d", re.MULTILINE | re.IGNORECASE
+)
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
 # A block that an operator may switch off, "/" or "/2", behind its number or before it.
@@ -73,13 +78,19 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
     # Comments are in any encoding; words are ASCII, and anything else in them is refused.
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1").rstrip(_END_OF_FILE)
     _note_points(text, notes)
-    lines, has_begun = enumerate(io.StringIO(text, newline=None), start=1), False
+
+    def line_error(number: int, cause: ValueError) -> CaseError:
+        if other := other_format(content, ["gcode"]):
+            return CaseError(f"{file}: expected G-code, {other}")
+        return CaseError(f"{file}: line {number}: {cause}")
+
+    (lines, behind), has_begun = _lines(text, line_error), False
     is_tnc, begins_with_mark, line = False, False, "\n"
     for number, line in lines:
         if line[0] in "%:$" and (mark := _mark(line.strip(), has_begun, notes)):
             begins_with_mark = begins_with_mark or line[0] == "%"
             if mark == "end":
-                _leave_out_rest(lines, "the closing %", notes)
+                _leave_out_rest(behind, "the closing %", notes)
                 return
             has_begun = True
             if unit := re.search(r"\bG(7[01])\b", line):  # as DIN/ISO has it behind the name
@@ -95,19 +106,48 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
             if is_tnc and block is not None and block.tool:
                 block = replace(block, m=(*block.m, 6.0))  # T is TOOL CALL there
         except ValueError as cause:
-            if other := other_format(content, ["gcode"]):
-                raise CaseError(f"{file}: expected G-code, {other}") from cause
-            raise CaseError(f"{file}: line {number}: {cause}") from cause
+            raise line_error(number, cause) from cause
         if block is not None:
             has_begun = True
             yield block
             if any(m in _PROGRAM_ENDS for m in block.m):
-                _leave_out_rest(lines, "the program's end", notes)
+                _leave_out_rest(behind, "the program's end", notes)
                 return
     if begins_with_mark or not line.endswith("\n"):
         notes.assume(
             f"the file is whole, though {line.strip()[:20]!r}, without M2, M30 or %, ends it"
         )
+
+
+def _lines(
+    text: str, line_error: Callable[[int, ValueError], CaseError]
+) -> tuple[Iterator[tuple[int, str]], Iterator[tuple[int, str]]]:
+    """Return lines as they are executed, with their numbers from 1, and those behind the program's end.
+
+    Args:
+        line_error: Exception of a problem in a line, by its number.
+    """
+    lines = enumerate(io.StringIO(text, newline=None), start=1)
+    if not _MACROS.search(text):
+        return lines, lines
+    written = [line for _, line in lines]
+    codes = [_plain_code(line) for line in written]
+    if not has_macros(codes):
+        lines = enumerate(written, start=1)
+        return lines, lines
+    run = executed(codes, lambda place, cause: line_error(place + 1, cause))
+    return ((k + 1, written[k] if code == codes[k] else f"{code}\n") for k, code in run), iter(())
+
+
+def _plain_code(line: str) -> str:
+    """Return a line's words without comments and blanks, in capitals; "" of a text."""
+    if is_text(line):
+        return ""
+    try:
+        plain = _strip_comments(line) if "(" in line or ";" in line else line
+    except ValueError:
+        return ""  # refused where it is executed
+    return "".join(plain.split()).upper()
 
 
 def _note_points(text: str, notes: ReadingNotes) -> None:
