@@ -24,7 +24,10 @@ class CutCourse:
         width: Radial width [m], (n,).
         depth: Largest axial depth [m], (n,).
         removal_rate: Volume removed by time, by edges and end [m^3/s], (n,).
-        end_rate: The share of the end of the cutter, its disc times the descent [m^3/s], (n,).
+        end_rate: The share of the end of the cutter, what stands on material, times the descent
+            [m^3/s], (n,).
+        force: Force of the edges on its side, the mean over a turn [N], (n,).
+        thrust: Force that presses the tool upwards if edges on its end reach its middle [N], (n,).
         torque: Torque of the spindle, the mean over a turn [N m], (n,).
         speed: Speed of the spindle [rad/s].
         cutting_speed: Speed of the edges [m/s].
@@ -38,6 +41,8 @@ class CutCourse:
     depth: np.ndarray
     removal_rate: np.ndarray
     end_rate: np.ndarray
+    force: np.ndarray
+    thrust: np.ndarray
     torque: np.ndarray
     speed: float
     cutting_speed: float
@@ -55,17 +60,20 @@ class CutCourse:
         angle = np.where(cut, arcs.end - arcs.start, 0.0).sum(axis=1)
         holds_middle = (arcs.start < 0.5 * np.pi) & (0.5 * np.pi < arcs.end)
         largest = np.where(holds_middle, 1.0, np.maximum(np.sin(arcs.start), np.sin(arcs.end)))
-        torque = np.zeros(len(time))
+        wrench = np.zeros((len(time), 6))
         for arc in range(arcs.start.shape[1]):
             rows = np.flatnonzero(cut[:, arc])
             engagement = Engagement(
                 np.column_stack([feed[rows], np.zeros(len(rows))]),
                 *(table[rows, arc] for table in (arcs.start, arcs.end, arcs.depth)),
             )
-            torque[rows] += mean_wrench(cutter, milling.coefficients, engagement)[:, 5]
+            wrench[rows] += mean_wrench(cutter, milling.coefficients, engagement)
+        torque = wrench[:, 5]
+        if milling.end_edge:
+            torque = torque + milling.end_wrench(time, milling.end_edge)[:, 5]
         section = cutter.radius * np.sum(across * arcs.depth, axis=1)
-        descent = np.maximum(-np.gradient(milling.tips[:, 2], time), 0.0)
-        end_rate = np.pi * cutter.radius**2 * descent * arcs.is_cut.any(axis=1)
+        end_area = np.pi * cutter.radius**2 * milling.engaged.end_share(time)
+        end_rate = end_area * milling.descent(time) / cutter.tooth_period
         return cls(
             time,
             feed,
@@ -75,6 +83,8 @@ class CutCourse:
             np.max(arcs.depth * cut, axis=1),
             section * rate + end_rate,
             end_rate,
+            np.linalg.norm(wrench[:, :3], axis=1),
+            milling.end_wrench(time, cutter.radius)[:, 2],
             torque,
             cutter.speed,
             cutter.radius * cutter.speed,

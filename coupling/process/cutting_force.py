@@ -276,6 +276,34 @@ def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engageme
     return (cutter.teeth * cut.depth / (2.0 * np.pi))[:, None] * wrench
 
 
+def end_wrench(
+    cutter: Cutter, coefficients: CuttingCoefficients, length: float, descent: np.ndarray
+) -> np.ndarray:
+    """Return the mean wrench of the edges on the end of a cutter that goes down, axes f, n, z, (n, 6).
+
+    They lie in a plane across its axis, one for each tooth, and carry the force of the edges on its side
+    at an axial immersion angle of zero [Engin2001]: what is radial there presses the tool upwards.
+
+    Args:
+        cutter: The tool.
+        coefficients: Cutting coefficients of the material.
+        length: Length of these edges, from the rim inwards [m].
+        descent: Way of the tool downwards from tooth to tooth, their chip [m], >= 0, (n,).
+
+    Example:
+        >>> mill = Cutter(radius=8e-3, teeth=2, helix=0.5, speed=1000.0)
+        >>> material = CuttingCoefficients(8e8, 2e8, 0, 2e4, 1e4, 0)
+        >>> end_wrench(mill, material, 8e-3, np.array([1e-5]))[0, [2, 5]].round(3).tolist()
+        [192.0, 1.792]
+    """
+    K, share = coefficients, edge_share(descent)
+    wrench = np.zeros((len(descent), 6))
+    wrench[:, 2] = cutter.teeth * length * (K.K_rc * descent + share * K.K_re)
+    lever = cutter.radius - 0.5 * length
+    wrench[:, 5] = cutter.teeth * length * lever * (K.K_tc * descent + share * K.K_te)
+    return wrench
+
+
 def wrench_of_edge(
     radius: float,
     edge: tuple[np.ndarray | float, np.ndarray | float, np.ndarray | float],

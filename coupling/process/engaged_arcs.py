@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 
 from coupling.path.linear import arc_length
-from coupling.process.stock import RawStock, Stock
+from coupling.process.floor import Floor
+from coupling.process.stock import RAW, RawStock, Stock
 
 # Angles at which the cutter looks for material, over the half of it that cuts.
 _ANGLES = 180
@@ -62,10 +63,13 @@ class Arcs:
 
 
 class ArcsOverTime(Protocol):
-    """Arcs of a cutter along its desired path."""
+    """Arcs of a cutter along its desired path, and its end."""
 
     def at(self, time: np.ndarray) -> Arcs:
         """Return the arcs at times [s], (m,)."""
+
+    def end_share(self, time: np.ndarray) -> np.ndarray:
+        """Return the shares of the area of its end that cut at times [s], (m,)."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,11 @@ class RemovedStock:
         """Return the arcs at times [s], (m,): straight between places that have as many, else held."""
         return self.removal.at(time)
 
+    def end_share(self, time: np.ndarray) -> np.ndarray:
+        """Return the shares of the area of the cutter's end that cut at times [s], (m,)."""
+        share: np.ndarray = self.removal.end_share[self.removal.piece_at(time)]
+        return share
+
     @cached_property
     def removal(self) -> Removal:
         """The removal of the whole path."""
@@ -106,16 +115,19 @@ class RemovedStock:
         middles = 0.5 * (instants[1:] + instants[:-1])
         feeds = _feeds(points)
         rows: list[list[_Arc]] = [[] for _ in middles]
-        volume = 0.0
+        end_share, volume = np.zeros(len(middles)), 0.0
         if cuts.any():
             begins, ends = np.flatnonzero(cuts), np.flatnonzero(cuts) + 1
-            stock = Stock(self.raw, points[np.union1d(begins, ends)], self.radius, self.cell)
+            tips = points[np.union1d(begins, ends)]
+            stock = Stock(self.raw, tips, self.radius, self.cell)
+            floor = Floor(self.raw, tips, self.radius)
             before = stock.volume()
             for number in begins.tolist():
                 begin, end = points[number], points[number + 1]
                 middle = 0.5 * (begin + end)
-                rows[number] = _arcs(stock, middle, feeds[number], self.radius)
+                rows[number] = _arcs(stock, floor, middle, feeds[number], self.radius)
                 stock.remove(begin, end, number)
+                end_share[number] = floor.cut(begin, end)
             volume = before - stock.volume()
         return Removal(
             middles,
@@ -123,6 +135,7 @@ class RemovedStock:
             feeds,
             np.diff(arc_length(points[:, :2])),
             _table(middles, rows),
+            end_share,
             volume,
         )
 
@@ -137,6 +150,7 @@ class Removal:
         feed: Unit vectors along the feed in the part's x-y plane, (k, 2).
         length: Lengths of the pieces in that plane [m], (k,).
         arcs: Arcs in their middle.
+        end_share: Shares of the area of the cutter's end that cut, where it goes down [1], (k,).
         volume: Volume removed [m^3].
     """
 
@@ -145,7 +159,13 @@ class Removal:
     feed: np.ndarray
     length: np.ndarray
     arcs: Arcs
+    end_share: np.ndarray
     volume: float
+
+    def piece_at(self, time: np.ndarray) -> np.ndarray:
+        """Return the numbers of the pieces at times [s], (m,)."""
+        piece: np.ndarray = np.searchsorted(0.5 * (self.time[1:] + self.time[:-1]), time)
+        return piece
 
     def at(self, time: np.ndarray) -> Arcs:
         """Return the arcs at times [s], (m,): straight between places that have as many, else held."""
@@ -187,8 +207,7 @@ class StatedArcs:
     def at(self, time: np.ndarray) -> Arcs:
         """Return the arc at times [s], (m,)."""
         top, made = self._tops
-        middles, shape = self.removed.removal.time, (len(time), 1)
-        piece = np.searchsorted(0.5 * (middles[1:] + middles[:-1]), time)
+        piece, shape = self.removed.removal.piece_at(time), (len(time), 1)
         depth = top[piece] - np.interp(time, self.removed.time, self.removed.tips[:, 2])
         return Arcs(
             np.full(shape, self.start),
@@ -198,6 +217,10 @@ class StatedArcs:
             np.full(shape, -1.0 if self.end < np.pi else np.nan),
             made[piece, None],
         )
+
+    def end_share(self, time: np.ndarray) -> np.ndarray:
+        """Return the shares of the area of the cutter's end that cut at times [s], (m,)."""
+        return self.removed.end_share(time)
 
     @cached_property
     def _tops(self) -> tuple[np.ndarray, np.ndarray]:
@@ -245,8 +268,13 @@ def _table(time: np.ndarray, rows: list[list[_Arc]]) -> Arcs:
     return Arcs(*table)
 
 
-def _arcs(stock: Stock, tip: np.ndarray, feed: np.ndarray, radius: float) -> list[_Arc]:
-    """Return the arcs of a cutter whose tip (3,) goes along a feed (2,), by angle."""
+def _arcs(
+    stock: Stock, floor: Floor, tip: np.ndarray, feed: np.ndarray, radius: float
+) -> list[_Arc]:
+    """Return the arcs of a cutter whose tip (3,) goes along a feed (2,), by angle.
+
+    A floor on a slope lies within a layer, and it is the floor's height that counts.
+    """
     lowest = stock.bottom_layer(tip[2])
     if lowest == len(stock.borders) - 1:
         return []
@@ -272,10 +300,15 @@ def _arcs(stock: Stock, tip: np.ndarray, feed: np.ndarray, radius: float) -> lis
     arcs = []
     for k, (begin, end) in enumerate(pairwise(borders)):
         count = int(layers[first[k]])
-        depth = float(stock.borders[lowest + count]) - float(tip[2])
-        if count and end - begin > _SHORTEST and depth > 0.0:
-            middle = points[(first[k] + last[k]) // 2]
-            top = stock.remover(middle, lowest + count)
+        if not count or end - begin <= _SHORTEST:
+            continue
+        here = points[first[k] : last[k] + 1]
+        top = stock.remover(here[len(here) // 2], lowest + count)
+        height = stock.borders[lowest + count]
+        if top != RAW:
+            low, high = stock.middles[lowest + count - 1 : lowest + count + 1]
+            height = np.clip(np.median(floor.height(here)), low, high)
+        if (depth := float(height - tip[2])) > 0.0:
             arcs.append(_Arc(begin, end, depth, (makers[k], makers[k + 1], top)))
     return arcs
 

@@ -18,6 +18,7 @@ from coupling.process.cutting_force import (
     Engagement,
     Way,
     edge_share,
+    end_wrench,
     mean_wrench,
     tooth_wrench,
 )
@@ -70,6 +71,7 @@ class Milling:
         cutter: The tool, its axis along the part's z.
         coefficients: Cutting coefficients of the material.
         engaged: Arcs that are in the cut along the desired path.
+        end_edge: Length of the edges on the end of the cutter, from the rim inwards [m]; 0: none.
     """
 
     part: Frame
@@ -77,6 +79,7 @@ class Milling:
     cutter: Cutter
     coefficients: CuttingCoefficients
     engaged: ArcsOverTime
+    end_edge: float = 0.0
 
     @cached_property
     def tips(self) -> np.ndarray:
@@ -98,6 +101,26 @@ class Milling:
         """Return the directions of the desired feed at times [s], (m,): of the step there, (m, 2)."""
         rows = np.searchsorted(self.desired.time, time)
         return self._feed[np.minimum(rows, len(self._feed) - 1)]
+
+    def descent(self, time: np.ndarray) -> np.ndarray:
+        """Return the desired ways downwards from tooth to tooth at times [s], (m,): [m], >= 0."""
+        down = -np.interp(time, self.desired.time, self._climb)
+        return np.maximum(down, 0.0) * self.cutter.tooth_period
+
+    def end_wrench(self, time: np.ndarray, length: float) -> np.ndarray:
+        """Return the wrench of the cutter's end with edges of a length [m] on it, at times [s], (m, 6).
+
+        It is that of the desired path, in axes of the cut: what is a part of a turn on material has
+        that part of it.
+        """
+        share = self.engaged.end_share(time)
+        wrench = end_wrench(self.cutter, self.coefficients, length, self.descent(time))
+        return share[:, None] * wrench
+
+    @cached_property
+    def _climb(self) -> np.ndarray:
+        climb: np.ndarray = np.gradient(self.tips[:, 2], self.desired.time)
+        return climb
 
     @cached_property
     def _velocity(self) -> np.ndarray:
@@ -204,6 +227,8 @@ class MeanForce(MillingForce):
         feed = milling.feed_at(time)
         for rows, cut in milling.cuts(tip, time, feed):
             wrench[rows] += mean_wrench(milling.cutter, milling.coefficients, cut)
+        if milling.end_edge:
+            wrench += milling.end_wrench(time, milling.end_edge)
         return milling.in_base(wrench, feed)
 
 
@@ -257,6 +282,8 @@ class ToothPassing(MillingForce):
             wrench[at] += tooth_wrench(
                 milling.cutter, milling.coefficients, cut, way, feed[at], time[at]
             )
+        if milling.end_edge:
+            wrench += milling.end_wrench(time, milling.end_edge)
         in_base = milling.in_base(wrench, feed).reshape(len(ends), len(_NODES), 6)
         return np.einsum("g,ngw->nw", 0.5 * _WEIGHTS, in_base)
 

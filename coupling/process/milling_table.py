@@ -34,7 +34,8 @@ _SAME_SPEED = 1e-3
 _TURN, _ROUNDING = 360.0, 0.01
 _COEFFICIENTS = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")
 
-Coefficient = Annotated[float, Field(ge=0.0)]
+# No material has a larger coefficient, in any unit.
+Coefficient = Annotated[float, Field(ge=0.0, le=1e15)]
 Corner = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
@@ -66,6 +67,7 @@ class MillingForceTable(ProcessSchema):
     pitch_deg: Annotated[list[Positive], Field(min_length=2), AfterValidator(_closes)] | None = None
     runout_m: Annotated[float, Field(ge=0.0)] = 0.0
     runout_deg: float = 0.0
+    end_edge_m: Annotated[float, Field(ge=0.0)] | None = None
     spindle_speed_rpm: Positive | None = None
     spindle_max_rpm: Positive | None = None
     spindle_power_W: Positive | None = None
@@ -98,6 +100,11 @@ class MillingForceTable(ProcessSchema):
             raise ValueError(
                 f"runout_m: expected less than half of cutter_diameter_m, {self.cutter_diameter_m}, got"
                 f" {self.runout_m}"
+            )
+        if self.end_edge_m is not None and self.end_edge_m > 0.5 * self.cutter_diameter_m:
+            raise ValueError(
+                f"end_edge_m: expected at most half of cutter_diameter_m, {self.cutter_diameter_m}, got"
+                f" {self.end_edge_m}"
             )
         return self
 
@@ -193,6 +200,7 @@ class MillingForceTable(ProcessSchema):
             cutter=cutter,
             coefficients=self._coefficients(rates, cutter.tooth_period),
             engaged=self._engaged(task),
+            end_edge=self.end_edge_m or 0.0,
         )
         return FORCES[self.force](milling, identity=self.identity(task))
 

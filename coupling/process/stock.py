@@ -11,11 +11,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import cKDTree
+
+from coupling.path.linear import arc_length
 
 # Cells in a radius of the cutter, and cells of all layers at most.
 _PER_RADIUS, _MOST_CELLS = 40, 20_000_000
 # Layers in a radius, and layers at most.
 _LAYERS_PER_RADIUS, _MOST_LAYERS = 8, 64
+# Layers between two passes down over each other; they are near within so many radii, and another pass
+# after so many radii of way.
+_PER_PASS, _NEAR, _ANOTHER = 3, 0.5, 1.0
 # Heights that differ by less are one [m].
 _SAME_HEIGHT = 1e-6
 # Distances are kept up to so many cells off the border, outside the cutter.
@@ -65,14 +71,16 @@ class Stock:
     Attributes:
         cell: Side of a cell [m].
         borders: Heights between which the layers lie, rising [m], (layers + 1,).
+        middles: Heights of their middles, which a tip that takes them away has reached [m], (layers,).
     """
 
     def __init__(
         self, raw: RawStock, tips: np.ndarray, radius: float, cell: float | None = None
     ) -> None:
         self._radius = radius
-        self.borders = _borders(tips[:, 2], raw.surface, radius)
-        layers = len(self.borders) - 1
+        self.borders = _borders(tips, raw.surface, radius)
+        self.middles = 0.5 * (self.borders[1:] + self.borders[:-1])
+        layers = len(self.middles)
         low, high = tips[:, :2].min(axis=0), tips[:, :2].max(axis=0)
         if cell is None:
             area = float(np.prod(high - low + 2.2 * radius))
@@ -93,9 +101,8 @@ class Stock:
             begin, end: Both ends of the way of the tip [m], (3,).
             number: Number of the move, which is remembered where it has made a surface.
         """
-        heights = 0.5 * (self.borders[1:] + self.borders[:-1])
-        first = int(np.searchsorted(heights, 0.5 * (begin[2] + end[2]) - _SAME_HEIGHT))
-        if first == len(heights):
+        first = int(np.searchsorted(self.middles, 0.5 * (begin[2] + end[2]) - _SAME_HEIGHT))
+        if first == len(self.middles):
             return
         reach = self._radius + _BAND * self.cell
         columns, rows = (
@@ -153,12 +160,13 @@ def _within(axis: np.ndarray, low: float, high: float) -> slice:
     return slice(int(np.searchsorted(axis, low)), int(np.searchsorted(axis, high)))
 
 
-def _borders(heights: np.ndarray, surface: float, radius: float) -> np.ndarray:
+def _borders(tips: np.ndarray, surface: float, radius: float) -> np.ndarray:
     """Return the borders of layers: where floors lie, and between them so that none is thick."""
-    inside = np.minimum(heights, surface)
+    inside = np.minimum(tips[:, 2], surface)
     level = np.abs(np.diff(inside)) < _SAME_HEIGHT
     floors = _apart([surface, float(inside.min()), *inside[1:][level].tolist()])
-    thickest = max(radius / _LAYERS_PER_RADIUS, (floors[-1] - floors[0]) / _MOST_LAYERS)
+    thickest = min(radius / _LAYERS_PER_RADIUS, _descent_by_pass(tips, radius) / _PER_PASS)
+    thickest = max(thickest, (floors[-1] - floors[0]) / _MOST_LAYERS)
     if len(floors) > _MOST_LAYERS:
         return np.linspace(floors[0], floors[-1], _MOST_LAYERS + 1)
     pieces = [
@@ -166,6 +174,25 @@ def _borders(heights: np.ndarray, surface: float, radius: float) -> np.ndarray:
         for low, high in pairwise(floors)
     ]
     return np.append(np.concatenate([*pieces, np.zeros(0)]), floors[-1])
+
+
+def _descent_by_pass(tips: np.ndarray, radius: float) -> float:
+    """Return how far a tip goes down from one pass over a place to the next, in the median [m].
+
+    Infinite where it does so nowhere: a helix passes over itself, a straight ramp does not.
+    """
+    down = np.flatnonzero(np.diff(tips[:, 2]) < -_SAME_HEIGHT / _LAYERS_PER_RADIUS)
+    way = arc_length(tips[:, :2])[down]
+    places = tips[down]
+    lower = []
+    near = cKDTree(places[:, :2]).query_ball_point(places[:, :2], _NEAR * radius)
+    for row, others in enumerate(near):
+        before = np.array(others)[way[others] < way[row] - _ANOTHER * radius]
+        higher = places[before, 2] - places[row, 2]
+        higher = higher[higher > _SAME_HEIGHT]
+        if len(higher):
+            lower.append(float(higher.min()))
+    return float(np.median(lower)) if lower else np.inf
 
 
 def _apart(heights: Sequence[float]) -> list[float]:

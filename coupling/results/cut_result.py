@@ -30,7 +30,9 @@ class CutExtremes(ResultPart):
 class CutResult(ResultPart):
     """Figures of a cut; `course` has them over the path, `time_s` their times, a few hundred.
 
-    `by_end_m3` is the share of the end of the cutter in `volume_m3`, where it goes down.
+    `by_end_m3` is the share of the end of the cutter in `volume_m3`, where it goes down; `end_thrust_N`
+    what edges that reach the middle of its end would press it upwards with there, and `force_N` the
+    force of its side: largest means over a turn.
     """
 
     rpm: float
@@ -38,6 +40,8 @@ class CutResult(ResultPart):
     cutting_time_s: float
     volume_m3: float
     by_end_m3: float = 0.0
+    end_thrust_N: float = 0.0
+    force_N: float = 0.0
     figures: dict[str, CutExtremes]
     limits: dict[str, float] = {}
     time_s: tuple[float, ...]

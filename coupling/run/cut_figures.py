@@ -67,6 +67,8 @@ def cut_result(case: Case) -> CutResult | None:
         cutting_time_s=float(steps[cuts].sum()),
         volume_m3=float(np.trapezoid(course.removal_rate, time)),
         by_end_m3=float(np.trapezoid(course.end_rate, time)),
+        end_thrust_N=float(course.thrust.max()),
+        force_N=float(course.force.max()),
         figures={
             key: CutExtremes(
                 mean=float(np.average(values[cuts], weights=steps[cuts])),
@@ -101,12 +103,14 @@ def cut_warnings(case: Case, cut: CutResult) -> Iterator[str]:
     )
     if isinstance(milling.engaged, StatedArcs):
         yield from _of_stated_arcs(milling, milling.engaged, table)
-    if cut.by_end_m3 > _BY_END * cut.volume_m3:
+    if table.end_edge_m is None and cut.by_end_m3 > _BY_END * cut.volume_m3:
         share, removed = cut.by_end_m3 / cut.volume_m3, cut.volume_m3
         yield (
             f"process: {100.0 * share:.0f} % of the {1e9 * removed:.4g} mm3 that the path removes are"
             " cut by the end of the cutter, where it goes down into the material: no force, torque or"
-            " power has that share"
+            f" power has that share. If the end's edges reach its middle, up to {cut.end_thrust_N:.3g} N"
+            f" press it upwards there, beside {cut.force_N:.3g} N at the side: state end_edge_m, their"
+            " length from the rim inwards, 0 if they stay off the floor"
         )
 
 

@@ -135,6 +135,39 @@ def test_a_ramp_is_as_deep_as_its_tip():
         assert stock.at(time).depth.max() == pytest.approx(float(depth[0]), rel=1e-6)
 
 
+def section_of_discs(tips: np.ndarray, row: int, feed: np.ndarray) -> float:
+    """Return the section in front of a tip in stock from which discs at all places before are taken."""
+    phi = (np.arange(90) + 0.5) * np.pi / 90
+    outward = np.outer(np.sin(phi), feed) + np.outer(np.cos(phi), [-feed[1], feed[0]])
+    points = tips[row, :2] + R * (1.0 + 1e-6) * outward
+    away = np.linalg.norm(points[:, None] - tips[None, :row, :2], axis=2)
+    floor = np.where(away < R, tips[:row, 2], 0.0).min(axis=1)
+    return float(R * np.sum(np.sin(phi) * np.maximum(floor - tips[row, 2], 0.0)) * np.pi / 90)
+
+
+@pytest.mark.parametrize("depth", [0.6e-3, 3e-3])
+@pytest.mark.parametrize("kind", ["helix", "ramps"])
+def test_a_helical_or_a_zigzag_entry_is_as_deep_as_the_pass_before_has_left_it(kind, depth):
+    """Three passes down, whatever the layers of the stock: at each place within 8 % of the largest."""
+    share = np.linspace(0.0, 4.0, 1601)
+    height = -depth * np.minimum(share / 3.0, 1.0)
+    if kind == "helix":
+        plane = 5e-3 * np.column_stack([np.cos(2 * np.pi * share), np.sin(2 * np.pi * share)])
+    else:
+        plane = np.column_stack([24e-3 * np.abs((share + 1.0) % 2.0 - 1.0), 0.0 * share])
+    tips = np.column_stack([plane, height])
+    stock = RemovedStock(share, tips, SOLID, R)
+    rows = np.arange(31, 1600, 37)
+    ways = plane[rows + 1] - plane[rows - 1]
+    exact = [
+        section_of_discs(tips, row, way / np.linalg.norm(way))
+        for row, way in zip(rows.tolist(), ways, strict=True)
+    ]
+    sections = stock.at(share[rows]).section(R)
+    np.testing.assert_allclose(sections / max(exact), np.array(exact) / max(exact), atol=0.08)
+    assert np.mean(sections) == pytest.approx(np.mean(exact), rel=0.02)
+
+
 def test_a_path_over_what_is_removed_already_cuts_nothing():
     points = [(0, 0, -3), (40, 0, -3), (40, 0, 5), (0, 0, 5), (0, 0, -3), (40, 0, -3)]
     stock = removed(points)

@@ -300,6 +300,37 @@ def test_the_course_of_a_slot_is_that_of_its_feed_and_depth():
     )  # two teeth: one is in the slot at all times
 
 
+@pytest.mark.parametrize("force", ["mean", "tooth-passing"])
+def test_edges_on_the_end_press_upwards_and_take_the_power_of_what_they_remove(force):
+    """Down a ramp, back up and down it again through the air of its slot, where the end has nothing.
+
+    N R (K_rc d + s K_re) upwards and the power pi R^2 v K_tc + s N R^2/2 omega K_te, d being the descent
+    v from tooth to tooth and s what it is over 5 um.
+    """
+    there = np.linspace(0.0, 0.02, 2001)
+    way = np.concatenate([there, there[-2::-1], there[1:]])
+    points = np.column_stack([np.outer(way, HEADING), -0.02 * way])
+    of = Task(PART, tool_path(PART, np.arange(len(way)) * 1e-4, points))
+    both = [
+        milling(of, force=force, engagement="stock", end_edge_m=length) for length in (0.0, RADIUS)
+    ]
+    without, within = (process.evaluate(of.desired).wrench for process in both)
+    added = (within.before - without.before)[0]
+    pushed, turned = (PART.rotation.inv().apply(added[:, s]) for s in (slice(0, 3), slice(3, 6)))
+    rate, omega, K = 0.02 * FEED, 20000.0 * np.pi / 30.0, ALUMINIUM
+    share = rate * 1.5e-3 / 5e-6
+    thrust = 2 * RADIUS * (K.K_rc * rate * 1.5e-3 + share * K.K_re)
+    power = np.pi * RADIUS**2 * rate * K.K_tc + share * RADIUS**2 * omega * K.K_te
+    down = (within.instants > 0.02) & (within.instants < 0.19)
+    assert np.count_nonzero(down) > 1000
+    np.testing.assert_allclose(pushed[down, 2], thrust, rtol=0.02)
+    np.testing.assert_allclose(pushed[down, :2], 0.0, atol=1e-6)
+    np.testing.assert_allclose(turned[down, 2] * omega, power, rtol=0.02)
+    np.testing.assert_allclose(added[within.instants > 0.21], 0.0, atol=1e-9)
+    greater, smaller = (CutCourse.of(process.milling).power[300:1700] for process in both[::-1])
+    np.testing.assert_allclose(greater - smaller, power, rtol=0.02)
+
+
 @pytest.mark.parametrize(
     ("line", "stated", "words"),
     [
