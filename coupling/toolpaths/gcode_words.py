@@ -290,6 +290,9 @@ def require_letters(values: dict[str, float], is_arc: bool) -> None:
     known_letters = "XYZIJKR" if is_arc else "XYZ"
     for letter in values:
         if letter not in known_letters:
+            remedy = "take it out"
+            if letter == "L":  # of a label, a sub-program or repetitions
+                remedy = "let the post-processor write the moves out that it calls or repeats"
             raise ValueError(
-                f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
+                f"expected {', '.join(known_letters)} here, got the word {letter}: {remedy}"
             )
