@@ -25,7 +25,7 @@ _WORDS = rf"(?:{_WORD.pattern})++"
 _BEHIND_SEMICOLON = re.compile(rf"{_WORDS};+(?:{_WORDS};+)*?((?=[XYZ]|[^;]*G\d){_WORDS})(?:;.*)?")
 # What parameters, expressions, O-words or loops have; comments may have it as well.
 _MACROS = re.compile(
-    r"[#\[]|^[^(;\n]*\bO[\w<> ]*(?:SUB|CALL)\b|^\s*DO\d", re.MULTILINE | re.IGNORECASE
+    r"[#\[]|^[^(;\n]*\bO[\w<> ]{1,60}(?:SUB|CALL)\b|^\s*DO\d", re.MULTILINE | re.IGNORECASE
 )
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
