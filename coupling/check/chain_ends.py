@@ -68,9 +68,9 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
         tip = _link(tree, tip, "--tip")
         return _ends(tree, root, tip, base is None, "as asked for")
     chains: dict[str, tuple[str, ...]] = {}
+    moving = _moving_joints(tree, root)
     for link in tree.links:
-        joints = _rotations(tree, root, link)
-        if joints:
+        if joints := _rotations(moving.get(link, ())):
             chains[link] = joints
     if not chains:
         raise RobotFileError(f"expected joints that turn behind {root!r}, got none")
@@ -125,9 +125,9 @@ def _behind(tree: UrdfTree, last: str) -> str:
 
 def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> ChainEnds:
     """Return the ends of the chain to a tip, its base behind what carries the robot."""
-    moving = _moving(tree, root, tip)
+    moving = tuple(joint for joint in tree.way(root, tip) if joint.kind != "fixed")
     base = root
-    carriers = len(moving) - len(_rotations(tree, root, tip)) if may_move else 0
+    carriers = len(moving) - len(_rotations(moving)) if may_move else 0
     if carriers < len(moving):
         for joint in moving[:carriers]:
             base = joint.child
@@ -150,12 +150,8 @@ def _the_one(links: list[str], chains: dict[str, tuple[str, ...]]) -> str:
     return links[0]
 
 
-def _rotations(tree: UrdfTree, root: str, link: str) -> tuple[str, ...]:
-    """Return the joints that turn to a link behind all that slides, if no more turn before that."""
-    try:
-        moving = _moving(tree, root, link)
-    except ValueError:
-        return ()
+def _rotations(moving: tuple[TreeJoint, ...]) -> tuple[str, ...]:
+    """Return the joints that turn behind all that slides, if no more turn before that."""
     runs: list[list[str]] = [[]]
     for joint in moving:
         if joint.is_rotation:
@@ -166,8 +162,17 @@ def _rotations(tree: UrdfTree, root: str, link: str) -> tuple[str, ...]:
     return tuple(last) if all(len(run) < len(last) for run in before) else ()
 
 
-def _moving(tree: UrdfTree, root: str, link: str) -> list[TreeJoint]:
-    return [joint for joint in tree.way(root, link) if joint.kind != "fixed"]
+def _moving_joints(tree: UrdfTree, root: str) -> dict[str, tuple[TreeJoint, ...]]:
+    """Return the joints that are not fixed on the way to each link behind a root."""
+    moving: dict[str, tuple[TreeJoint, ...]] = {root: ()}
+    waiting = [root]
+    while waiting:
+        link = waiting.pop()
+        for joint in tree.child_joints[link]:
+            way = moving[link]
+            moving[joint.child] = way if joint.kind == "fixed" else (*way, joint)
+            waiting.append(joint.child)
+    return moving
 
 
 def _link(tree: UrdfTree, name: str, option: str) -> str:

@@ -146,6 +146,7 @@ _MAGIC = {
     b"PK\x03\x04": "a zip archive",
     b"\x1f\x8b": "a gzip archive",
     b"%PDF": "a PDF",
+    b"\xfe\xef": "a binary FANUC program, which the control also writes as .ls",
     b"\x7fELF": "an executable",
     b"MZ": "an executable",
 }

@@ -140,7 +140,8 @@ def read_program(path: Path) -> RobotProgram:
     Raises:
         ProgramError: If it cannot be read.
     """
-    if path.is_file() and (other := other_format(_file(path).text.encode(), ["program", "csv"])):
+    content = read_bounded(path, _MAX_BYTES, ProgramError) if path.is_file() else b""
+    if other := other_format(content, ["program", "csv"]):
         raise ProgramError(f"{path}: expected a robot program, {other}")
     ending = path.suffix.lower()
     by_ending = {language.ending: language for language in LANGUAGES.values()}

@@ -101,6 +101,7 @@ _AT_END = (
     (r"[A-Z][-+.]*(?:[A-Z*/)]|$)", "a word without a number", "give the number"),
     (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
     (r"/", "a / within a line", "write it at the line's beginning"),
+    (r"[-+*]", "an expression", _VARIABLES),
 )
 _REFUSED_STATEMENTS = tuple(
     (re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END

@@ -25,7 +25,7 @@ _WORDS = rf"(?:{_WORD.pattern})++"
 _BEHIND_SEMICOLON = re.compile(rf"{_WORDS};+(?:{_WORDS};+)*?((?=[XYZ]|[^;]*G\d){_WORDS})(?:;.*)?")
 # What parameters, expressions, O-words or loops have; comments may have it as well.
 _MACROS = re.compile(
-    r"[#\[]|^[^(;\n]*\bO[\w<> ]*(?:SUB|CALL)\b|^\s*DO\d", re.MULTILINE | re.IGNORECASE
+    r"[#\[]|^[^(;\n]*\bO[\w<> ]{1,60}(?:SUB|CALL)\b|^\s*DO\d", re.MULTILINE | re.IGNORECASE
 )
 # A printer's word E has a blank before it; a number that a program wrote has none.
 _EXPONENT = re.compile(r"[\d.][eE]")
@@ -290,6 +290,9 @@ def require_letters(values: dict[str, float], is_arc: bool) -> None:
     known_letters = "XYZIJKR" if is_arc else "XYZ"
     for letter in values:
         if letter not in known_letters:
+            remedy = "take it out"
+            if letter == "L":  # of a label, a sub-program or repetitions
+                remedy = "let the post-processor write the moves out that it calls or repeats"
             raise ValueError(
-                f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
+                f"expected {', '.join(known_letters)} here, got the word {letter}: {remedy}"
             )

@@ -165,6 +165,8 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("M999", "functions of the machine M0 to M99, got M999"),
         ("G4 S3", "a wait G4 P in seconds, got S"),
         ("IF R1==0 GOTOF END", "a loop or a condition"),
+        ("G1 X=10+5", r"an expression '\+5'"),
+        ("G98 L1", "the word L: let the post-processor write the moves out"),
         ("R1=5", "an R parameter 'R1=5'"),
         ("Q1 = 5", "a Q parameter"),
         ("G1 X=R1", "a parameter or an assignment"),

@@ -30,6 +30,8 @@ _GAINED, _EXPLAINED = 0.008, 0.5
 _TURNED = 0.02
 # Smallest extent of the path across its longest from which a frame is found, as a part.
 _PLANE = 0.02
+# Rows that are slower [s], over so many times the run's duration, have times in other units.
+_SLOW, _LONG = 0.5, 20.0
 
 
 def aligned(
@@ -49,6 +51,7 @@ def aligned(
             along.
     """
     _require_length_unit(measured, model)
+    _require_seconds(measured, model)
     path = SimulatedPath(model)
     offset = clock_offset(measured, model) if offset is None else offset
     measured = replace(measured, time=measured.time + offset, clock=measured.clock + offset)
@@ -95,6 +98,16 @@ def aligned(
         )
     require_steady(measured.name, measured.time, measured.position - there)
     return _mounted(measured, path)
+
+
+def _require_seconds(measured: Measurement, model: ToolPath) -> None:
+    """Refuse slow rows over many times the duration of the run: other units of time."""
+    step, lasts = float(np.median(np.diff(measured.time))), float(np.ptp(model.time))
+    if step > _SLOW and np.ptp(measured.time) > _LONG * lasts:
+        raise LearnError(
+            f"{measured.name}: expected times in s, of a run that lasts {lasts:.4g} s, got"
+            f" {np.ptp(measured.time):.4g} s with a row each {step:.3g} s: are they in ms (--unit ms)?"
+        )
 
 
 def _spread(position: np.ndarray) -> float:

@@ -121,6 +121,7 @@ def test_a_line_tells_no_frame():
 
 REFUSED = {
     "millimetres": (lambda s, p: Measurement(s.name, s.time, 1e3 * s.position), "are they in mm"),
+    "milliseconds": (lambda s, p: replace(s, time=1e3 * s.time), "are they in ms"),
     "another path": (
         lambda s, p: Measurement(s.name, s.time, s.position * [1, -1, 1]),
         "another command",
