@@ -101,7 +101,7 @@ def plan(
         history = history.aligned_with(model.x)
     correction = None
     if options.move != "parameters":
-        correction = learn_path(history, model, step.cutoff, options)
+        correction = learn_path(history, model, step.cutoff, options, step.worse)
     return CommandPlan(history, model, step, correction, tried, learned, options)
 
 

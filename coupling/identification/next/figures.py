@@ -17,6 +17,9 @@ from coupling.results.next_result import (
 )
 from coupling.results.run_result import three
 
+# Constants that differ by so many times what differs from run to run are those of another tool or part.
+_MOVED = 5.0
+
 
 def figures(plan: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
     """Return the figures of a plan; SI.
@@ -94,12 +97,29 @@ def sentences(plan: CommandPlan) -> list[str]:
 
 def _warnings(plan: CommandPlan) -> list[str]:
     """Return what is doubtful of the measurements."""
-    return [
-        text
-        for run in plan.history.runs
-        for text in (frame_sentence(run, plan.options.frame_accuracy), clock_sentence(run))
-        if text
-    ]
+    accuracy = plan.options.frame_accuracy
+    texts = [constant_sentence(plan)] if plan.options.absolute else []
+    for run in plan.history.runs:
+        texts += [frame_sentence(run, accuracy), clock_sentence(run)]
+    return [text for text in texts if text]
+
+
+def constant_sentence(plan: CommandPlan) -> str:
+    """Return that the robot, its tool or the part is elsewhere than in the run before; "" where not."""
+    history, last = plan.history, len(plan.history.runs) - 1
+    before, now = (
+        history.unmodelled(number, plan.model.x)[:, :3].mean(axis=0)
+        for number in (max(last - 1, 0), last)
+    )
+    moved = now - before
+    if np.linalg.norm(moved) <= _MOVED * plan.options.random:
+        return ""
+    off = ", ".join(f"{1e3 * value:+.2g}" for value in moved)
+    return (
+        f"Since the run before the whole path has moved by {off} mm (x, y, z of the base), as after a"
+        " change of tool, part or zero: this is corrected. Measure this run again if nothing was"
+        " changed."
+    )
 
 
 def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:
@@ -140,7 +160,7 @@ def _verdict(plan: CommandPlan) -> str:
         return (
             f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} um rms, under"
             f" {name} only {_rms(plan, base)} um: where it was worse the next command is that of {name}"
-            " with a smaller correction"
+            " again"
         )
     forecast = last.source.forecast
     if forecast is None:

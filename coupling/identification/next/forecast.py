@@ -35,17 +35,30 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
         SimulationError: If the robot cannot be simulated.
     """
     history, model, absolute = plan.history, plan.model, plan.options.absolute
-    number = plan.step.base
-    run = history.runs[number]
-    time, low_pass = run.measured.time, signal_filter(run.measured.time)
+    base, newest = plan.step.base, len(history.runs) - 1
+    run = history.runs[base]
+    low_pass = signal_filter(run.measured.time)
 
     def slow(deviation: np.ndarray) -> np.ndarray:
         part = low_pass(deviation)
         return part if absolute else less_constant(low_pass.time, part)
 
-    after = history.fmu.simulate(command, wrench, "dynamic", history.robot_at(model.x))
-    change = SimulatedPath(after).position(time) - history.simulated(number, model.x).position(time)
-    residual = slow(run.deviation + change)
+    after = SimulatedPath(
+        history.fmu.simulate(command, wrench, "dynamic", history.robot_at(model.x))
+    )
+
+    def change_since(number: int) -> np.ndarray:
+        time = history.runs[number].measured.time
+        change: np.ndarray = after.position(time) - history.simulated(number, model.x).position(
+            time
+        )
+        return change
+
+    change = change_since(base)
+    deviation = run.deviation + change
+    # A constant is learned from the last run, whichever goes on.
+    constant = np.median(history.runs[newest].deviation + change_since(newest), axis=0)
+    residual = slow(deviation - np.median(deviation, axis=0) + constant)
     noise = 3.0 * run.noise**2 * low_pass.of_noise
     square = max(_mean_square(residual) - noise, 0.0) + run.size.fast**2
     if plan.correction is not None:

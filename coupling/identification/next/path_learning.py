@@ -6,7 +6,9 @@ is on its path, s_b + d_b is the desired path and y_b - s_b - d_b the measured d
 simulated, a model whose parameters were learned later takes its part off: nothing is corrected twice.
 
 b and g are chosen at every time of the path: what a friction that changes its sign, or an outlier of one
-run, makes worse at one place is taken back there, and learning goes on elsewhere.
+run, makes worse at one place is taken back there, and learning goes on elsewhere.  A constant is no
+command's fault, as R is 1 at rest, but that of a tool, a part or a zero that has changed: it is learned
+from the last run.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from coupling.identification.next.command_model import CommandModel
 from coupling.identification.next.deviation_size import signal_filter
@@ -41,6 +43,8 @@ _FIRST_CUTOFF, _LAST_CUTOFF = 1.5, 3.0
 _WORSE_PLACE, _CONVERGES, _LEAST_GAIN = 2.0, 0.5, 0.25
 # Standard deviation of the mean over the time around a place [s].
 _AROUND = 0.2
+# What a command does to a place comes within so much time [s].
+_AFTER = 1.0
 # Steps per standard deviation of the filter in time, fewest of them, and steps between a table's rows.
 _STEPS, _FEWEST_STEPS, _TABLE = 8, 32, 4
 
@@ -79,16 +83,24 @@ def mean_around(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def is_worse(size: DeviationSize, best: DeviationSize, options: NextOptions) -> bool:
     """Return whether a run left more than the best one, beyond noise and repeatability.
 
+    It is not worse by a constant alone.
+
     Args:
         size: Measured deviation of the run.
         best: Measured deviation of the best one.
         options: Repeatability, and whether the constant counts.
     """
-    rms, best_rms, random = options.rms_of(size), options.rms_of(best), options.random
-    # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
-    chance = (2.0 * best_rms + random) * random / np.sqrt(_VALUES)
-    doubt = float(np.hypot(np.hypot(best.doubt, size.doubt), chance))
-    return rms**2 > (_WORSE * best_rms) ** 2 + _DEVIATIONS * doubt
+    random = options.random
+
+    def exceeds(rms: float, best_rms: float) -> bool:
+        # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
+        chance = (2.0 * best_rms + random) * random / np.sqrt(_VALUES)
+        doubt = float(np.hypot(np.hypot(best.doubt, size.doubt), chance))
+        return rms**2 > (_WORSE * best_rms) ** 2 + _DEVIATIONS * doubt
+
+    return exceeds(options.rms_of(size), options.rms_of(best)) and exceeds(
+        size.rms_less_constant, best.rms_less_constant
+    )
 
 
 def learning_step(sizes: Sequence[DeviationSize], options: NextOptions) -> LearningStep:
@@ -120,7 +132,11 @@ def learning_step(sizes: Sequence[DeviationSize], options: NextOptions) -> Learn
 
 
 def learn_path(
-    history: History, model: CommandModel, cutoff: float, options: NextOptions
+    history: History,
+    model: CommandModel,
+    cutoff: float,
+    options: NextOptions,
+    is_last_worse: bool = False,
 ) -> PathCorrection:
     """Return the next correction along the path.
 
@@ -128,33 +144,46 @@ def learn_path(
         history: All measured runs.
         model: The robot's model.
         cutoff: Cutoff, at most that of the model [Hz].
-        options: Repeatability, and whether the constant counts.
+        options: Repeatability.
+        is_last_worse: Whether the last run left more than the best one, as a whole.
     """
     last, cutoff = history.runs[-1], min(cutoff, model.highest_cutoff)
     start, end = last.desired.time[[0, -1]]
     count = max(int(np.ceil(_STEPS * (end - start) / width_in_time(cutoff))), _FEWEST_STEPS)
     time = np.linspace(start, end, count - count % _TABLE + _TABLE + 1)
-    squares = np.stack(
-        [squares_around(time, run, run.deviation, options) for run in history.runs], axis=1
-    )
-    base, gain = learning_gain(squares, options.random**2)
-    before = np.stack([corrected(run, time) for run in history.runs], axis=1)
     unmodelled = np.stack(
         [_unmodelled_at(time, history, k, model.x) for k in range(len(history.runs))], axis=1
     )
+    squares = np.stack(
+        [
+            squares_around(time, run, share_that_repeats(moved, options.random) * moved, options)
+            for run, moved in zip(
+                history.runs, shifts_since_the_run_before(unmodelled), strict=True
+            )
+        ],
+        axis=1,
+    )
+    reach = int(_AFTER / (time[1] - time[0])) if is_last_worse else None
+    base, gain = learning_gain(squares, options.random**2, reach)
+    before = np.stack([corrected(run, time) for run in history.runs], axis=1)
     change = low_passed(float(time[1] - time[0]), unmodelled - before, cutoff)
+    constant, constant_change = np.median(before, axis=0), np.median(change, axis=0)
     samples = last.measured.time
-    share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
+    noise_share = weight_of_sample(float(np.ptp(samples)) / (len(samples) - 1), cutoff)
     # From the correction of one run to that of another one without a jump.
     chosen = base[:, None] == np.arange(len(history.runs))
     weight = mean_around(time, chosen.astype(float))[:, :, None]
     gain = mean_around(time, gain)
-    deviation = np.sum(weight * (before + gain[:, None, None] * change), axis=1)
+    varying = before - constant + gain[:, None, None] * (change - constant_change)
     gain_mean, rows = float(gain.mean()), slice(None, None, _TABLE)
-    return PathCorrection(time[rows], deviation[rows], cutoff, gain_mean, gain_mean * share)
+    share = max(gain_mean, share_that_repeats(constant_change[-1, :3], options.random))
+    deviation = np.sum(weight * varying, axis=1) + constant[-1] + share * constant_change[-1]
+    return PathCorrection(time[rows], deviation[rows], cutoff, gain_mean, gain_mean * noise_share)
 
 
-def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.ndarray]:
+def learning_gain(
+    squares: np.ndarray, random: float, reach: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the run that every place goes on from, and with which gain.
 
     A place that is no better than in the best run is learned with half the gain, which averages what
@@ -164,6 +193,9 @@ def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.nd
     Args:
         squares: Mean squares of the deviation around every place in every run [m^2], (n, runs).
         random: Mean square of what differs from run to run [m^2].
+        reach: Of a last run that is worse as a whole, number of places before and behind a worse one
+            that go back with it, as a gear that is kicked off its flank lands later; none of them is
+            learned.  None of another one.
 
     Returns:
         Numbers of the runs (n,), and gains [1], (n,).
@@ -173,32 +205,60 @@ def learning_gain(squares: np.ndarray, random: float) -> tuple[np.ndarray, np.nd
         >>> base, gain = learning_gain(squares, 0.0)
         >>> base.tolist(), gain.tolist()
         ([2, 2, 1], [1.0, 0.5, 0.5])
+        >>> base, gain = learning_gain(squares, 0.0, reach=1)
+        >>> base.tolist(), gain.tolist()
+        ([2, 1, 1], [1.0, 0.0, 0.0])
     """
     best, base, gain = squares[:, 0], np.zeros(len(squares), dtype=int), np.ones(len(squares))
-    trusted = base
+    trusted = best_run = base
+    worse = np.zeros(len(squares), dtype=bool)
     for run, now in enumerate(squares.T[1:], start=1):
         worse, better = now > _WORSE_PLACE * (best + random), now < best
         gain = np.where(now < _CONVERGES * best, np.minimum(2.0 * gain, 1.0), gain)
         gain = np.where(better, gain, np.maximum(0.5 * gain, _LEAST_GAIN))
         base = np.where(worse, trusted, run)
-        trusted = np.where(better, run, trusted)
+        best_run, trusted = trusted, np.where(better, run, trusted)
         best = np.where(worse, 2.0 * best, np.minimum(best, now))
-    return base, gain
+    if reach is None:
+        return base, gain
+    goes_back = maximum_filter1d(worse, 2 * reach + 1)
+    return np.where(goes_back, best_run, base), np.where(goes_back, 0.0, gain)
+
+
+def shifts_since_the_run_before(unmodelled: np.ndarray) -> np.ndarray:
+    """Return by which constant each run has moved as a whole [m], (runs, 3); 0 of the first.
+
+    Args:
+        unmodelled: What the model does not explain of every run [m, rad], (n, runs, 6).
+    """
+    shifts: np.ndarray = np.median(np.diff(unmodelled, axis=1, prepend=unmodelled[:, :1]), axis=0)
+    return shifts[:, :3]
+
+
+def share_that_repeats(constant: np.ndarray, random: float) -> float:
+    """Return which share of a constant (3,) [m] repeats, beside a random rms [m] from run to run.
+
+    Example:
+        >>> [round(share_that_repeats(np.array([c, 0.0, 0.0]), 1e-5), 2) for c in (1e-4, 1e-5, 0.0)]
+        [0.99, 0.5, 0.0]
+    """
+    square = float(constant @ constant)
+    return square / (square + random**2) if square else 0.0
 
 
 def squares_around(
-    time: np.ndarray, run: MeasuredRun, deviation: np.ndarray, options: NextOptions
+    time: np.ndarray, run: MeasuredRun, shift: np.ndarray, options: NextOptions
 ) -> np.ndarray:
-    """Return mean squares below the modes around even times (n,) [m^2], (n,).
+    """Return mean squares of a run's deviation below the modes around even times (n,) [m^2], (n,).
 
     Args:
         time: The times [s], (n,).
-        run: Run at whose times deviations are given.
-        deviation: The deviations [m], (samples, 3).
+        run: The run.
+        shift: Constant that does not count, as no command is its cause [m], (3,).
         options: Whether the constant counts.
     """
     low_pass = SlowPart.of(run.measured.time)
-    slow = low_pass(deviation)
+    slow = low_pass(run.deviation) - shift
     if not options.absolute:
         slow = less_constant(low_pass.time, slow)
     squares: np.ndarray = np.sum(interpolate_rows(time, low_pass.time, slow) ** 2, axis=1)

@@ -18,6 +18,8 @@ _MOST_BESIDE = 0.05
 # over its time but those of another jump.  Simulated strikes, reversals, vibration and noise exceed that
 # in one recording of 2000.
 _JUMP, _EXCEEDS, _JUMPS = 1e-4, 4.5, 2
+# Part of a jump by which those after it stay off those before.
+_STAYS = 0.5
 
 
 def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -94,6 +96,14 @@ def require_steady(name: str, time: np.ndarray, unmodelled: np.ndarray) -> None:
         # A jump is in as many changes as the rows that they reach over.
         elsewhere = np.sort(np.linalg.norm(unmodelled[lag:] - unmodelled[:-lag], axis=1))
         most[lags.clip(1) == lag] = max(_JUMP, _EXCEEDS * elsewhere[-_JUMPS * lag - 1])
+    # Beside an outlier those around it are where they were.
+    rows, half = np.arange(len(change)), _AROUND // 2
+    median = median_filter(unmodelled, size=(_AROUND, 1), mode="nearest")
+    before, after = (
+        median[np.maximum(rows - half, 0)],
+        median[np.minimum(rows + half + 1, rows[-1] + 1)],
+    )
+    change[np.linalg.norm(after - before, axis=1) < _STAYS * change] = 0.0
     if np.any(change > most):
         worst = int(np.argmax(change / most))
         raise LearnError(

@@ -219,6 +219,16 @@ def test_a_jump_is_seen_in_slow_rows_behind_a_gap_and_twice(rows, far, back):
         aligned(other, path, own_frame=False)
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_outliers_are_no_permanent_jump(count):
+    """Rows 1.5 mm off, behind which the tool is where it was."""
+    path = spiral()
+    seen = seen_of(path)
+    position = seen.position.copy()
+    position[700 : 700 + count] += [1.5e-3, 0.0, 0.0]
+    aligned(replace(seen, position=position), path, own_frame=False)
+
+
 def test_a_clock_that_leaves_too_little_of_a_run_is_told():
     """A tool that stands is all the run long there, and like any other end of it."""
     path = spiral(radius=0.006).at_rows(np.arange(800))
