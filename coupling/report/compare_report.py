@@ -12,16 +12,16 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.histories import ToolPath
-from coupling.path.length_text import format_um
+from coupling.path.length_text import format_um, in_words, length_unit
 from coupling.report.background import case_content, case_of, real_part
 from coupling.report.colours import JOINTS
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
-from coupling.report.lengths import in_words, three_digits
+from coupling.report.lengths import three_digits
 from coupling.report.result_report import ResultReport
 from coupling.report.run_figures import tolerance_rule
 from coupling.report.run_scene import EXPECTED, named_paths, part_frame, run_scene, track
-from coupling.report.style import DrawnLine, length_unit, over_time
+from coupling.report.style import DrawnLine, over_time
 from coupling.report.verdict import verdict
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
@@ -42,7 +42,7 @@ def comparison_report(comparison: Comparison) -> ResultReport:
     """Return what is told of runs beside each other."""
     return ResultReport(
         "compare",
-        " and ".join(comparison.names),
+        f"{comparison.runs[0].figures.case}, {' beside '.join(comparison.names)}",
         comparison_answer(comparison),
         partial(_sections, comparison),
         scene=partial(comparison_scene, comparison),

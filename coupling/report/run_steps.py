@@ -30,12 +30,14 @@ class RunContext:
         folder, case: Run folder and case file, as commands name them.
         robots: Robot files, as the case names them, by the robots' names.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
+        learning: Page of how the command was learned from measured runs; empty where there is none.
     """
 
     folder: str
     case: str
     robots: Mapping[str, str]
     tolerance: float | None = None
+    learning: str = ""
 
 
 def is_enough(figures: RunResult, context: RunContext) -> bool:
@@ -156,7 +158,11 @@ def run_steps(
     if shift is not None:
         purpose = "Or learn the robot from a part made under this command; write its program:"
     yield NextStep.export(purpose, folder, figures.robots[0].title)
-    if is_alone:
+    if context.learning:
+        yield NextStep(
+            f"Run it, measure again, and go on from all runs: the command stands in {context.learning}."
+        )
+    elif is_alone:
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",
             *("next", folder, "measured.csv", "-o", f"{folder}_next"),

@@ -302,6 +302,7 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     assert len(page) < 300_000
     for name in ("elastic-robot compare", "of today/second", "are good enough"):
         assert name in page
+    assert re.search(r"first: [\w-]+, (couple|compensate)</", page)
     assert "Other pages" not in page
     (tmp_path / "soft" / "other.html").write_text("<title>by others</title>")
     title = '<meta name="generator" content="elastic-robot">'
