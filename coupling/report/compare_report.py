@@ -167,7 +167,7 @@ def _figures(comparison: Comparison) -> Table:
     def row(
         name: str,
         figure: Callable[[RunResult], float | None],
-        words: Callable[[float], str] = format_um,
+        words: Callable[[float], str] = in_words,
     ) -> tuple[str, ...]:
         values = map(figure, results)
         return (name, *("-" if v is None or isnan(v) else words(v) for v in values))
@@ -182,21 +182,21 @@ def _figures(comparison: Comparison) -> Table:
 
     rows = [
         row(
-            f"deviation {name}, {words} [um]",
+            f"deviation {name}, {words}",
             partial(deviation, stage=stage, key=key),
         )
         for stage, name in enumerate(_STAGES)
         for key, words in _DEVIATIONS
     ]
     rows += [
-        row("gravity, before [um]", lambda figures: figures.shares_m.gravity.maximum),
-        row("process, before [um]", lambda figures: figures.shares_m.process.maximum),
+        row("gravity, before", lambda figures: figures.shares_m.gravity.maximum),
+        row("process, before", lambda figures: figures.shares_m.process.maximum),
         row("peak force [N]", lambda figures: figures.peak_force_N, three_digits),
         row("evaluations of the process", lambda figures: figures.process_evaluations, str),
         row("rows of the command", lambda figures: figures.command.rows, str),
     ]
     names = dict.fromkeys(entry.name for figures in results for entry in figures.robustness)
-    rows += [row(f"left on a robot with {name} [um]", partial(replay, name=name)) for name in names]
+    rows += [row(f"left on a robot with {name}", partial(replay, name=name)) for name in names]
     return Table(("", *comparison.names), rows)
 
 

@@ -124,7 +124,7 @@ def _labels(
     high = _LABEL * span / _CURVES
     top = 1.05 * span
     duration = float(np.ptp(run.desired.time))
-    late = run.desired.time[0] + _LATE * duration
+    late = float(run.desired.time[0]) + _LATE * duration
     spikes = [
         (number, joint, time, factor * distance)
         for number, joint in enumerate(reversed(gears))

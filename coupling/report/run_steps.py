@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from coupling.report.lengths import state_tolerance
-from coupling.results.iteration_result import QUASISTATIC_VALIDATION
+from coupling.results.iteration_result import CORRECTIONS, QUASISTATIC_VALIDATION
 from coupling.results.replay import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import NextStep
@@ -135,6 +135,11 @@ def run_steps(
         yield repeat_alike(context)
         return
     if not figures.converged:
+        if figures.outcome == "exhausted" and CORRECTIONS in figures.reason:
+            yield NextStep.by(
+                f"Allow it more steps, max_passes in [compensation] of {context.case}; then again:",
+                *("compensate", context.case, "-o", folder, "--overwrite"),
+            )
         yield NextStep.by("See whether robot and path fit each other:", "check", context.case)
         if is_alone:
             yield NextStep.by(STIFFER, "place", context.case)

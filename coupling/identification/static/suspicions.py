@@ -73,6 +73,6 @@ def point_suspicions(at: StaticExperiment) -> list[str]:
             suspicions.append(
                 f"the {name} seems to be [{place}] m from its place in the table, in the TCP's frame:"
                 " check where it was; with it there, deflections that were not used are predicted"
-                f" {-100.0 * evidence.left_out_change:.0f} % better"
+                f" {-100.0 * (evidence.left_out_change or 0.0):.0f} % better"
             )
     return suspicions
