@@ -126,8 +126,8 @@ def next_command(
     from coupling.identification.next.command import plan
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import (
-        CASE,
         begin_inputs,
+        case_file,
         inputs_folder,
         require_inputs_folder,
         write_inputs,
@@ -154,17 +154,18 @@ def next_command(
     stated += ["--own-frame"] * own_frame + ["--clock-known"] * clock_known
     pairs = pairs_of(runs)
     place = inputs_folder(output)
-    goes_on = is_to_go_on(output, "compensate", place / CASE)
-    if not inputs_only:
-        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
     sources = [read_source(folder, read_measurement(file, choice)) for folder, file in pairs]
+    case_name = sources[-1].stored.figures.case
+    goes_on = is_to_go_on(output, "compensate", case_file(place, case_name))
+    if not inputs_only:
+        require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
     for (_, file), source in zip(pairs, sources, strict=True):
         if source.measured.understood is not None:
             console.print(f"{file}: {source.measured.understood.sentence}.")
-    title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
+    title = f"{case_name}, from {' and '.join(file.name for _, file in pairs)}"
     words = ["next", *map(str, runs)]
     judged = (
         None if despite_chatter else (*words, "--move", options.move, *stated, "-o", str(output))
@@ -186,9 +187,10 @@ def next_command(
             answer = refused_answer(result, [*words, "--move", "path", *stated, "-o", str(output)])
         else:
             case = write_inputs(place, command_plan)
-            words += [str(output), "measured.csv", *stated, "-o", f"{output}_next"]
+            words += [str(output), "measured.csv", *_move_words(options.move), *stated]
+            words += ["-o", f"{output}_next"]
             answer = next_answer(result, name_path(case), sources[-1].robot.name, words)
-        report = next_report(title, result, learned, answer)
+        report = next_report(title, result, learned, answer, command_plan.history.runs)
         page = _write_report(place, report, result, learned)
         if command_plan.is_refused or inputs_only:
             print_report(console, report, verbose)
@@ -213,7 +215,7 @@ def next_command(
             raise
         result = figures(command_plan, finished.run.forecast)
         answer = next_answer(result, name_path(output), sources[-1].robot.name, words)
-        report = next_report(title, result, learned, answer)
+        report = next_report(title, result, learned, answer, command_plan.history.runs)
         _write_report(place, report, result, learned)
     if finished.is_good:
         print_report(console, report.before(run_report(finished.stored)), verbose)
@@ -268,16 +270,22 @@ def _options(
     return NextOptions(frame_accuracy, move, cutoff, repeatability_m)
 
 
+def _move_words(move: str) -> list[str]:
+    """Return the option by which the next command is learned in the same way."""
+    return [] if move == "auto" else ["--move", move]
+
+
 def _write_report(
     place: Path, report: ResultReport, result: NextResult, learned: LearnedResult | None
 ) -> Path:
     """Write how a command was computed, page and figures; return the page."""
-    from coupling.identification.next.inputs import LEARNED, PLAN, REPORT
+    from coupling.files.written_files import LEARNING
+    from coupling.identification.next.inputs import LEARNED, PLAN
 
     write_atomically(place / PLAN, result.text() + "\n", LearnError)
     if learned is not None:
         write_atomically(place / LEARNED, learned.text() + "\n", LearnError)
-    page = place / REPORT
+    page = place / LEARNING
     write_atomically(page, report.page, LearnError)
     return page
 

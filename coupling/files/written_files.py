@@ -26,6 +26,8 @@ _LISTED, WHOLE = "/", "/**"
 KEPT = ".kept"
 # Page of what a folder holds.
 REPORT = "report.html"
+# Page of how a command was learned from measured runs.
+LEARNING = "next.html"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.run_result import RunResult, TouchOffResult
 from coupling.results.run_state import RunCase, StoredAnswer
 from coupling.results.section import UM, Note, Section, Table
@@ -111,7 +111,7 @@ def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str
             f"{name} robot: the part, touched off by the robot with its sag, is at {part} m, roll,"
             f" pitch, yaw {rpy} deg. The frame that the controller shows deviates from that by"
             f" {shift} um and {turn} mrad, world axes. Residual of the touched points:"
-            f" {format_um(touch_off.residual_m)} um."
+            f" {in_words(touch_off.residual_m)}."
         )
     return said
 

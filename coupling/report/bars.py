@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from coupling.report.lengths import in_words
+from coupling.path.length_text import in_words
 
 # Width of a picture, of its labels at least, of a character and of its values, height of a bar and of a
 # row [px].

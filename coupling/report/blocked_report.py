@@ -12,9 +12,9 @@ from coupling.case.file import TouchOffError
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import in_words
 from coupling.path.linear import arc_length
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
-from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, tool_of
 from coupling.results.scene import Scene, SceneLine, SceneMotion

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from coupling.check.robot_findings import RobotFindings
+from coupling.path.length_text import in_words
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.drives import drives_table
 from coupling.report.expected import expected_words
-from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot, thinned_motion, tool_of
 from coupling.report.thinning import PARTS, rows_within
@@ -264,11 +264,11 @@ def _worst_deviation(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     """Return what an error of the gears leaves, or why that is not known."""
     if not wrong:
         return f"The effect of an error of the {what} is not known: {unknown}"
-    most = 1e6 * max(replay.deviation.maximum for replay in wrong)
-    less_constant = 1e6 * max(replay.deviation.maximum_less_constant for replay in wrong)
+    most = max(replay.deviation.maximum for replay in wrong)
+    less_constant = max(replay.deviation.maximum_less_constant for replay in wrong)
     return (
         f"With {' or '.join(replay.name for replay in wrong)} in all gears the deviation under the exact"
-        f" command is up to {most:.1f} um, {less_constant:.1f} um less a constant (simulated)."
+        f" command is up to {in_words(most)}, {in_words(less_constant)} less a constant (simulated)."
     )
 
 

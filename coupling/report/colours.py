@@ -13,7 +13,8 @@ JOINTS = (AFTER, BEFORE, GREEN, PLANT, AS_FILED, "#E69F00", DESIRED)
 ON_DARK = {
     DESIRED: "#d5dbe1",
     QUIET: "#8b95a0",
-    AFTER: "#4aa8e0",
+    AFTER: "#3c93d0",
+    AS_FILED: "#b3e0ff",
     BEFORE: "#ff8a3c",
     GREEN: "#2fbf93",
     PLANT: "#e39cc4",

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from coupling.path.length_text import in_words
 from coupling.report.background import tolerance_of
 from coupling.report.bars import bars
 from coupling.report.comparison import Comparison
-from coupling.report.lengths import in_words, judged
+from coupling.report.lengths import judged
 from coupling.report.report_file import name_path
 from coupling.report.run_report import run_report
 from coupling.results.section import Answer, KeyFigure, NextStep

@@ -12,16 +12,16 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.path.histories import ToolPath
-from coupling.path.length_text import format_um
+from coupling.path.length_text import format_um, in_words, length_unit
 from coupling.report.background import case_content, case_of, real_part
 from coupling.report.colours import JOINTS
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
-from coupling.report.lengths import in_words, three_digits
+from coupling.report.lengths import three_digits
 from coupling.report.result_report import ResultReport
 from coupling.report.run_figures import tolerance_rule
 from coupling.report.run_scene import EXPECTED, named_paths, part_frame, run_scene, track
-from coupling.report.style import DrawnLine, length_unit, over_time
+from coupling.report.style import DrawnLine, over_time
 from coupling.report.verdict import verdict
 from coupling.results.run_result import RunResult
 from coupling.results.scene import Scene
@@ -42,7 +42,7 @@ def comparison_report(comparison: Comparison) -> ResultReport:
     """Return what is told of runs beside each other."""
     return ResultReport(
         "compare",
-        " and ".join(comparison.names),
+        f"{comparison.runs[0].figures.case}, {' beside '.join(comparison.names)}",
         comparison_answer(comparison),
         partial(_sections, comparison),
         scene=partial(comparison_scene, comparison),
@@ -167,7 +167,7 @@ def _figures(comparison: Comparison) -> Table:
     def row(
         name: str,
         figure: Callable[[RunResult], float | None],
-        words: Callable[[float], str] = format_um,
+        words: Callable[[float], str] = in_words,
     ) -> tuple[str, ...]:
         values = map(figure, results)
         return (name, *("-" if v is None or isnan(v) else words(v) for v in values))
@@ -182,21 +182,21 @@ def _figures(comparison: Comparison) -> Table:
 
     rows = [
         row(
-            f"deviation {name}, {words} [um]",
+            f"deviation {name}, {words}",
             partial(deviation, stage=stage, key=key),
         )
         for stage, name in enumerate(_STAGES)
         for key, words in _DEVIATIONS
     ]
     rows += [
-        row("gravity, before [um]", lambda figures: figures.shares_m.gravity.maximum),
-        row("process, before [um]", lambda figures: figures.shares_m.process.maximum),
+        row("gravity, before", lambda figures: figures.shares_m.gravity.maximum),
+        row("process, before", lambda figures: figures.shares_m.process.maximum),
         row("peak force [N]", lambda figures: figures.peak_force_N, three_digits),
         row("evaluations of the process", lambda figures: figures.process_evaluations, str),
         row("rows of the command", lambda figures: figures.command.rows, str),
     ]
     names = dict.fromkeys(entry.name for figures in results for entry in figures.robustness)
-    rows += [row(f"left on a robot with {name} [um]", partial(replay, name=name)) for name in names]
+    rows += [row(f"left on a robot with {name}", partial(replay, name=name)) for name in names]
     return Table(("", *comparison.names), rows)
 
 

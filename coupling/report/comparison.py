@@ -75,13 +75,7 @@ class MeasuredTool:
             LearnError: If it is no measurement of this run.
         """
         measured = MeasuredRun.of(source, model, ANYWHERE if own_frame else FrameAccuracy())
-        time, path = measured.measured.time, SimulatedPath(measured.desired)
-        quaternion = path.rotation(time).as_quat()
-        desired, actual = (
-            ToolPath(time, np.hstack([position, quaternion])).transformed(source.world_from_base)
-            for position in (path.position(time), measured.measured.position)
-        )
-        return cls(file, measured, desired, actual)
+        return cls(file, measured, *measured.paths)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from coupling.report.lengths import in_words, judged
+from coupling.path.length_text import in_words
+from coupling.report.lengths import judged
 from coupling.results.expected_deviation import ExpectedDeviation
 
 

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from coupling.path.length_text import in_words
 from coupling.report.bars import bars
 from coupling.report.curves import SvgCurve, curves
-from coupling.report.lengths import NOT_KNOWN, in_words, words_if_known
+from coupling.report.lengths import NOT_KNOWN, words_if_known
 from coupling.results.identified_result import (
     CuttingIdentified,
     IdentifiedResult,

@@ -143,7 +143,7 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
     """
     cards = [
         Card(
-            title=f"{name_path(entry.folder)}: {entry.report.kind if entry.report else 'damaged'}",
+            title=_title(entry),
             target=_link(entry.folder / REPORT, beside),
             answer=entry.report.answer
             if entry.report
@@ -158,6 +158,15 @@ def index_page(folder: str, entries: Sequence[IndexedResult], beside: Path) -> s
     if names := [str(place.relative_to(beside)) for place in beside.glob(f"*{UNFINISHED}")]:
         sections.append(Section("Not finished", [f"{', '.join(sorted(names))}: {_GOES_ON}"]))
     return document(folder, sections, index_answer(folder, entries))
+
+
+def _title(entry: IndexedResult) -> str:
+    """Return folder, case and command of a result; the case once where the folder is called like it."""
+    place, report = name_path(entry.folder), entry.report
+    if report is None:
+        return f"{place}: damaged"
+    case = "" if report.case == entry.folder.name else f"{report.case}, "
+    return f"{place}: {case}{report.kind}"
 
 
 def _other_pages(folder: Path, depth: int) -> Iterator[tuple[str, Path]]:

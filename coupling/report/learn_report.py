@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import sentence
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, length_unit
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.parameter_table import parameter_table
 from coupling.report.style import DrawnLine, over_time
@@ -50,10 +50,11 @@ def learned_summary(result: LearnedResult) -> list[Section]:
 
 def _sizes(result: LearnedResult) -> list[Table]:
     residuals = result.left_m
+    _, unit = length_unit(residuals.robot_file, residuals.learned)
     rows = [
-        ("residual, robot file", format_um(residuals.robot_file)),
-        ("residual, learned robot", format_um(residuals.learned)),
-        ("noise alone", format_um(result.noise_left_m)),
+        ("residual, robot file", in_unit(residuals.robot_file, unit)),
+        ("residual, learned robot", in_unit(residuals.learned, unit)),
+        ("noise alone", in_unit(result.noise_left_m, unit)),
     ]
     frames = [
         (

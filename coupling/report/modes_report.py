@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.length_text import in_words
 from coupling.report.colours import AFTER, BEFORE, GREEN, JOINTS
-from coupling.report.lengths import in_words, words_if_known
+from coupling.report.lengths import words_if_known
 from coupling.report.modes_scene import modes_scene
 from coupling.report.result_report import ResultReport
 from coupling.report.style import drawn, log_axis, row, rows

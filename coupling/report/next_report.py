@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import sentence
-from coupling.path.length_text import format_um
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.path.length_text import format_um, in_unit, in_words, length_unit
+from coupling.report.background import case_content, case_of, real_part
 from coupling.report.bars import bars
 from coupling.report.colours import JOINTS
 from coupling.report.learn_report import learned_figures, learned_summary
-from coupling.report.lengths import in_words, judged, words_if_known
+from coupling.report.lengths import judged, words_if_known
 from coupling.report.result_report import ResultReport
+from coupling.report.run_scene import part_frame, run_scene, track
 from coupling.report.style import DrawnLine, over_time
 from coupling.results.learned_result import LearnedResult
 from coupling.results.next_result import NextResult, PathCorrectionResult
+from coupling.results.scene import Scene
 from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table, warned
+from coupling.run.stored_run import read_run
 
 _TIME = "time of the run [s]"
 
 
 def next_report(
-    name: str, result: NextResult, learned: LearnedResult | None, answer: Answer
+    name: str,
+    result: NextResult,
+    learned: LearnedResult | None,
+    answer: Answer,
+    runs: Sequence[MeasuredRun],
 ) -> ResultReport:
     """Return what is told of a next command.
 
@@ -33,6 +43,7 @@ def next_report(
         result: Its figures, the content of next.json.
         learned: Parameters that were learned for it, the content of learned.json.
         answer: First screen.
+        runs: The measured runs.
     """
     return ResultReport(
         "next",
@@ -42,7 +53,22 @@ def next_report(
         warnings=warned(
             [*result.warnings, *map(sentence, () if learned is None else learned.warnings)]
         ),
+        scene=partial(next_scene, runs),
     )
+
+
+def next_scene(runs: Sequence[MeasuredRun]) -> Scene:
+    """Return the tool in space as it was measured in all runs, on the robot of the last one.
+
+    The first and the last are seen at first.
+    """
+    stored = read_run(runs[-1].source.folder)
+    frame = part_frame(real_part(stored.figures, case_of(stored)))
+    scene = run_scene(stored, frame, case_content(stored))
+    first, *others = (
+        track(f"run {number}, measured", *run.paths) for number, run in enumerate(runs, start=1)
+    )
+    return replace(scene, tracks=[first, *reversed(others)])
 
 
 def _sections(result: NextResult, learned: LearnedResult | None) -> list[Section]:
@@ -141,7 +167,11 @@ def refused_answer(result: NextResult, path_words: Sequence[str]) -> Answer:
     """
     last = result.runs[-1].size_m
     return Answer(
-        sentence=f"NO NEXT COMMAND: {result.parameters_refused}.",
+        sentence=(
+            "NO NEXT COMMAND: backlash, stiffness and damping of this robot cannot be learned from what"
+            " was measured."
+        ),
+        reason=sentence(f"{result.parameters_refused[:1].upper()}{result.parameters_refused[1:]}"),
         good=False,
         figures=(
             KeyFigure("Measured last", in_words(last.maximum), "largest, noise taken off"),
@@ -173,8 +203,9 @@ def _against_forecast(result: NextResult) -> str:
 def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Section]:
     """Return how a next command is computed, and what to expect of it once that is known."""
     forecast = [] if result.forecast is None else [f"{result.forecast.sentence}."]
+    told = [words for words in result.sentences if words not in result.warnings]
     return [
-        Section("How it was computed", [*forecast, *result.sentences]),
+        Section("How it was computed", [*forecast, *told]),
         Section("Measured runs", _runs(result)),
         *([] if learned is None else learned_summary(learned)),
     ]
@@ -182,18 +213,23 @@ def next_summary(result: NextResult, learned: LearnedResult | None) -> list[Sect
 
 def _runs(result: NextResult) -> list[Table]:
     sizes, devices = [], []
+    _, unit = length_unit(*(run.size_m.maximum for run in result.runs))
+
+    def in_column(*lengths: float, between: str = " / ") -> str:
+        return between.join(in_unit(length, unit) for length in lengths)
+
     for number, run in enumerate(result.runs, start=1):
         size, forecast = run.size_m, run.forecast
         expected = (
-            "" if forecast is None else f"{format_um(forecast.low)} to {format_um(forecast.high)}"
+            "" if forecast is None else in_column(forecast.low, forecast.high, between=" to ")
         )
         sizes.append(
             (
                 f"{number}",
                 f"{run.measured} under {run.run}",
-                f"{format_um(size.rms)} / {format_um(size.maximum)}",
-                f"{format_um(size.rms_less_constant)} / {format_um(size.maximum_less_constant)}",
-                format_um(size.fast),
+                in_column(size.rms, size.maximum),
+                in_column(size.rms_less_constant, size.maximum_less_constant),
+                in_column(size.fast),
                 expected,
             )
         )
@@ -209,8 +245,8 @@ def _runs(result: NextResult) -> list[Table]:
             )
         )
     columns = (
-        *("run", "measured", "rms / largest [um]", "less a constant [um]"),
-        *("faster than 15 Hz [um]", "forecast of the rms [um]"),
+        *("run", "measured", f"rms / largest [{unit}]", f"less a constant [{unit}]"),
+        *(f"faster than 15 Hz [{unit}]", f"forecast of the rms [{unit}]"),
     )
     off = (
         *("run", "noise [um]", "offset of frame [um]", "and [mrad]", "offset of tip [um]"),
@@ -221,22 +257,24 @@ def _runs(result: NextResult) -> list[Table]:
 
 def _distances(result: NextResult) -> go.Figure:
     lines = []
+    factor, unit = length_unit(*(max(run.distance_m) for run in result.runs))
     for number, run in enumerate(result.runs, start=1):
         # The colour of the last run is always the same.
         color = JOINTS[(len(result.runs) - number) % len(JOINTS)]
-        distance = UM * np.array(run.distance_m)
+        distance = factor * np.array(run.distance_m)
         lines.append(DrawnLine(f"run {number}: {run.measured}", color, run.time, distance, 1.2))
-    label = "distance from the desired path [um]"
+    label = f"distance from the desired path [{unit}]"
     return over_time(lines, label, 380, _TIME, {"rangemode": "tozero"})
 
 
 def _correction(correction: PathCorrectionResult) -> go.Figure:
-    deviation = UM * np.array(correction.deviation_m)
+    factor, unit = length_unit(float(np.abs(correction.deviation_m).max()))
+    deviation = factor * np.array(correction.deviation_m)
     lines = [
         DrawnLine(axis, color, correction.time, values)
         for axis, color, values in zip("xyz", JOINTS, deviation.T, strict=False)
     ]
-    return over_time(lines, "beyond the model, base axes [um]", 320, _TIME)
+    return over_time(lines, f"beyond the model, base axes [{unit}]", 320, _TIME)
 
 
 _MEASURED = Note(

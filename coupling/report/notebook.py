@@ -5,10 +5,10 @@ from __future__ import annotations
 import html
 from dataclasses import replace
 
+from coupling.path.length_text import in_words
 from coupling.report.compare_report import comparison_report
 from coupling.report.comparison import Comparison
 from coupling.report.document import document
-from coupling.report.lengths import in_words
 from coupling.report.run_scene import track, tracks_of
 from coupling.report.stored_result import KINDS, StoredResult, read_result, report_of
 from coupling.results.base import html_of

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.path.length_text import format_um
+from coupling.path.length_text import format_um, in_words
 from coupling.place.folder import StoredPlacement
 from coupling.place.part_map import PartMap
 from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.expected import expected_words
-from coupling.report.lengths import in_words, state_tolerance
+from coupling.report.lengths import state_tolerance
 from coupling.report.report_file import name_path
 from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from coupling.identification.static.plan import MeasurementPlan
+from coupling.path.length_text import in_words
 from coupling.report.colours import BEFORE
-from coupling.report.lengths import in_words
 from coupling.report.result_report import ResultReport
 from coupling.report.run_scene import scene_robot
 from coupling.results.scene import Scene, SceneLine, SceneMotion

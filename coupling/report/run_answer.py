@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from coupling.path.length_text import in_words
 from coupling.path.path_ends import MOVING_END
 from coupling.report.expected import expected_sentence, expected_words
-from coupling.report.lengths import NOT_KNOWN, in_words, judged, state_tolerance
+from coupling.report.lengths import NOT_KNOWN, judged, state_tolerance
 from coupling.report.run_steps import (
     STABLE,
     STIFFER,
@@ -61,6 +62,11 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
         after += f"; {in_words(shift.deviation)} after such a shift"
     elif figures.converged and (expected is None or not expected.is_whole):
         after += "; its file does not say how exact it is"
+    first = KeyFigure("Before", size, before)
+    if figures.forecast is not None:
+        # Its desired path is moved by what was measured: uncorrected it tells of no run that was made.
+        last = in_words(figures.forecast.before)
+        first = KeyFigure("Measured on average", last, "under the last command")
     reason = _reason(figures, expected)
     if good and outlook is not None and outlook.shift_alone is not None:
         reason += " Touching the part off, without a correction, leaves less."
@@ -69,7 +75,7 @@ def run_answer(figures: RunResult, context: RunContext) -> Answer:
         reason=reason,
         good=good,
         figures=(
-            KeyFigure("Before", size, before),
+            first,
             KeyFigure(
                 "Expected after", NOT_KNOWN if expected is None else expected_words(expected), after
             ),

@@ -9,23 +9,15 @@ import plotly.graph_objects as go
 
 from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
+from coupling.path.length_text import length_unit
 from coupling.report.colours import AFTER, AS_FILED, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.part_deviation import signed_deviation
-from coupling.report.run_scene import EXPECTED, shown_name
+from coupling.report.run_scene import EXPECTED
 from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
-from coupling.report.style import (
-    FLOOR_UM,
-    Keys,
-    curve,
-    drawn,
-    length_unit,
-    log_axis,
-    row,
-    rows,
-    rule,
-)
+from coupling.report.style import FLOOR_UM, Keys, curve, drawn, log_axis, row, rows, rule
 from coupling.results.gear_result import BacklashReversal
+from coupling.results.run_result import shown_name
 from coupling.results.section import UM
 from coupling.run.stored_run import StoredRobot
 
@@ -36,8 +28,9 @@ _DIRECTIONS, _PASSINGS = ("normal", "along", "across"), 4
 # Labels of one gear at most, how far they are apart, as a part of the path's time, and the height of a
 # spike that is seen, as a part of the axis.
 _LABELS, _APART, _VISIBLE = 4, 0.2, 0.03
-# Behind this part of the path's time labels stand before their lines.
-_LATE = 0.9
+# Behind this part of the path's time labels stand before their lines, and where that of a gear above
+# would pass through them: of a label's width, as a part of that time.
+_LATE, _WIDTH = 0.9, 0.07
 
 
 def _colored_paths(run: StoredRobot) -> list[tuple[str, str, ToolPath]]:
@@ -130,11 +123,23 @@ def _labels(
     span = max(largest, 1e-9)
     high = _LABEL * span / _CURVES
     top = 1.05 * span
-    late = run.desired.time[0] + _LATE * np.ptp(run.desired.time)
+    duration = float(np.ptp(run.desired.time))
+    late = float(run.desired.time[0]) + _LATE * duration
+    spikes = [
+        (number, joint, time, factor * distance)
+        for number, joint in enumerate(reversed(gears))
+        for time, distance in labelled(run, joint)
+        if factor * distance > _VISIBLE * top
+    ]
+
+    def is_before(number: int, time: float) -> bool:
+        behind = [at - time for above, _, at, _ in spikes if above > number]
+        return time >= late or any(0.0 < apart < _WIDTH * duration for apart in behind)
+
     return top + high * (len(gears) + 0.3), [
         {
             "x": time,
-            "y": factor * distance,
+            "y": height,
             "ax": time,
             "ay": top + high * (number + 0.5),
             "axref": "x",
@@ -142,7 +147,7 @@ def _labels(
             "text": f"joint {joint}",
             "font": {"size": 11},
             # Beside its line, which passes the names of gears below.
-            "xanchor": "left" if time < late else "right",
+            "xanchor": "right" if is_before(number, time) else "left",
             "showarrow": True,
             "arrowhead": 6,
             "arrowsize": 0.6,
@@ -150,9 +155,7 @@ def _labels(
             "arrowcolor": QUIET,
             "standoff": 2,
         }
-        for number, joint in enumerate(reversed(gears))
-        for time, distance in labelled(run, joint)
-        if factor * distance > _VISIBLE * top
+        for number, joint, time, height in spikes
     ]
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.files.written_files import LEARNING
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -36,7 +37,7 @@ from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.workpiece_figures import tool_envelope
-from coupling.results.run_result import RunResult
+from coupling.results.run_result import RunResult, shown_name
 from coupling.results.scene import Scene
 from coupling.results.section import Answer, Note, Part, Section, warned
 from coupling.run.checks import check_sections
@@ -90,8 +91,15 @@ def _answer(run: StoredRun) -> Answer:
             for robot in run.figures.robots
         },
         tolerance=tolerance_of(run),
+        learning=_learning_page(run),
     )
     return run_answer(run.figures, context)
+
+
+def _learning_page(run: StoredRun) -> str:
+    """Return the page of how a command was learned, beside its case; empty where there is none."""
+    is_learned = run.figures.forecast is not None and run.case_file
+    return name_path(Path(run.case_file).with_name(LEARNING)) if is_learned else ""
 
 
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
@@ -110,7 +118,7 @@ def cell_head(cell: StoredRun) -> list[Section]:
         (gap.narrowest_after, gap.widest_after),
     )
     gaps = ", ".join(
-        f"{1e3 * low:.3f} to {1e3 * high:.3f} mm {stage}"
+        f"{1e3 * low:.3f} to {1e3 * high:.3f} mm {shown_name(stage)}"
         for (low, high), stage in zip(ends, figures.stages, strict=False)
     )
     text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {gaps}."
@@ -195,7 +203,8 @@ def _of_workpieces(
     """Return the sections of what a process leaves, none where it leaves nothing."""
     if not workpieces:
         return []
-    figure = workpiece_figures.cut(workpieces, envelope)
+    shown = {shown_name(stage): piece for stage, piece in workpieces.items()}
+    figure = workpiece_figures.cut(shown, envelope)
     return [Section("Section of the workpiece", [_CUT, _WORKPIECE], "cut", [figure])]
 
 
@@ -215,7 +224,10 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     assert cell.figures.pinch_gap_m is not None
     time = cell.first.desired.time
     stages = zip(cell.figures.stages, (BEFORE, AFTER), cell.gap.T, strict=False)
-    lines = [DrawnLine(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
+    lines = [
+        DrawnLine(shown_name(name), color, time, 1e3 * values, 2.0)
+        for name, color, values in stages
+    ]
     commanded = 1e3 * cell.figures.pinch_gap_m.commanded
     level = rule("y", commanded, color=DESIRED, dash="dash", width=1)
     return over_time(lines, "gap [mm]", 320, shapes=[level])
@@ -261,7 +273,7 @@ def _deviation_note(run: StoredRobot) -> Note:
             " To be expected: on the worst of the robots that are drawn from what is known of it."
         )
     if len(run.actual) > 1:
-        text += " After: simulated, with the process evaluated on the actual path."
+        text += " After, if the file is right: simulated, with the process on the actual path."
     if run.other:
         text += " Dotted, shown by its name above: the same command and wrench in the other mode."
         if len(run.actual) > 1 and run.figures.mode == "dynamic":
@@ -275,6 +287,8 @@ def _wrench(run: StoredRobot) -> Section:
     title = "Force on the tool along the path"
     if not run.wrench.wrench.any():
         return Section(title, [Note("None: no process acts on the tool.")])
-    which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    note = f"Force and moment at the TCP along the {which}, base axes; dashed: means over time."
+    which = "Force and moment at the TCP along the actual path"
+    if len(run.actual) > 1:
+        which += " under the corrected command, if the file is right"
+    note = f"{which}; base axes; dashed: means over time."
     return Section(title, [Note(note)], "wrench", [run_figures.wrench(run)])

@@ -21,7 +21,7 @@ from coupling.report.shaped_part import shaped_part
 from coupling.report.thinning import rows_within
 from coupling.report.workpiece_figures import workpiece_surface
 from coupling.results.gear_result import BacklashReversal
-from coupling.results.run_result import COMPENSATED, ChainResult
+from coupling.results.run_result import ChainResult, shown_name
 from coupling.results.scene import (
     Scene,
     SceneMotion,
@@ -107,16 +107,6 @@ def named_paths(robot: StoredRobot) -> dict[str, ToolPath]:
         paths[EXPECTED] = robot.expected
     paths |= robot.actual | robot.on_other_robots
     return {shown_name(name): path for name, path in paths.items()}
-
-
-def shown_name(stage: str) -> str:
-    """Return what a picture calls a stage of a run: a real robot leaves more than its file says.
-
-    Example:
-        >>> shown_name("after compensation"), shown_name("with backlash +20 %")
-        ('after, if the file is right', 'with backlash +20 %')
-    """
-    return "after, if the file is right" if stage == COMPENSATED else stage
 
 
 def track(name: str, desired: ToolPath, actual: ToolPath) -> SceneTrack:

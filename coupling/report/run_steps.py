@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from coupling.report.lengths import state_tolerance
-from coupling.results.iteration_result import QUASISTATIC_VALIDATION
+from coupling.results.iteration_result import CORRECTIONS, QUASISTATIC_VALIDATION
 from coupling.results.replay import Worsening
 from coupling.results.run_result import RunResult
 from coupling.results.section import NextStep
@@ -30,12 +30,14 @@ class RunContext:
         folder, case: Run folder and case file, as commands name them.
         robots: Robot files, as the case names them, by the robots' names.
         tolerance: Deviation that the part allows [m]; None where it is not stated.
+        learning: Page of how the command was learned from measured runs; empty where there is none.
     """
 
     folder: str
     case: str
     robots: Mapping[str, str]
     tolerance: float | None = None
+    learning: str = ""
 
 
 def is_enough(figures: RunResult, context: RunContext) -> bool:
@@ -133,6 +135,11 @@ def run_steps(
         yield repeat_alike(context)
         return
     if not figures.converged:
+        if figures.outcome == "exhausted" and CORRECTIONS in figures.reason:
+            yield NextStep.by(
+                f"Allow it more steps, max_passes in [compensation] of {context.case}; then again:",
+                *("compensate", context.case, "-o", folder, "--overwrite"),
+            )
         yield NextStep.by("See whether robot and path fit each other:", "check", context.case)
         if is_alone:
             yield NextStep.by(STIFFER, "place", context.case)
@@ -156,7 +163,11 @@ def run_steps(
     if shift is not None:
         purpose = "Or learn the robot from a part made under this command; write its program:"
     yield NextStep.export(purpose, folder, figures.robots[0].title)
-    if is_alone:
+    if context.learning:
+        yield NextStep(
+            f"Run it, measure again, and go on from all runs: the command stands in {context.learning}."
+        )
+    elif is_alone:
         yield NextStep.by(
             "Run it, measure the tool's path, and correct what remains:",
             *("next", folder, "measured.csv", "-o", f"{folder}_next"),

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from coupling.path.deviation import Deviation
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, in_words, length_unit
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
-from coupling.results.replay import less_constant_um
-from coupling.results.run_result import RunResult
+from coupling.results.replay import less_constant
+from coupling.results.run_result import RunResult, shown_name
 from coupling.results.section import Note, Section, Table
 from coupling.solve.correction import HOW
 
@@ -38,13 +38,14 @@ def deviations(
     """
     shares, (mode, other_mode) = figures.shares_m, mode_names(figures.mode)
     whole, stages = figures.deviations, len(figures.stages)
+    _, unit = length_unit(*(deviation.maximum for deviation in whole))
     gravity = [shares.gravity, shares.gravity_after][:stages]
     process = [shares.process, shares.process_after][:stages]
     rows: list[tuple[str, Sequence[Any]]] = [
         (f"{mode}, {HOW[figures.before]}" if stages == 1 else mode, whole),
-        (f"{_IN}less a constant", [less_constant_um(deviation) for deviation in whole]),
+        (f"{_IN}less a constant", [less_constant(deviation, unit) for deviation in whole]),
         (f"{_IN}gravity alone", gravity),
-        (f"{_IN}{_IN}less a constant", [less_constant_um(deviation) for deviation in gravity]),
+        (f"{_IN}{_IN}less a constant", [less_constant(deviation, unit) for deviation in gravity]),
         (f"{_IN}process (loaded minus unloaded)", process),
         (f"{_IN}motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
@@ -56,37 +57,39 @@ def deviations(
         *((f"{name} robot", deviation) for name, deviation in robots),
     ]
     columns = ("max", "rms", "at t = [s]")
-    filled = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
+    filled = [(name, [_figures_of(cell, unit) for cell in cells]) for name, cells in rows]
     deviation = Table(
-        ("deviation [um]", *columns * stages),
+        (f"deviation [{unit}]", *columns * stages),
         [(name, *sum(cells, ())) for name, cells in filled if any(map(any, cells))],
         "dense",
-        [("", 1), *((stage, len(columns)) for stage in figures.stages)],
+        [("", 1), *((shown_name(stage), len(columns)) for stage in figures.stages)],
     )
     if figures.kind == "couple":
         return Section("", (deviation, *_of_tooth_passing(figures)))
     how = (
-        f"Before compensation: {HOW[figures.before]}. After compensation: with the process on the tool's"
-        " actual path."
+        f"Before compensation: {HOW[figures.before]}. After, if the file is right: with the process on"
+        " the tool's actual path."
     )
     return Section("", (how, deviation, _SHARES, *_of_tooth_passing(figures)))
 
 
 _SHARES = Note(
-    "Gravity alone, after compensation: deviation under the corrected command without the process. The"
-    " shares do not add up, as their directions differ. Less a constant: after subtraction of the mean"
-    " deviation, which a shift of the part can remove."
+    "Gravity alone: deviation under the same command without the process, whose force a corrected one"
+    " expects. The shares do not add up, as their directions differ. Less a constant: after subtraction"
+    " of the mean deviation, which a shift of the part can remove."
 )
 
 
-def _figures_of(deviation: Deviation | DeviationShare | tuple[str, ...] | None) -> tuple[str, ...]:
-    """Return largest, rms and instant of a deviation [um], [s]."""
+def _figures_of(
+    deviation: Deviation | DeviationShare | tuple[str, ...] | None, unit: str
+) -> tuple[str, ...]:
+    """Return largest, rms and instant of a deviation, in a unit of lengths and [s]."""
     if deviation is None:
         return ("", "", "")
     if isinstance(deviation, tuple):
         return deviation
     time = deviation.time if isinstance(deviation, DeviationShare) else deviation.time_of_maximum
-    return (format_um(deviation.maximum), format_um(deviation.rms), f"{time:.3f}")
+    return (in_unit(deviation.maximum, unit), in_unit(deviation.rms, unit), f"{time:.3f}")
 
 
 def _of_tooth_passing(figures: RunResult) -> list[str]:
@@ -95,14 +98,16 @@ def _of_tooth_passing(figures: RunResult) -> list[str]:
     forces = [] if mean is None else [mean.sentence]
     if tooth_passing is None:
         return forces
+    envelope = tooth_passing.envelope_m
+    _, unit = length_unit(*(abs(end) for ends in envelope.values() for end in ends))
     walls = ", ".join(
-        f"{axis} {format_um(low)} to {format_um(high)}"
-        for axis, (low, high) in tooth_passing.envelope_m.items()
+        f"{axis} {in_unit(low, unit)} to {in_unit(high, unit)}"
+        for axis, (low, high) in envelope.items()
     )
     return [
         f"Tooth passing: {1e3 * tooth_passing.period_s:.3g} ms. The mean of the last deviation over a"
-        f" tooth passing is at most {format_um(tooth_passing.slow_m)} um, the ripple about it"
-        f" {format_um(tooth_passing.ripple_m)} um. A surface cut at the extremes of each tooth passing"
-        f" deviates by {walls} um, base axes.",
+        f" tooth passing is at most {in_words(tooth_passing.slow_m)}, the ripple about it"
+        f" {in_words(tooth_passing.ripple_m)}. A surface cut at the extremes of each tooth passing"
+        f" deviates by {walls} {unit}, base axes.",
         *forces,
     ]

@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.length_text import in_words
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
-from coupling.report.lengths import in_words, state_tolerance
+from coupling.report.lengths import state_tolerance
 from coupling.report.modes_report import in_joints, part_map
 from coupling.report.modes_scene import modes_scene
 from coupling.report.result_report import ResultReport

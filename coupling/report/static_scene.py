@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.report.lengths import in_words
+from coupling.path.length_text import in_words
 from coupling.results.scene import Scene, SceneRobot, SceneTrack
 
 # Size of a picture, its margin [px], and from where it is seen, in axes of the part.

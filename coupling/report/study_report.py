@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +10,15 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.files.written_files import REPORT
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, in_words, length_unit
 from coupling.report.bars import bars
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.expected import expected_sentence, expected_words
-from coupling.report.lengths import in_words, judged, state_tolerance
+from coupling.report.lengths import judged, state_tolerance
 from coupling.report.result_report import ResultReport
 from coupling.report.style import Keys, drawn, rule, style
 from coupling.results.outlook import EXPECTED_SHARE
-from coupling.results.section import UM, Answer, KeyFigure, NextStep, Note, Section, Table
+from coupling.results.section import Answer, KeyFigure, NextStep, Note, Section, Table
 from coupling.results.study_result import StudyResult
 from coupling.robot.parameter_table import VARIED
 from coupling.study.findings import StoredStudy
@@ -89,6 +88,12 @@ def study_answer(study: StoredStudy) -> Answer:
         reasons.append(
             f"{share} of {figures.samples} robots to expect stay within {in_words(most)}."
         )
+        few, least = min(figures.quantiles_m["maximum"].items(), key=lambda item: float(item[0]))
+        if least > 0.5 * most:
+            reasons.append(
+                f"All but {100 * float(few):g} % leave more than {in_words(least)}: most of it is common"
+                " to them, from usual values of what the robot file does not state."
+            )
     else:
         sentence = judged(f"{share} of the robots stay within {in_words(most)}", good, tolerance)
     if not figures.command.converged:
@@ -129,7 +134,7 @@ def study_answer(study: StoredStudy) -> Answer:
         )
     else:
         plan = ("identify", "--plan", "--robot", source.robot, "-o", "plan.csv")
-        steps.append(NextStep.by("Measure what decides most; this plans it:", *plan))
+        steps.append(NextStep.by("Measure the robot; this plans it:", *plan))
         steps.append(NextStep.by("Or place the part where it matters less:", "place", source.case))
     return Answer(
         sentence=sentence,
@@ -177,18 +182,19 @@ def parameter_words(name: str) -> str:
     return f"{words} of the {robot} robot" if robot else words
 
 
-def _unit(name: str) -> str:
-    """Return the unit of an uncertain parameter; 1 of a factor."""
+def _with_unit(name: str) -> str:
+    """Return what an uncertain parameter is called, with its unit."""
     unit = name.partition("[")[0].rpartition("_")[2]
-    return "1" if unit == "factor" else unit
+    words = parameter_words(name)
+    return f"{words}, times the model's" if unit == "factor" else f"{words} [{unit}]"
 
 
 def bands(study: StoredStudy) -> go.Figure:
     """Quantiles of the deviation along the path."""
     time, share = study.time, study.figures.coverage
-    low, median, high, everywhere = (
-        UM * study.band[name] for name in ("low", "median", "high", "everywhere")
-    )
+    lines = [study.band[name] for name in ("low", "median", "high", "everywhere")]
+    factor, unit = length_unit(*(float(line.max()) for line in lines))
+    low, median, high, everywhere = (factor * line for line in lines)
     band = {
         "fill": "tonexty",
         "fillcolor": _BAND,
@@ -205,20 +211,21 @@ def bands(study: StoredStudy) -> go.Figure:
         {"x": time, "y": median, "name": "median", "line": {"color": AFTER}},
         {"x": time, "y": everywhere, **together},
     ]
-    up = {"title": "distance [um]", "rangemode": "tozero"}
+    up = {"title": f"distance [{unit}]", "rangemode": "tozero"}
     return drawn(traces, 440, xaxis={"title": "time [s]"}, yaxis=up)
 
 
 def distribution(study: StoredStudy) -> go.Figure:
     """Share of robots whose largest deviation stays below a limit."""
     traces = []
+    factor, unit = length_unit(float(study.measures["maximum"].max()))
     for name, words, color in (("maximum", "max", AFTER), ("rms", "rms", DESIRED)):
-        values = np.sort(UM * study.measures[name])
+        values = np.sort(factor * study.measures[name])
         shares = np.arange(1, len(values) + 1) / (len(values) + 1)
         line = {"color": color, "shape": "hv"}
         traces.append({"x": values, "y": 100.0 * shares, "name": words, "line": line})
     level = rule("y", 100.0 * study.figures.coverage, color=DESIRED, dash="dash", width=1)
-    across = {"title": "deviation [um]", "rangemode": "tozero"}
+    across = {"title": f"deviation [{unit}]", "rangemode": "tozero"}
     up = {"title": "robots below [%]", "range": [0, 100]}
     return drawn(traces, xaxis=across, yaxis=up, shapes=[level])
 
@@ -229,7 +236,8 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
     columns = min(len(shown), 2)
     rows = -(-len(shown) // columns)
     figure = make_subplots(rows, columns, shared_yaxes=True, vertical_spacing=0.28 / rows)
-    values = UM * study.measures["maximum"]
+    factor, unit = length_unit(float(study.measures["maximum"].max()))
+    values = factor * study.measures["maximum"]
     for k, name in enumerate(shown):
         place = {"row": k // columns + 1, "col": k % columns + 1}
         figure.add_scatter(
@@ -241,9 +249,9 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
             showlegend=False,
             **place,
         )
-        figure.update_xaxes(title=f"{parameter_words(name)} [{_unit(name)}]", nticks=4, **place)
+        figure.update_xaxes(title=_with_unit(name), nticks=4, **place)
         if place["col"] == 1:
-            figure.update_yaxes(title="max [um]", rangemode="tozero", **place)
+            figure.update_yaxes(title=f"max [{unit}]", rangemode="tozero", **place)
     return style(figure, 90 + 250 * rows)
 
 
@@ -267,6 +275,7 @@ def _quantiles(figures: StudyResult) -> Section:
     quantiles = figures.quantiles_m
     shares = list(quantiles["maximum"])
     model = figures.command.deviation_m
+    _, unit = length_unit(*quantiles["maximum"].values())
     names = (
         ("maximum", "max"),
         ("rms", "rms"),
@@ -277,9 +286,9 @@ def _quantiles(figures: StudyResult) -> Section:
     rows = [
         (
             words,
-            # Its run may be an earlier version's.
-            "-" if isnan(getattr(model, name)) else format_um(getattr(model, name)),
-            *(format_um(quantiles[name][share]) for share in shares),
+            # Of a run of an earlier version there is none of some.
+            in_unit(getattr(model, name), unit),
+            *(in_unit(quantiles[name][share], unit) for share in shares),
         )
         for name, words in names
     ]
@@ -293,14 +302,14 @@ def _quantiles(figures: StudyResult) -> Section:
         f"Command as written, simulated with inertia on {figures.samples} robots with sampled uncertain"
         f" parameters{_AS_USUAL if not figures.chosen else ''}; {how}."
     )
-    return Section("", (text, Table(("deviation [um]", "model", *below), rows)))
+    return Section("", (text, Table((f"deviation [{unit}]", "if the file is right", *below), rows)))
 
 
 def _parameters(figures: StudyResult) -> Section:
     shares_of = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
     rows = [
         (
-            f"{parameter_words(entry.name)} [{_unit(entry.name)}]",
+            _with_unit(entry.name),
             entry.distribution,
             f"{100 * shares_of[entry.name].share:.0f} %" if shares_of else "",
             f"{shares_of[entry.name].rank_correlation:+.2f}" if shares_of else "",

@@ -9,12 +9,9 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.thinning import PARTS, extremes
-from coupling.results.section import UM
 
 # Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
 FLOOR_UM = 1e-3
-# Below it lengths are drawn in micrometres [m].
-_SMALL = 1e-4
 # Keys of a trace, an axis or another part of a figure, as plotly.js has them.
 Keys = Mapping[str, Any]
 _LOOK: dict[str, Any] = {
@@ -163,13 +160,3 @@ def rule(axis: str, at: float, **line: Any) -> Keys:
     there = {f"{axis}0": at, f"{axis}1": at, f"{axis}ref": axis}
     along = {f"{other}0": 0, f"{other}1": 1, f"{other}ref": f"{other} domain"}
     return {"type": "line", **there, **along, "line": line}
-
-
-def length_unit(*largest: float) -> tuple[float, str]:
-    """Return factor and name of the unit in which lengths [m] are drawn: mm, or um where all are small.
-
-    Example:
-        >>> length_unit(2.1e-3, 1e-6), length_unit(4e-5)
-        ((1000.0, 'mm'), (1000000.0, 'um'))
-    """
-    return (1e3, "mm") if max(largest) >= _SMALL else (UM, "um")

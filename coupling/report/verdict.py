@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.report.lengths import three_digits
 from coupling.report.run_tables import mode_names
 from coupling.results.replay import Replay
@@ -53,14 +53,11 @@ def sentence(figures: RunResult, process: str) -> str:
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
     turn_words = _describe_turn(figures.deviations[-1])
     if figures.kind == "couple":
-        what = (
-            "Uncorrected, the tool deviates from its path by up to"
-            f" {format_um(before)} um{turn_words}"
-        )
+        what = f"Uncorrected, the tool deviates from its path by {_up_to(before)}{turn_words}"
     else:
         what = (
-            "Under the command the tool deviates from its path by up to"
-            f" {format_um(after)} um{turn_words}, uncorrected by {format_um(before)} um"
+            f"Under the command the tool deviates from its path by {_up_to(after)}{turn_words},"
+            f" uncorrected by {_up_to(before)}"
         )
     mode, _ = mode_names(figures.mode)
     count = "its file" if len(figures.robots) == 1 else "their files"
@@ -68,6 +65,11 @@ def sentence(figures: RunResult, process: str) -> str:
         f"{what}. Valid for the {mode} {robots} with the parameters of {count}, and for the process"
         f" {process} on the tool's actual path; {_of_gears(figures)}."
     )
+
+
+def _up_to(length: float) -> str:
+    """Return a largest deviation [m] in words."""
+    return "less than 1 um" if length < 1e-6 else f"up to {in_words(length)}"
 
 
 def _of_class(figures: RunResult) -> Iterator[str]:
@@ -90,7 +92,7 @@ def _describe_turn(deviation: Deviation) -> str:
     if not arc_m > max(deviation.maximum, _TOLD):
         return ""
     angle = f"{three_digits(UM * deviation.largest_turn)} urad"
-    return f" and rotates by up to {angle} ({format_um(arc_m)} um at {_LEVER:g} m from the TCP)"
+    return f" and rotates by up to {angle} ({in_words(arc_m)} at {_LEVER:g} m from the TCP)"
 
 
 def _of_gears(figures: RunResult) -> str:
@@ -106,7 +108,7 @@ def _of_gears(figures: RunResult) -> str:
 
 def _worst(rows: Sequence[Replay], where: str = "gears") -> str:
     worst = max(rows, key=lambda row: row.deviation.maximum)
-    return f"with {worst.name} in all {where} {format_um(worst.deviation.maximum)} um would remain"
+    return f"with {worst.name} in all {where} {in_words(worst.deviation.maximum)} would remain"
 
 
 def _of_backlash(figures: RunResult) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import computed_field
 
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.base import ResultPart
 
 
@@ -21,8 +21,8 @@ class RunForecast(ResultPart):
         >>> forecast = RunForecast(
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
-        >>> print(forecast.sentence.partition(";")[0])
-        Expected deviation on your robot: 90 um rms (range 70 um to 120 um), largest up to about 400 um
+        >>> print(forecast.sentence.partition(", largest")[0])
+        Expected deviation on your robot: 90.0 um rms (range 70.0 um to 0.120 mm)
     """
 
     rms: float
@@ -38,8 +38,8 @@ class RunForecast(ResultPart):
         """What to expect, in a sentence."""
         constant = "" if self.absolute else " less a constant"
         return (
-            f"Expected deviation on your robot: {format_um(self.rms)} um rms{constant} (range"
-            f" {format_um(self.low)} um to {format_um(self.high)} um),"
-            f" largest up to about {format_um(self.maximum)} um; measured under the last command:"
-            f" {format_um(self.before)} um rms"
+            f"Expected deviation on your robot: {in_words(self.rms)} rms{constant} (range"
+            f" {in_words(self.low)} to {in_words(self.high)}),"
+            f" largest up to about {in_words(self.maximum)}; measured under the last command:"
+            f" {in_words(self.before)} rms"
         )

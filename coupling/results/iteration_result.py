@@ -12,6 +12,8 @@ from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.results.base import ResultPart, Unbounded
 
+# What a mirroring counts that ends without a result as it may take no more of them.
+CORRECTIONS = "corrections"
 # What to do about an inverse of the moving robot that is validated on one without inertia.
 QUASISTATIC_VALIDATION = (
     'the command is that of the moving robot: validate it with mode = "dynamic"'

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import computed_field
 
 from coupling.path.deviation import Deviation
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.base import ResultPart
 from coupling.results.replay import Replay, Worsening
 
@@ -118,8 +118,8 @@ class DeviationInterval(ResultPart):
     def words(self) -> str:
         """Both intervals."""
         return (
-            f"{format_um(self.low)} um to {format_um(self.high)} um,"
-            f" {format_um(self.less_constant_low)} um to {format_um(self.less_constant_high)} um"
+            f"{in_words(self.low)} to {in_words(self.high)},"
+            f" {in_words(self.less_constant_low)} to {in_words(self.less_constant_high)}"
             " less a constant"
         )
 
@@ -175,7 +175,7 @@ class DrawnDeviation(DeviationInterval):
             text += f": {stated}."
         else:
             values = ", ".join(
-                f"{name} {format_um(deviation)} um" for name, deviation in self.left_out_m.items()
+                f"{name} {in_words(deviation)}" for name, deviation in self.left_out_m.items()
             )
             text += (
                 f": {self.with_left_out.words} with usual values of what the file leaves out"
@@ -259,24 +259,24 @@ class WorstReplay(ResultPart):
     def sentence(self) -> str:
         """What to expect, in a sentence."""
         figures = (
-            f"up to {format_um(self.deviation)} um ({self.worst}),"
-            f" {format_um(self.less_constant)} um less a constant; uncorrected"
-            f" {format_um(self.nothing)} um, {format_um(self.nothing_less_constant)} um less a constant"
+            f"up to {in_words(self.deviation)} ({self.worst}),"
+            f" {in_words(self.less_constant)} less a constant; uncorrected"
+            f" {in_words(self.nothing)}, {in_words(self.nothing_less_constant)} less a constant"
         )
         expected = "" if self.expected is None else f"{self.expected.sentence} "
         if self.worse is not None and not self.worse.is_shifted:
             return (
                 f"This command may be WORSE THAN NONE: on the same robot ({self.worse.name}) it leaves"
-                f" {format_um(self.worse.deviation)} um, the uncorrected one"
-                f" {format_um(self.worse.uncorrected)} um. {_ADVICE} {expected}"
+                f" {in_words(self.worse.deviation)}, the uncorrected one"
+                f" {in_words(self.worse.uncorrected)}. {_ADVICE} {expected}"
                 f"Sensitivity to one parameter: {figures}."
             )
         shift = self.worse or self.shift_alone
         if shift is not None:
             return (
                 f"A shift of the part alone does better: less a constant ({shift.name}) this command"
-                f" leaves {format_um(shift.deviation)} um, the uncorrected one"
-                f" {format_um(shift.uncorrected)} um. {_ADVICE} {expected}"
+                f" leaves {in_words(shift.deviation)}, the uncorrected one"
+                f" {in_words(shift.uncorrected)}. {_ADVICE} {expected}"
                 f"Sensitivity to one parameter: {figures}."
             )
         if self.expected is not None:

@@ -10,7 +10,7 @@ from pydantic import Field, PrivateAttr
 
 from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, length_unit
 from coupling.results.base import ResultPart
 from coupling.results.section import Table
 
@@ -175,9 +175,11 @@ class Worsening(ResultPart):
 
 def deviation_table(rows: Iterable[tuple[str, Deviation]]) -> Table:
     """Return a table of deviations by their names."""
+    rows = list(rows)
+    _, unit = length_unit(*(deviation.maximum for _, deviation in rows))
     return Table(
         (
-            "deviation [um]",
+            f"deviation [{unit}]",
             "max",
             "rms",
             "max across travel",
@@ -189,23 +191,23 @@ def deviation_table(rows: Iterable[tuple[str, Deviation]]) -> Table:
             (
                 name,
                 *(
-                    format_um(length)
+                    in_unit(length, unit)
                     for length in (deviation.maximum, deviation.rms, deviation.normal_maximum)
                 ),
                 f"{deviation.time_of_maximum:.3f}",
-                *(less_constant_um(deviation) or ("-", "-"))[:2],
+                *(less_constant(deviation, unit) or ("-", "-"))[:2],
             )
             for name, deviation in rows
         ],
     )
 
 
-def less_constant_um(deviation: Deviation | None) -> tuple[str, ...] | None:
-    """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
+def less_constant(deviation: Deviation | None, unit: str) -> tuple[str, ...] | None:
+    """Return max and rms of a deviation less a constant, in a unit of lengths; None in an older run."""
     if deviation is None or isnan(deviation.maximum_less_constant):
         return None
     return (
-        format_um(deviation.maximum_less_constant),
-        format_um(deviation.rms_less_constant),
+        in_unit(deviation.maximum_less_constant, unit),
+        in_unit(deviation.rms_less_constant, unit),
         "",
     )

@@ -28,6 +28,16 @@ COMPENSATED = "after compensation"
 Three = tuple[float, float, float]
 
 
+def shown_name(stage: str) -> str:
+    """Return what a picture calls a stage of a run: a real robot leaves more than its file says.
+
+    Example:
+        >>> shown_name("after compensation"), shown_name("with backlash +20 %")
+        ('after, if the file is right', 'with backlash +20 %')
+    """
+    return "after, if the file is right" if stage == COMPENSATED else stage
+
+
 def three(vector: np.ndarray) -> Three:
     """Return a vector (3,), any unit, as it is stored."""
     x, y, z = vector.tolist()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import degrees
 
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.limit_warning import LimitWarning
 from coupling.results.replay import worst_backlash
@@ -42,7 +42,7 @@ def _passages(figures: RunResult) -> list[Section]:
         rows.append((name, str(len(reversals)), str(other), f"{within:.2f}"))
     wrong, much = worst_backlash(figures.robustness), ""
     if wrong is not None:
-        much = f", of up to {format_um(wrong.deviation.maximum)} um if all are wrong by 20 %"
+        much = f", of up to {in_words(wrong.deviation.maximum)} if all are wrong by 20 %"
     text = (
         f"Gears enter their backlash {len(figures.reversals)} times. The command compensates this with"
         f" the backlash of the model; an error of the backlash causes a deviation there{much}."

@@ -17,7 +17,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.length_text import format_um
 from coupling.path.low_pass import low_pass
-from coupling.results.iteration_result import CorrectionIteration
+from coupling.results.iteration_result import CORRECTIONS, CorrectionIteration
 from coupling.robot.contract import InvertibleRobot
 from coupling.solve.correction import Correction, Uncorrected
 from coupling.solve.coupling import couple, sampled_for
@@ -183,7 +183,7 @@ class Mirror(Schema):
                 f" {iterations[-1].deviation.time_of_maximum:.3f} s{self._held_back(iterations[-1])}"
             )
         if len(sizes) > self.max_passes:
-            return Outcome.EXHAUSTED, f"not converged within {self.max_passes} corrections"
+            return Outcome.EXHAUSTED, f"not converged within {self.max_passes} {CORRECTIONS}"
         return None
 
     def _held_back(self, last: CorrectionIteration) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -291,6 +292,8 @@ def test_a_point_that_was_elsewhere_is_suspected_where_it_was(which):
     (words,) = [words for words in found.result.warnings if f"the {which} seems to be" in words]
     place = [float(number) for number in words.partition("[")[2].partition("]")[0].split(",")]
     np.testing.assert_allclose(place, shift, atol=5e-4)
+    # On a first screen, for somebody who measures: a figure of the prediction, not of a test.
+    assert re.search(r"predicted [0-9]+ % better$", words)
     right = noisy(rows, rng, 5e-6)
     found = identify(arm(), right, IdentifyOptions(noise_of(right), "linear"))
     assert not any("seems to be" in words for words in found.result.warnings)

@@ -24,7 +24,7 @@ from coupling.identification.runs.measurement import Measurement, read_measureme
 from coupling.identification.runs.parameters import factors_between
 from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.report.compare_answer import comparison_answer
 from coupling.report.compare_report import (
     comparison_report,
@@ -105,10 +105,8 @@ def test_lines_and_page_tell_both(runs):
     figures, first, second, *_, commands, inputs = comparison_report(found).content
     own = json.loads((runs[0] / "result.json").read_text())
     assert (first.title, second.title) == ("How first was computed", "How second was computed")
-    after = format_um(own["deviation_after_m"]["maximum"])
-    assert ("deviation after, if the file is right, max [um]", after, after) in figures.parts[
-        0
-    ].rows
+    after = in_words(own["deviation_after_m"]["maximum"])
+    assert ("deviation after, if the file is right, max", after, after) in figures.parts[0].rows
     assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.025", "0.2")]
     page = comparison_report(found).page
@@ -302,6 +300,7 @@ def test_an_index_has_picture_verdict_and_link_of_every_result(runs, measured, t
     assert len(page) < 300_000
     for name in ("elastic-robot compare", "of today/second", "are good enough"):
         assert name in page
+    assert re.search(r"first: [\w-]+, (couple|compensate)</", page)
     assert "Other pages" not in page
     (tmp_path / "soft" / "other.html").write_text("<title>by others</title>")
     title = '<meta name="generator" content="elastic-robot">'

@@ -12,7 +12,7 @@ from first_screens import GLOSSARY, printed, words_of
 from coupling.path.deviation import Deviation
 from coupling.place.folder import StoredPlacement
 from coupling.report.modes_report import modes_answer
-from coupling.report.next_report import next_answer, refused_answer
+from coupling.report.next_report import next_answer, next_summary, refused_answer
 from coupling.report.place_report import place_answer
 from coupling.report.stability_report import stability_answer, stability_report
 from coupling.report.study_report import study_answer
@@ -319,6 +319,13 @@ def test_the_terminal_has_the_order_of_the_page_in_a_few_lines(name):
     assert len(lines) <= 9
 
 
+def test_doubts_about_a_measurement_are_told_at_the_top_alone():
+    doubt = "CHECK THE FRAME"
+    result, _ = next_screen(1e-4)
+    told = result.model_copy(update={"warnings": (doubt,), "sentences": ("Next: path.", doubt)})
+    assert next_summary(told, None)[0].parts[-1] == "Next: path."
+
+
 def test_a_next_command_that_is_expected_to_do_no_better_is_not_offered():
     """0.3 mm on average were measured, 0.9 mm at most; 0.25 or 0.35 mm on average are expected."""
     for expected, is_better in ((1e-3, True), (1.4e-3, False)):
@@ -338,7 +345,8 @@ def test_the_next_run_s_command_names_all_that_was_measured():
     assert "The last run left more than was expected: 0.300 mm on average" in answer.reason
     result, _ = next_screen(None)
     refused = refused_answer(result, [*NEXT, "--move", "path"])
-    assert (refused.good, refused.sentence) == (False, "NO NEXT COMMAND: the run excites nothing.")
+    assert (refused.good, refused.reason) == (False, "The run excites nothing.")
+    assert refused.sentence.startswith("NO NEXT COMMAND: backlash, stiffness and damping")
     assert refused.steps[0].command.endswith("--move path")
 
 

@@ -16,7 +16,7 @@ from coupling.report.run_answer import run_answer
 from coupling.report.run_steps import RunContext
 from coupling.report.verdict import verdict
 from coupling.results.cut_result import CutStability
-from coupling.results.iteration_result import QUASISTATIC_VALIDATION
+from coupling.results.iteration_result import CORRECTIONS, QUASISTATIC_VALIDATION
 from coupling.results.outlook import (
     DeviationInterval,
     DrawnDeviation,
@@ -282,6 +282,14 @@ def test_a_run_that_has_not_converged_is_never_good(finished):
     assert answer.sentence.startswith("NOT FINISHED")
     assert answer.figures[1].value == "not known"
     assert not any("export" in step.command for step in answer.steps)
+
+
+def test_mirroring_that_takes_more_steps_than_it_may_is_told_to_take_more(finished):
+    reason = f"not converged within 1 {CORRECTIONS}"
+    run = finished.model_copy(update={"converged": False, "outcome": "exhausted", "reason": reason})
+    step = answered(run, 1e-9).steps[0]
+    assert "max_passes in [compensation] of line.toml" in step.words
+    assert step.command == "elastic-robot compensate line.toml -o results/line --overwrite"
 
 
 def test_an_iteration_that_came_near_enough_is_told_to_ask_for_less(finished):

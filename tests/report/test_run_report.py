@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,9 @@ from reported import compensated
 
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.length_text import in_words
 from coupling.report import run_figures
+from coupling.report.colours import AFTER, AS_FILED, BEFORE, GREEN, ON_DARK, PLANT
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_report
 from coupling.report.run_tables import deviations
@@ -97,6 +100,14 @@ def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
         assert "url(" not in page.split("</style>")[0]
 
 
+def test_curves_of_a_run_stay_apart_on_light_and_on_dark_ground():
+    for ground in ({}, ON_DARK):
+        curves = [ground.get(name, name) for name in (BEFORE, AFTER, AS_FILED, GREEN, PLANT)]
+        colours = [np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) for text in curves]
+        for colour, other in combinations(colours, 2):
+            assert np.linalg.norm(colour - other) > 70.0
+
+
 def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
     after = drawn_in(run_report(long[0]).page)["deviation"]["data"][2]
     assert after["name"] == "after, if the file is right, moving robot"
@@ -149,6 +160,21 @@ def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike_that_is
     stored = read_run(finished[2]).first
     assert stored.figures.reversals
     assert not deviation(stored).layout.annotations
+
+
+def test_a_name_stands_before_its_line_where_that_of_a_gear_above_follows(long):
+    """Joint 5, in the lower row, spikes at 280 s, joint 2 at 306 s; labels are 40 s wide."""
+    robot = long[1]
+    changes = list(robot.figures.reversals)
+    off = robot.achieved.pose[0].copy()
+    off[70_000, 2] += 3e-3
+    ends = {"begins": robot.desired.time[70_000] - 0.02, "ends": robot.desired.time[70_000] - 0.01}
+    changes.append(changes[-1].model_copy(update=ends))
+    figures = robot.figures.model_copy(update={"backlash_reversals": changes})
+    run = replace(robot, figures=figures, achieved=ToolPath(robot.desired.time, off))
+    sides = {(note.text, round(note.x)): note.xanchor for note in deviation(run).layout.annotations}
+    assert sides[("joint 5", 280)] == "right"
+    assert sides[("joint 2", 306)] == "left"
 
 
 def test_shares_are_those_of_the_paths(long):
@@ -224,18 +250,18 @@ def test_the_verdict_states_its_conditions(finished):
     said = sentence(own, "elastic-wall")
     rows = [r for r in own.robustness if r.name.startswith("backlash")]
     worst = max(rows, key=lambda r: r.deviation.maximum)
-    left = float(f"{1e6 * worst.deviation.maximum:.3g}")
+    left = in_words(worst.deviation.maximum)
     for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
         assert word in said
-    assert f"with {worst.name} in all gears {left:g} um would remain" in said
+    assert f"with {worst.name} in all gears {left} would remain" in said
     stiff = [gear.model_copy(update={"backlash_error": 0.0}) for gear in own.gears]
     rigid = own.model_copy(update={"robustness": (), "gears": stiff})
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
     slips = [rows[0].model_copy(update={"name": f"hysteresis {sign}30 %"}) for sign in "+-"]
     more = own.model_copy(update={"robustness": (*own.robustness, *slips)})
-    known = float(f"{1e6 * rows[0].deviation.maximum:.3g}")
+    known = in_words(rows[0].deviation.maximum)
     assert sentence(more, "elastic-wall") == (
-        f"{said[:-1]}; with hysteresis +30 % in all gears {known:g} um would remain."
+        f"{said[:-1]}; with hysteresis +30 % in all gears {known} would remain."
     )
     coupled = sentence(own.model_copy(update={"robustness": ()}), "elastic-wall")
     assert re.search(r"\(joint 1[,)].*an error of the backlash has an effect", coupled)
@@ -255,7 +281,7 @@ def test_the_verdict_tells_a_turned_tool_where_its_position_is_off_by_less(finis
         left = replace(own.deviation_after_m, maximum=maximum, largest_turn=turn)
         return sentence(own.model_copy(update={"deviation_after_m": left}), "elastic-wall")
 
-    said = "by up to 0.2 um and rotates by up to 246 urad (24.6 um at 0.1 m from the TCP)"
+    said = "by less than 1 um and rotates by up to 246 urad (24.6 um at 0.1 m from the TCP)"
     assert said in told(2e-7, 2.46e-4)
     for maximum, turn in ((3e-5, 2.46e-4), (2e-7, 9e-5), (2e-7, 0.0)):
         assert "rotates" not in told(maximum, turn)

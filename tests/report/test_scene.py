@@ -16,8 +16,8 @@ from reported import compensated
 from coupling.files.urdf_visuals import read_visuals
 from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN
+from coupling.path.length_text import in_words
 from coupling.report.document import document
-from coupling.report.lengths import in_words
 from coupling.report.meshes import robot_meshes
 from coupling.report.run_scene import run_scene
 from coupling.report.static_scene import links, stills

@@ -50,7 +50,7 @@ def test_the_worst_replay_of_all_is_told_whatever_differs():
     assert (found.worst, found.deviation, found.less_constant) == ("stiffness +2 %", 3e-4, 1.5e-4)
     assert found.gains
     assert found.sentence.startswith("Sensitivity to 2 % of stiffness, 5 % of force and the like")
-    assert "up to 300 um (stiffness +2 %)" in found.sentence
+    assert "up to 0.300 mm (stiffness +2 %)" in found.sentence
 
 
 def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
@@ -79,7 +79,8 @@ def test_a_command_is_compared_with_none_on_the_same_robot():
     assert not found.gains
     assert (found.worse.deviation, found.worse.uncorrected) == (0.7e-3, 0.3e-3)
     assert (
-        "on the same robot (drawn) it leaves 700 um, the uncorrected one 300 um" in found.sentence
+        "on the same robot (drawn) it leaves 0.700 mm, the uncorrected one 0.300 mm"
+        in found.sentence
     )
     few = DrawnReplays(DrawnFrom(), 63 * soft + stiff)
     assert WorstReplay.among(before, replays, few).may_be_worse is None, "one of 64 is not expected"
@@ -147,7 +148,7 @@ def test_a_command_that_a_shift_of_the_part_would_beat_is_called_so_in_the_resul
     shaken = outlook(("damping -20 %", 1e-3, 9e-4))
     assert shaken.sentence.startswith(
         "A shift of the part alone does better: less a constant (damping -20 %) this command leaves"
-        " 900 um, the uncorrected one 400 um."
+        " 0.900 mm, the uncorrected one 0.400 mm."
     )
     assert "WORSE" not in shaken.sentence
 
@@ -164,9 +165,9 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, DrawnReplays(basis, tuple(drawn)))
     assert found.gains
     assert found.sentence.startswith(
-        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.7 um less a constant"
+        "Expected deviation on a real robot: 5.50 um to 95.5 um, 2.75 um to 47.7 um less a constant"
         " (90 % of the robots, by 100 of them, drawn from the stated stiffness of 6 gears and 84 to"
-        " 100 % of the force). Not in it: backlash. Sensitivity to one parameter: up to 7 um"
+        " 100 % of the force). Not in it: backlash. Sensitivity to one parameter: up to 7.00 um"
     )
     assert DrawnDeviation.among(DrawnReplays(basis)) is None
     few = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn[:8])))
@@ -183,7 +184,7 @@ def test_a_figure_without_the_stiffness_of_gears_is_not_called_that_of_a_real_ro
     basis = DrawnFrom(("84 to 100 % of the force",), ("the stiffness of 6 gears",))
     sentence = DrawnDeviation.among(DrawnReplays(basis, drawn)).sentence
     assert sentence.startswith(
-        "Deviation on robots drawn in part, not what a real robot leaves: 5.5 um to 95.5 um"
+        "Deviation on robots drawn in part, not what a real robot leaves: 5.50 um to 95.5 um"
     )
     assert sentence.endswith("Not in it: the stiffness of 6 gears.")
 
@@ -200,9 +201,9 @@ def test_the_first_figure_has_what_the_file_leaves_out():
     expected = DrawnDeviation.among(DrawnReplays(basis, stated, servos, usual))
     assert (round(expected.low, 9), round(expected.high, 9)) == (5.5e-6, 9.55e-5)
     assert expected.left_out_m == {"servos": 1.5e-4}
-    assert expected.sentence.startswith("Expected deviation on a real robot: 206 um to 296 um")
-    assert "by its stated ranges alone 5.5 um to 95.5 um" in expected.sentence
-    assert expected.sentence.endswith("Each usual value alone, on the model: servos 150 um.")
+    assert expected.sentence.startswith("Expected deviation on a real robot: 0.206 mm to 0.295 mm")
+    assert "by its stated ranges alone 5.50 um to 95.5 um" in expected.sentence
+    assert expected.sentence.endswith("Each usual value alone, on the model: servos 0.150 mm.")
     again = DrawnDeviation.model_validate_json(expected.model_dump_json())
     assert again == expected
 

@@ -110,7 +110,7 @@ def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_p
         assert rows[name] == pytest.approx(left(other, stored, tmp_path), abs=1e-12)
         assert rows[name] > 3.0 * stored.figures.deviation_after_m.maximum
     text = " ".join(str(part) for s in run_report(read_run(folder)).content for part in s.parts)
-    assert re.search(r"in all motors [0-9.]+ um would remain", text)
+    assert re.search(r"in all motors [0-9.]+ (um|mm) would remain", text)
     assert stored.figures.outlook.deviation == max(rows.values())
 
 

@@ -21,7 +21,7 @@ from coupling.events import unwatched
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, length_unit
 from coupling.path.linear import interpolate_rows
 from coupling.results.run_result import PlantReplay
 from coupling.robot.differences import RobotDifference
@@ -97,10 +97,11 @@ def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_b
     assert figures["deviation_m"]["maximum"] == pytest.approx(left, abs=1e-12)
     assert figures["wrench"] == "model"
     assert "payload + 5 kg" in figures["differences"]
-    assert f" {format_um(left)} " in done.stdout
+    words = in_unit(left, length_unit(left)[1])
+    assert f" {words} " in done.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "On the plant" in page
-    assert f"<td>{format_um(left)}</td>" in page
+    assert f"<td>{words}</td>" in page
 
 
 def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):

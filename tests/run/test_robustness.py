@@ -24,7 +24,7 @@ from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_unit, in_words, length_unit
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_report
 from coupling.report.stored_result import write_report
@@ -257,8 +257,10 @@ def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished
     assert "largest step of the correction" not in said
     assert "Before compensation: under the wrench on the desired path" in said
     assert "on dynamic robots of which one parameter differs from the model" in said
+    _, unit = length_unit(*(replay.deviation.maximum for replay in run.robustness))
     for replay in run.robustness:
-        assert re.search(rf"{re.escape(replay.name)} +{format_um(replay.deviation.maximum)} ", said)
+        left = in_unit(replay.deviation.maximum, unit)
+        assert re.search(rf"{re.escape(replay.name)} +{re.escape(left)} ", said)
 
 
 def test_passages_through_the_backlash_are_counted_and_named(finished):
@@ -271,7 +273,7 @@ def test_passages_through_the_backlash_are_counted_and_named(finished):
     assert {c["robot"] for c in told} == {"forming"}
     assert f"Gears enter their backlash {len(changes)} times" in said
     left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
-    assert f"there, of up to {format_um(max(left))} um if all are wrong by 20 %." in said
+    assert f"there, of up to {in_words(max(left))} if all are wrong by 20 %." in said
     first = sum(c.joint == 1 for c in changes)
     assert re.search(rf"joint 1 +{first} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ from coupling.errors import StudyError
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.report.lengths import in_words
+from coupling.path.length_text import in_words
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
 from coupling.study.conduct import changed_table, open_study

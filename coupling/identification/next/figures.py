@@ -8,7 +8,7 @@ from coupling.errors import sentence
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.forecast import RunForecast
 from coupling.results.next_result import (
     NextResult,
@@ -126,7 +126,7 @@ def frame_sentence(run: MeasuredRun, frame_accuracy: FrameAccuracy) -> str:
     """Return that a frame is doubted which is said to be known; "" where it is not."""
     if frame_accuracy.explains(run.offset):
         return ""
-    off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
+    off = ", ".join(f"{1e3 * value:+.2f}" for value in run.offset)
     return (
         f"CHECK THE FRAME: {run.measured.name} deviates from the robot's model by a constant of {off} mm"
         f" (x, y, z of the base), more than an industrial robot and a frame known to"
@@ -145,7 +145,7 @@ def clock_sentence(run: MeasuredRun) -> str:
     return (
         f"The clock of {run.measured.name} was shifted by {1e3 * run.clock:+.2g} ms to fit best. A"
         " delay of the robot of this order is not distinguishable from it: it is neither corrected"
-        f" nor contained in these figures, and is {format_um(1e-3 * speed)} um along the path per ms at"
+        f" nor contained in these figures, and is {in_words(1e-3 * speed)} along the path per ms at"
         f" up to {speed:.2g} m/s. To have it corrected, measure on the controller's clock and give"
         " --clock-known."
     )
@@ -158,19 +158,19 @@ def _verdict(plan: CommandPlan) -> str:
     if step.worse:
         name = base.source.folder.name
         return (
-            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} um rms, under"
-            f" {name} only {_rms(plan, base)} um: where it was worse the next command is that of {name}"
+            f"WORSE: the deviation under {last.source.folder.name} was {_rms(plan, last)} rms, under"
+            f" {name} only {_rms(plan, base)}: where it was worse the next command is that of {name}"
             " again"
         )
     forecast = last.source.forecast
     if forecast is None:
-        return f"Deviation under the last command: {_rms(plan, last)} um rms."
+        return f"Deviation under the last command: {_rms(plan, last)} rms."
     rms = last.size.rms if forecast.absolute else last.size.rms_less_constant
     state = "as forecast" if forecast.low <= rms <= forecast.high else "worse than forecast"
     if rms < forecast.low:
         state = "better than forecast"
-    interval = f"{format_um(forecast.low)} um to {format_um(forecast.high)} um"
-    return f"Deviation under the last command: {format_um(rms)} um rms, {state} ({interval})."
+    interval = f"{in_words(forecast.low)} to {in_words(forecast.high)}"
+    return f"Deviation under the last command: {in_words(rms)} rms, {state} ({interval})."
 
 
 def _move(plan: CommandPlan) -> str:
@@ -186,4 +186,4 @@ def _move(plan: CommandPlan) -> str:
 
 
 def _rms(plan: CommandPlan, run: MeasuredRun) -> str:
-    return format_um(plan.options.rms_of(run.size))
+    return in_words(plan.options.rms_of(run.size))

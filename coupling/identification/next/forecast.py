@@ -74,21 +74,41 @@ def forecast(plan: CommandPlan, command: JointPath, wrench: WrenchHistory) -> Ru
     last = history.runs[-1].source.forecast
     if last is not None and last.absolute == absolute:  # what it missed may be missed again
         uncertainty += max(before**2 - last.rms**2, 0.0)
-    high = float(np.sqrt((_FACTOR * rms) ** 2 + uncertainty))
     size, largest = run.size, float(np.linalg.norm(residual, axis=1).max())
     largest_measured = size.maximum if absolute else size.maximum_less_constant
-    # What remains is as peaked as what was measured, or as the model expects.
-    peak = max(
-        largest_measured / max(plan.options.rms_of(size), _LEAST), largest / max(rms, _LEAST)
-    )
+    measured_peak = largest_measured / max(plan.options.rms_of(size), _LEAST)
+    peaks = (max(measured_peak, largest / max(rms, _LEAST)), max(measured_peak, _peak(moved)))
     return RunForecast(
         rms=rms,
         low=rms / _FACTOR,
-        high=high,
-        maximum=peak * high,
+        high=upper_end(rms, uncertainty),
+        maximum=upper_end(rms, uncertainty, *peaks),
         absolute=absolute,
         before=before,
     )
+
+
+def upper_end(
+    rms: float, uncertainty: float, peak_left: float = 1.0, peak_unknown: float = 1.0
+) -> float:
+    """Return the upper end of the range of an rms, or of the largest distance [m].
+
+    Args:
+        rms: Rms that is expected [m].
+        uncertainty: Mean square of what may come to it [m^2].
+        peak_left: Largest distance of what is left over its rms: as measured, or as the model expects.
+        peak_unknown: The same of what is uncertain: as measured, or as the change, such as a constant.
+
+    Example:
+        >>> print(f"{1e3 * upper_end(9e-5, (25e-2 * 3.2e-3) ** 2, 5.0, 1.2):.2f} mm")
+        1.17 mm
+    """
+    return float(np.hypot(_FACTOR * peak_left * rms, peak_unknown * np.sqrt(uncertainty)))
+
+
+def _peak(values: np.ndarray) -> float:
+    """Return the largest of vectors (n, 3) over their rms."""
+    return float(np.linalg.norm(values, axis=1).max()) / max(_mean_square(values) ** 0.5, _LEAST)
 
 
 def _mean_square(values: np.ndarray) -> float:

@@ -12,11 +12,18 @@ import tomlkit
 from coupling.errors import CaseError, LearnError
 from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
-from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
+from coupling.files.written_files import (
+    LEARNING,
+    begin_folder,
+    claim,
+    claim_file,
+    is_free,
+    is_of_kind,
+)
 from coupling.identification.next.command import CommandPlan
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
-LEARNED, REPORT = "learned.json", "next.html"
+LEARNED = "learned.json"
 _KIND = "inputs"
 
 
@@ -28,6 +35,17 @@ def inputs_folder(run: Path) -> Path:
         'second_inputs'
     """
     return run.with_name(f"{run.name}_inputs")
+
+
+def case_file(folder: Path, case: str) -> Path:
+    """Return the file of the next run's case in its folder: called as the case is, as its pages are.
+
+    Example:
+        >>> case_file(Path("second_inputs"), "cone").name, case_file(Path("second_inputs"), "robot").name
+        ('cone.toml', 'case.toml')
+    """
+    name = f"{case}.toml"
+    return folder / (CASE if name == ROBOT else name)
 
 
 def require_inputs_folder(folder: Path) -> None:
@@ -52,7 +70,7 @@ def begin_inputs(folder: Path) -> None:
     """
     with writing(folder, LearnError):
         begin_folder(folder, _KIND)
-        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN, REPORT))
+        claim(folder, (ROBOT, LEARNED, DISCREPANCY, PLAN, LEARNING))
 
 
 def write_inputs(folder: Path, plan: CommandPlan) -> Path:
@@ -71,10 +89,13 @@ def write_inputs(folder: Path, plan: CommandPlan) -> Path:
         base_table = plan.correction.discrepancy(plan.history)
         world_from_base = plan.history.runs[0].source.world_from_base
         write_atomically(discrepancy, base_table.transformed(world_from_base).text(), LearnError)
-    last = plan.history.runs[-1].source.folder
-    text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_atomically(folder / CASE, text, LearnError)
-    return folder / CASE
+    last = plan.history.runs[-1].source
+    text = next_case_text(load_toml(last.folder / CASE, CaseError), robot, discrepancy)
+    file = case_file(folder, last.stored.figures.case)
+    with writing(folder, LearnError):
+        claim_file(file)
+    write_atomically(file, text, LearnError)
+    return file
 
 
 def _robot_file(folder: Path, plan: CommandPlan) -> Path:

@@ -16,7 +16,7 @@ from coupling.errors import LearnError
 from coupling.identification.next.history import History
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.deviation import less_constant
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.path.linear import interpolate_rows
 
 # Commands differ if their paths do by so many times what differs from run to run, and the noise.
@@ -56,9 +56,9 @@ def require_measured_under(history: History, random: float) -> None:
                 raise LearnError(
                     f"{second.measured.name}: expected what was measured under the command of"
                     f" {second.folder}, which differs from that of {first.folder} by"
-                    f" {format_um(_rms(by_model))} um rms; it differs from {first.measured.name} by"
-                    f" {format_um(_rms(measured))} um, and from what is expected of it by"
-                    f" {format_um(_rms(measured - by_model))} um: {words}"
+                    f" {in_words(_rms(by_model))} rms; it differs from {first.measured.name} by"
+                    f" {in_words(_rms(measured))}, and from what is expected of it by"
+                    f" {in_words(_rms(measured - by_model))}: {words}"
                 )
 
 

@@ -72,6 +72,19 @@ class MeasuredRun:
         )
         return off
 
+    @property
+    def paths(self) -> tuple[ToolPath, ToolPath]:
+        """Desired and measured path at the measured times, world frame."""
+        time, desired = self.measured.time, SimulatedPath(self.desired)
+        quaternion = desired.rotation(time).as_quat()
+        path, actual = (
+            ToolPath(time, np.hstack([position, quaternion])).transformed(
+                self.source.world_from_base
+            )
+            for position in (desired.position(time), self.measured.position)
+        )
+        return path, actual
+
     @cached_property
     def size(self) -> DeviationSize:
         """Size of that."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.learned_result import LearnedParameterResult
 from coupling.robot.parameters import RobotParameter
@@ -128,8 +128,8 @@ def discrepancy(before: float, after: float, noise: float) -> str:
         return ""
     explained = float(np.sqrt(max(before**2 - after**2, 0.0)))
     return (
-        f"the model explains only {format_um(explained)} of {format_um(before)} um of the slow part of"
-        f" the deviation; {format_um(after)} um remain, noise alone would be {format_um(noise)} um"
+        f"the model explains only {in_words(explained)} of {in_words(before)} of the slow part of"
+        f" the deviation; {in_words(after)} remain, noise alone would be {in_words(noise)}"
     )
 
 

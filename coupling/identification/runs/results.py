@@ -17,7 +17,7 @@ from coupling.identification.runs.judge import (
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.slow_part import CUT_OFF
 from coupling.identification.runs.source import MeasuredFile
-from coupling.path.length_text import format_um
+from coupling.path.length_text import in_words
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.learned_result import (
     LearnedParameterResult,
@@ -65,8 +65,8 @@ def conclude(
     warnings = _motor_remarks(sources, experiment.problem.runs)
     if left.learned > _FAR * noise and not refusal:
         warnings.append(
-            f"{format_um(left.learned)} um of the slow part of the deviation remain, noise alone"
-            f" would be {format_um(noise)} um: an effect that is not in the model (a backlash"
+            f"{in_words(left.learned)} of the slow part of the deviation remain, noise alone"
+            f" would be {in_words(noise)}: an effect that is not in the model (a backlash"
             " with rounded flanks, another load, heat), or a gear unloaded in its backlash; the"
             f" intervals are therefore {fit.left_over.widened:.2g} times as wide, and hardly"
             " identifiable parameters stay near the file"
@@ -87,8 +87,8 @@ def conclude(
     )
     robot = apply_values(first.robot, {verdict.name: verdict.written for verdict in verdicts})
     words = (
-        f"Slow part of the residual, frame and clock fitted: {format_um(left.robot_file)} um rms with"
-        f" {first.file.name}, {format_um(left.learned)} um with this file."
+        f"Slow part of the residual, frame and clock fitted: {in_words(left.robot_file)} rms with"
+        f" {first.file.name}, {in_words(left.learned)} with this file."
     )
     return Identification(fit, robot, result, words, command="learn")
 
@@ -102,7 +102,7 @@ def _unloaded(fit: ParameterFit, noise: float, gears: Sequence[GearDiagnosis]) -
     if not unloaded or after <= _FAR * noise:
         return ""
     return (
-        f"{format_um(after)} um remain, noise alone would be {format_um(noise)} um, and {unloaded}:"
+        f"{in_words(after)} remain, noise alone would be {in_words(noise)}, and {unloaded}:"
         " parameters cannot describe a gear that is unloaded in its backlash; place the part or the base"
         " so that it is loaded"
     )

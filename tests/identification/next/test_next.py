@@ -94,12 +94,19 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     page = (folder / "third" / "report.html").read_text()
     assert "Measured under the last command" in page
     assert "Expected deviation on a real robot" not in page
+    # It says which case, and where the command stands that goes on from all runs.
+    assert f"<title>{folder.name}: compensate</title>" in page
+    assert "third_inputs/next.html" in page
+    assert "elastic-robot next" not in page
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
     assert told["move"] == "path"
     assert len(told["runs"]) == 2
     assert told["forecast"]["rms"] > 0.0
     assert told["runs"][1]["forecast"]["rms"] > 0.0
-    assert "What was measured" in (folder / "third_inputs" / "next.html").read_text()
+    page = (folder / "third_inputs" / "next.html").read_text()
+    assert "What was measured" in page
+    assert f"<title>{folder.name}, from " in page
+    assert "run 2, measured: up to" in page  # a still of the tool in space
     # What is commanded is a run like any other.
     for arguments in (
         ("export", folder / "third", "--to", "csv"),
@@ -148,7 +155,7 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, models, tmp_path):
             assert run.clock == pytest.approx(clock, abs=2e-4)
             told = clock_sentence(run)
             assert (
-                ("-8 ms" in told and "50 um along the path per ms at up to 0.05 m/s" in told)
+                ("-8 ms" in told and "50.0 um along the path per ms at up to 0.05 m/s" in told)
                 if clock
                 else told == ""
             )
