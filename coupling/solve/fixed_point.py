@@ -129,7 +129,10 @@ class _State:
 
 @dataclass(frozen=True)
 class _States:
-    """States of an iteration: the first, that with the smallest path change, and the last."""
+    """States of an iteration: the first, of others that with the smallest path change, and the last.
+
+    A scheme may begin with a small step: the first path change does not tell how near the end is.
+    """
 
     first: _State
     best: _State
@@ -140,7 +143,10 @@ class _States:
         """Return them with one more state."""
         if before is None:
             return cls(state, state, state)
-        is_better = state.evaluation.path_change < before.best.evaluation.path_change
+        is_better = (
+            before.best is before.first
+            or state.evaluation.path_change < before.best.evaluation.path_change
+        )
         return cls(before.first, state if is_better else before.best, state)
 
     def of(self, outcome: Outcome) -> _State:
@@ -152,7 +158,8 @@ class _States:
         return self.last
 
 
-# Growth of the path change over its first value that counts as divergence.
+# Growth of the path change over its first values that counts as divergence; the first of all may be
+# small because a scheme begins with care.
 _DIVERGED = 10.0
 # Evaluations without a smaller path change that count as stagnation.
 _PATIENCE = 12
@@ -293,13 +300,13 @@ def _left_over_change(evaluations: list[Evaluation]) -> float:
 def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[Outcome, str] | None:
     """Return outcome and reason where it is no use to go on."""
     changes = [evaluation.path_change for evaluation in evaluations]
-    if len(changes) >= 3 and changes[-1] > _DIVERGED * changes[0]:
+    if len(changes) >= 3 and changes[-1] > _DIVERGED * max(changes[:2]):
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))
         return Outcome.DIVERGED, (
             f"diverged: the path change grows by a factor {factor:.3g} per evaluation, to"
             f" {format_um(changes[-1])} um{_ADVICE}"
         )
-    best = int(np.argmin(changes))
+    best = int(np.argmin(changes[1:])) + 1 if len(changes) > 1 else 0
     if len(changes) - 1 - best < _PATIENCE:
         return None
     recent = changes[best + 1 :]

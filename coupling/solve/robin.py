@@ -14,8 +14,8 @@ from coupling.path.linear import interpolate_rows
 from coupling.process.base import joined, own_blocks
 from coupling.robot.contract import SimulatedRobot
 from coupling.solve.local_stabilisation import LocalStabilisation
-from coupling.solve.relaxation import Anderson, ConstantRelaxation
-from coupling.solve.scheme import Iterate, LoadedMotion
+from coupling.solve.relaxation import Anderson, Restarting
+from coupling.solve.scheme import Iterate, LoadedMotion, Scheme
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -30,6 +30,8 @@ _AGREED, _STILL, _MOST = 0.01, 1e-7, 25
 _FIRST_MOVE = 2e-4
 # A tool that moved less between two evaluations says nothing of the stiffness [m].
 _LEAST_MOVE = 1e-8
+# Evaluations by which the stiffness under a moving robot is estimated.
+_ESTIMATED = 4
 # Forces of a noisy process that differ by no more than this many standard deviations of the noise in
 # their difference say nothing either: of three components one in a thousand is larger by chance.
 _NOISE_BAND = 4.0
@@ -37,13 +39,14 @@ _NOISE_BAND = 4.0
 _LEAST_COSINE = 1e-3
 
 
-class Robin(ConstantRelaxation):
+class Robin(Scheme):
     """The robot under F(x_k) + K (x_k - x), K about the process's stiffness -dF/dx.
 
-    At the fixed point nothing is added to F, so that K changes no answer; on the way there it holds a
-    gear that a given force would leave without a place in its backlash, and with the right K the
-    iteration is Newton's.  K is that of the process's response where stated, else estimated from
-    evaluation to evaluation (docs/robin.md).
+    At the fixed point nothing is added to F at a sample, so that K changes no answer there; on the way
+    it holds a gear that a given force would leave without a place in its backlash, and with the right K
+    the iteration is Newton's.  K is that of the process's response where stated, else estimated from
+    evaluation to evaluation; under a moving robot by the first few of them, and then Anderson's mixing
+    solves for what springs cannot give, such as damping and friction (docs/robin.md).
 
     What a tool feels of its own displacement acts as a spring within each robot.  What springs cannot
     give, such as forces between two tools, follows by simulating the robots again.
@@ -53,7 +56,9 @@ class Robin(ConstantRelaxation):
     """
 
     def __init__(self, first: float = 1.0) -> None:
-        super().__init__(first)
+        self._first, self._updates = first, 0
+        self._acceleration = Restarting(Anderson, first)
+        self._is_kept = False
         self._stiffness: ProcessStiffness | None = None
         self._own: np.ndarray | None = None
         self._stabilisation: LocalStabilisation | None = None
@@ -99,19 +104,26 @@ class Robin(ConstantRelaxation):
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the relaxed iterate, with tools that creep carried on."""
+        self._updates += 1
+        if self._is_kept:
+            return self._acceleration.update(x, g)
         if self._stabilisation is None:
-            return super().update(x, g)
+            return x + self._first * (g - x)
         assert self._stiffness is not None
         move = (g - x)[:, self._rows, :3]
         self._stabilisation = self._stabilisation.after(move, self._stiffness.usual)
         factor = np.ones((*x.shape[:2], 1))
         factor[:, self._rows, 0] = self._stabilisation.factor
-        return super().update(x, x + factor * (g - x))
+        return x + self._first * factor * (g - x)
 
     def _react(self, iterate: Iterate, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
         position, force = iterate.path.position[:, iterate.rows], iterate.force
         stated = iterate.response.stiffness
+        is_estimated = stated is None and mode == "dynamic"
+        self._is_kept = is_estimated and self._updates >= _ESTIMATED
+        if self._is_kept and self._own is not None:
+            return self._own
         if self._stiffness is not None:
             if stated is not None:
                 stated = self._hold_lost_contact(force, stated)
@@ -148,6 +160,8 @@ class Robin(ConstantRelaxation):
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was and what did not settle."""
         self._stiffness = None
+        self._updates, self._is_kept = 0, False
+        self._acceleration.reset()
         if self._stabilisation is not None:
             self._stabilisation = self._stabilisation.restarted()
 
@@ -185,13 +199,10 @@ class LinearProcess:
 def _anchors(iterate: Iterate) -> np.ndarray:
     """Return where the springs of a process pull to [m], (tools, k, 3).
 
-    Where the process states its stiffness, its force goes on by it between two samples, from what is
-    straight between the tools' positions there: a stiff contact pushes back at once, whatever the robot
-    does in between.  A stiffness that is estimated changes no answer: its springs pull to the path.
+    Between two samples the force goes on by the stiffness, from what is straight between the tools'
+    positions there: a stiff contact pushes back at once, whatever the robot does in between.
     """
     path, rows = iterate.path, iterate.rows
-    if iterate.response.stiffness is None:
-        return path.position
     return interpolate_rows(path.time, path.time[rows], path.position[:, rows], axis=1)
 
 

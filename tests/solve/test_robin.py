@@ -17,9 +17,10 @@ from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolate_rows
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.run.execute import Run, run_compensation
-from coupling.run.fmu_pool import FmuPool
+from coupling.run.fmu_pool import FmuPool, cell_of
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
+from coupling.solve.correction import Uncorrected
 from coupling.solve.coupling import couple
 from coupling.solve.fixed_point import Loop, Tolerance
 from coupling.solve.robin import ProcessStiffness, Robin
@@ -270,6 +271,76 @@ def test_a_coupling_that_does_not_end_has_forces_that_the_process_has_answered()
     off = np.linalg.norm(result.path.position[0] - reached, axis=1).max()
     compliance = np.linalg.norm(soft_robot(gain=0.3).compliance, 2)
     assert off < 10.0 * 20.0 * compliance  # some standard deviations of what noise moves
+
+
+PRESSED_LINE = """
+[robot]
+description = "{robot}"
+home_deg = {home}
+
+[part]
+position_m = {position}
+
+[tool_path]
+kind = "line"
+points_m = [
+    [0.0, 0.0, 0.003], [0.0, 0.0, -0.0005], [0.05, 0.0, -0.0005], [0.05, 0.05, -0.0005], [0.0, 0.0, 0.003],
+]
+feed_m_s = 0.05
+
+[process]
+model = "elastic-wall"
+stiffness_N_m = {stiffness}
+"""
+UR10 = ("ur10", [-11.0, -47.0, 65.6, 71.4, -90.0, -11.0], [0.86, 0.0, 0.15])
+KR210 = ("kuka_kr210", [0.0, 32.6, 3.7, 0.0, 53.7, 0.0], [2.2, 0.0, 0.34])
+
+
+@dataclass(frozen=True)
+class Damped(Untold):
+    """Such a process that also damps: c = k times 20 ms, by differences between its samples."""
+
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        wrench = self.process.evaluate(path).wrench
+        rate = np.gradient(path.position[0], path.time, axis=0) @ self.process.normal
+        pressed = np.any(wrench.force[0], axis=1)
+        damping = -0.02 * self.process.stiffness * np.minimum(rate, 0.0) * pressed
+        force = wrench.force[0] + damping[:, None] * self.process.normal
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [force]))
+
+
+def pressed(folder: Path, robot: tuple, stiffness: float, process):
+    """Return the coupling of a shipped robot that moves on a wall at samples 20 ms apart."""
+    file = folder / "case.toml"
+    name, home, position = robot
+    text = PRESSED_LINE.format(robot=name, home=home, position=position, stiffness=stiffness)
+    file.write_text(text)
+    case = load_case(file)
+    with FmuPool("native") as fmus:
+        cell, _ = cell_of(case.robots, fmus)
+        loop = replace(case, process=process(case.process)).loop(cell)
+        return Uncorrected().correct(loop, case.motion)
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e6])
+@pytest.mark.parametrize("robot", [UR10, KR210], ids=["ur10", "kr210"])
+def test_a_moving_robot_on_a_wall_that_does_not_tell_is_where_it_is_on_one_that_does(
+    tmp_path, robot, stiffness
+):
+    """Straight forces between the samples shook it off the wall, whatever the iteration did."""
+    told = pressed(tmp_path, robot, stiffness, lambda wall: wall)
+    untold = pressed(tmp_path, robot, stiffness, Untold)
+    assert told.converged
+    assert untold.converged, untold.reason
+    assert untold.evaluations <= 6
+    off = np.linalg.norm(told.achieved.position - untold.achieved.position, axis=-1).max()
+    assert off < 1e-6
+
+
+def test_what_springs_cannot_give_is_solved_for_by_mixing(tmp_path):
+    """A process that damps as well: its forces follow the rate, of which K knows nothing."""
+    result = pressed(tmp_path, UR10, 1e5, Damped)
+    assert result.converged, result.reason
 
 
 def test_loads_given_at_more_times_keep_their_springs():
