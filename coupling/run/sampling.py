@@ -184,9 +184,13 @@ def _compute(command: CheckedCommand) -> SamplingCheck | None:
 
 
 def _warnings(command: CheckedCommand) -> list[LimitWarning]:
-    """Return a warning where the error exceeds the tolerance of the case."""
+    """Return a warning where the error exceeds the tolerance of the case.
+
+    Of a coupling that did not converge it tells nothing: its forces are on the way to others.
+    """
     sampling, tolerance = command.finding_of(SAMPLING), command.case.method.tolerance_m
-    if sampling is None or sampling.error <= tolerance:
+    is_on_the_way = command.kind == "couple" and not command.correction.converged
+    if sampling is None or sampling.error <= tolerance or is_on_the_way:
         return []
     return [LimitWarning.of("sampling", sampling.error, tolerance, sampling.time)]
 
