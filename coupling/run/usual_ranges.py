@@ -119,6 +119,7 @@ EXPECTED = {
     "process.pitch_deg": UsualRange(10.0, 300.0, "deg", "angles from a tooth to the next"),
     "process.runout_m": UsualRange(1e-7, 1e-4, "m", "run-out of cutters in holders", or_none=True),
     "process.runout_deg": _TURN,
+    "process.end_edge_m": UsualRange(1e-4, 0.1, "m", "edges on the ends of cutters", or_none=True),
     "process.helix_deg": UsualRange(5.0, 65.0, "deg", "end mills", or_none=True),
     "process.radial_depth_m": UsualRange(1e-5, 0.3, "m", "up to a cutter's diameter"),
     "process.surface_z_m": UsualRange(0.0, 1.0, "m", "raw surfaces of parts"),

@@ -58,8 +58,8 @@ class Parameters:
 
     Example:
         >>> parameters = Parameters(is_ngc=False)
-        >>> parameters.line("#1=[2+3*4]"), parameters.line("G1X#1Y[SIN[30]*#1]")
-        ('', 'G1X14.0Y7.0')
+        >>> parameters.line("#1=[2+3*4]"), parameters.line("G1X#1Y[SQRT[9]*#1]")
+        ('', 'G1X14.0Y42.0')
     """
 
     def __init__(self, is_ngc: bool) -> None:

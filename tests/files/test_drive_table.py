@@ -303,7 +303,8 @@ MISTAKES = {
     "unknown key": (
         lines(inertia="1.0"),
         "joint 2: drive: expected one of rotor_inertia_kg_m2, gear_ratio, friction, servo,"
-        " max_torque_Nm, torque_constant_Nm_A, got unknown key 'inertia'",
+        " max_torque_Nm, torque_constant_Nm_A, got unknown key 'inertia': did you mean"
+        " 'rotor_inertia_kg_m2'?",
     ),
     "unknown key of the friction": (
         lines(friction="{ coulomb = 90.0 }"),

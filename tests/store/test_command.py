@@ -308,6 +308,7 @@ def test_all_that_an_answer_has_is_kept():
         "workpiece",
         "period",
         "stiffness",
+        "noise",  # found whenever an answer is read
     ]
     known = ["points", "cells", "point_fields", "cell_fields"]
     assert [f.name for f in fields(Workpiece)] == known

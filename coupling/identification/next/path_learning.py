@@ -193,9 +193,8 @@ def learning_gain(
     Args:
         squares: Mean squares of the deviation around every place in every run [m^2], (n, runs).
         random: Mean square of what differs from run to run [m^2].
-        reach: Of a last run that is worse as a whole, number of places before and behind a worse one
-            that go back with it, as a gear that is kicked off its flank lands later; none of them is
-            learned.  None of another one.
+        reach: Number of places before and behind a worse one that go back with it and are not learned,
+            where the last run is worse as a whole, as a gear that is kicked off its flank lands later.
 
     Returns:
         Numbers of the runs (n,), and gains [1], (n,).
@@ -229,7 +228,7 @@ def shifts_since_the_run_before(unmodelled: np.ndarray) -> np.ndarray:
     """Return by which constant each run has moved as a whole [m], (runs, 3); 0 of the first.
 
     Args:
-        unmodelled: What the model does not explain of every run [m, rad], (n, runs, 6).
+        unmodelled: Deviations that the model does not explain, of every run [m, rad], (n, runs, 6).
     """
     shifts: np.ndarray = np.median(np.diff(unmodelled, axis=1, prepend=unmodelled[:, :1]), axis=0)
     return shifts[:, :3]

@@ -103,7 +103,7 @@ def test_noise_is_not_blamed_for_what_the_model_does_not_know(robots):
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     assert any(gear.reversals for gear in gears)
     for left, words in (
-        (45e-6, "45 um remain, noise alone would be 7 um"),
+        (45e-6, "45.0 um remain, noise alone would be 7.00 um"),
         (8e-6, "the noise conceals"),
     ):
         told = measurement_lacks(gears, gears, 4.0, discrepancy(49e-6, left, 7e-6))

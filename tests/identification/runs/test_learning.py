@@ -257,7 +257,7 @@ def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
         (["learn", run / "run", none, "-o", out], "none.csv: cannot be read"),
         (["learn", run / "run", few, "-o", out], "at least 2 s"),
         (["learn", run / "run", few, "-o", few / "out"], "few.csv"),
-        (["learn", run / "run", run / "m.csv", "-o", run / "run"], "add --overwrite"),
+        (["learn", run / "run", run / "m.csv", "-o", run / "run"], "another folder than"),
     ):
         done = command(*arguments, exits=2)
         assert words in done.stderr
