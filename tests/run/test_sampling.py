@@ -139,14 +139,19 @@ def test_what_is_told_belongs_to_the_desired_path(tmp_path):
     assert told.replay.name == "sampling"
     assert told.replay.deviation.maximum == pytest.approx(told.error, rel=0.05)
 
-    def warnings(tolerance: float):
+    def warnings(tolerance: float, kind: str = "compensate", converged: bool = False):
         method = SimpleNamespace(tolerance_m=tolerance)
         command = SimpleNamespace(
-            finding_of=lambda check: told, case=SimpleNamespace(method=method)
+            finding_of=lambda check: told,
+            case=SimpleNamespace(method=method),
+            kind=kind,
+            correction=SimpleNamespace(converged=converged),
         )
         return SAMPLING.warnings(command)
 
     assert warnings(1.1 * told.error) == []
+    assert warnings(0.5 * told.error, "couple") == []
+    assert warnings(0.5 * told.error, "couple", converged=True)
     (warning,) = warnings(0.5 * told.error)
     assert warning.name == "sampling"
     assert f"{1e6 * told.error:.4g} um" in str(warning)
