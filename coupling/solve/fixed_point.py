@@ -230,7 +230,7 @@ def iterate(
         ahead = float(np.sqrt(np.mean(np.sum((update - from_origin)[..., :3] ** 2, axis=-1))))
         if _meets_tolerance(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
-        trouble = _trouble(evaluations, x, g)
+        trouble = _trouble(evaluations, states.best.evaluation.number, x, g)
         if trouble is not None:
             return ended(*trouble)
         x = origin.displaced(update)
@@ -297,8 +297,10 @@ def _left_over_change(evaluations: list[Evaluation]) -> float:
     return max(1.0, contraction / (1.0 - contraction))
 
 
-def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[Outcome, str] | None:
-    """Return outcome and reason where it is no use to go on."""
+def _trouble(
+    evaluations: list[Evaluation], best: int, x: ToolPath, g: ToolPath
+) -> tuple[Outcome, str] | None:
+    """Return outcome and reason where it is no use to go on since the best evaluation, by its number."""
     changes = [evaluation.path_change for evaluation in evaluations]
     if len(changes) >= 3 and changes[-1] > _DIVERGED * max(changes[:2]):
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))
@@ -306,10 +308,9 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[O
             f"diverged: the path change grows by a factor {factor:.3g} per evaluation, to"
             f" {format_um(changes[-1])} um{_ADVICE}"
         )
-    best = int(np.argmin(changes[1:])) + 1 if len(changes) > 1 else 0
-    if len(changes) - 1 - best < _PATIENCE:
+    recent = changes[best:]
+    if len(recent) < _PATIENCE:
         return None
-    recent = changes[best + 1 :]
     cycles = max(recent) < _CYCLE * min(recent)
     return Outcome.LIMIT_CYCLE if cycles else Outcome.STAGNATED, (
         f"{'a limit cycle' if cycles else 'stagnation'}: the path change stays between"

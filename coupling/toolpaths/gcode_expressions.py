@@ -216,8 +216,8 @@ class Parameters:
         try:
             if sign == "MOD":
                 self._require_alike(sign, min(left, right))
-                rest = math.fmod(left, right)
-                return rest + abs(right) if rest < 0.0 else rest
+                remainder = math.fmod(left, right)
+                return remainder + abs(right) if remainder < 0.0 else remainder
             value = _ARITHMETIC[sign](left, right)
             if not math.isfinite(value):
                 raise OverflowError("the result is too large")

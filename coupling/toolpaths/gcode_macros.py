@@ -170,7 +170,7 @@ class _Program:
             return line
         raise ValueError(f"expected a line N{value:g} to go to, got none")
 
-    def _o_word(self, place: int, label: str, verb: str, rest: str) -> int:
+    def _o_word(self, place: int, label: str, verb: str, operand: str) -> int:
         """Execute an O-word; return the number of the next line."""
         if label in self._unbalanced:
             raise ValueError(
@@ -180,9 +180,9 @@ class _Program:
         if verb == "SUB":
             return self._ahead(place, label, "ENDSUB") + 1
         if verb == "CALL":
-            return self._call(place, label, self._parameters.values(rest))
+            return self._call(place, label, self._parameters.values(operand))
         if verb in ("ENDSUB", "RETURN"):
-            result = self._parameters.values(rest)
+            result = self._parameters.values(operand)
             if not self._returns:
                 raise ValueError(
                     f"expected O{label} {verb.lower()} of a sub-program that is called"
@@ -192,13 +192,13 @@ class _Program:
         if verb in ("ELSE", "ELSEIF"):  # behind the part that was executed
             return self._ahead(place, label, "ENDIF") + 1
         if verb == "IF":
-            return self._branch(place, label, rest)
+            return self._branch(place, label, operand)
         if verb == "BREAK":
             return self._ahead(place, label, "ENDWHILE", "WHILE") + 1
         if verb == "CONTINUE":
             return self._ahead(place, label, "ENDWHILE")
         if verb in ("WHILE", "ENDWHILE", "REPEAT", "ENDREPEAT"):
-            return self._loop(place, label, verb, rest)
+            return self._loop(place, label, verb, operand)
         return place + 1  # DO, ENDIF
 
     def _call(self, place: int, label: str, arguments: list[float]) -> int:
@@ -225,7 +225,7 @@ class _Program:
             condition = word[3]
         return place + 1
 
-    def _loop(self, place: int, label: str, verb: str, rest: str) -> int:
+    def _loop(self, place: int, label: str, verb: str, operand: str) -> int:
         if verb == "ENDWHILE":
             return self._behind(place, label, "WHILE")
         if verb == "ENDREPEAT":
@@ -233,14 +233,14 @@ class _Program:
             self._repeats[begin] -= 1
             return begin + 1 if self._repeats[begin] > 0 else place + 1
         if verb == "REPEAT":
-            self._repeats[place] = round(self._single(rest))
+            self._repeats[place] = round(self._single(operand))
             end = self._ahead(place, label, "ENDREPEAT")
             return (place if self._repeats[place] > 0 else end) + 1
         before = self._nearest(place, label, ("DO", "WHILE", "ENDWHILE"), -1)
         if before is not None and self._is(before, label, "DO"):
-            return before + 1 if self._is_met(rest) else place + 1
+            return before + 1 if self._is_met(operand) else place + 1
         end = self._ahead(place, label, "ENDWHILE")
-        return (place if self._is_met(rest) else end) + 1
+        return (place if self._is_met(operand) else end) + 1
 
     def _ahead(self, place: int, label: str, *verbs: str) -> int:
         line = self._nearest(place, label, verbs, 1)

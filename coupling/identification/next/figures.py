@@ -111,10 +111,10 @@ def constant_sentence(plan: CommandPlan) -> str:
         history.unmodelled(number, plan.model.x)[:, :3].mean(axis=0)
         for number in (max(last - 1, 0), last)
     )
-    moved = now - before
-    if np.linalg.norm(moved) <= _MOVED * plan.options.random:
+    shift = now - before
+    if np.linalg.norm(shift) <= _MOVED * plan.options.random:
         return ""
-    off = ", ".join(f"{1e3 * value:+.2g}" for value in moved)
+    off = ", ".join(f"{1e3 * value:+.2g}" for value in shift)
     return (
         f"Since the run before the whole path has moved by {off} mm (x, y, z of the base), as after a"
         " change of tool, part or zero: this is corrected. Measure this run again if nothing was"

@@ -156,8 +156,8 @@ def learn_path(
     )
     squares = np.stack(
         [
-            squares_around(time, run, share_that_repeats(moved, options.random) * moved, options)
-            for run, moved in zip(
+            squares_around(time, run, share_that_repeats(shift, options.random) * shift, options)
+            for run, shift in zip(
                 history.runs, shifts_since_the_run_before(unmodelled), strict=True
             )
         ],
